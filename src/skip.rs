@@ -130,7 +130,7 @@ pub struct Saved {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OmittedWork {
     /// What kind of work; written as its name in `solver.skip`.
-    #[serde(rename = "skip", skip_serializing_if = "Work::is_unnamed")]
+    #[serde(rename = "skip", skip_serializing_if = "OmissionKind::has_no_key")]
     pub kind: OmissionKind,
     /// What was skipped.
     pub what: String,
@@ -159,9 +159,13 @@ mod tests {
             assert_eq!(skip as usize, place);
             assert!(AllowedOmissions::ALL.allows(skip) && !AllowedOmissions::NONE.allows(skip));
             let only: AllowedOmissions = [skip].into_iter().collect();
-            let holds: Vec<OmittableWork> = OmittableWork::ALL.into_iter().filter(|&other| only.allows(other)).collect();
+            let holds: Vec<OmittableWork> =
+                OmittableWork::ALL.into_iter().filter(|&other| only.allows(other)).collect();
             assert_eq!(holds, [skip]);
-            assert!(!AllowedOmissions::ALL.without(skip).allows(skip) && only.without(skip) == AllowedOmissions::NONE);
+            assert!(
+                !AllowedOmissions::ALL.without(skip).allows(skip)
+                    && only.without(skip) == AllowedOmissions::NONE
+            );
         }
         assert_eq!(OmittableWork::ALL.into_iter().collect::<AllowedOmissions>(), AllowedOmissions::ALL);
     }

@@ -16,7 +16,8 @@ use std::time::Instant;
 
 use faer::Par;
 use orthowear::bem::finite::{
-    BoundaryElements, CompressedEquations, Domain, SolutionMethod, Interpolation, Panel, BoundaryValueProblem, BoundarySolution,
+    BoundaryElements, BoundarySolution, BoundaryValueProblem, CompressedEquations, Domain, Interpolation,
+    Panel, SolutionMethod,
 };
 use orthowear::bem::full_space::FullSpaceField;
 use orthowear::element::ElementKind;

@@ -20,7 +20,7 @@ use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::history::step::{Normal, Step};
 use orthowear::history::{Model, run};
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, GradedBlock, BlockElements};
+use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
 use orthowear::wear::WearLaw;
 
 /// Half of the frame's side, mm, and its cells along it.

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::element::ElementKind::{self, Quad4, Quad9, Tri3, Wedge6};
-use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
 use crate::Outcome;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
 
 use super::Outcome;
 use super::writer::{VARIANTS, write};
@@ -264,6 +264,12 @@ fn inside() -> Vec<Case> {
             &[INSIDE[0], "frame.cells=[512, 512]"],
         ),
         Case::file(GROUP, "3600 points in CFRP, 64 x 64 cells", "sphere-on-cfrp-halfspaces", &[INSIDE[1]]),
-        Case::block(GROUP, "3600 points in boundary elements", be, cube(5, BlockElements::Hex8), &[INSIDE[1], BARE]),
+        Case::block(
+            GROUP,
+            "3600 points in boundary elements",
+            be,
+            cube(5, BlockElements::Hex8),
+            &[INSIDE[1], BARE],
+        ),
     ]
 }

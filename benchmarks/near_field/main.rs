@@ -25,7 +25,7 @@ use material::im7;
 use orthowear::bem::half_space::CrossBlocks;
 use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::body::{ElasticBody, HalfSpaceBody, HybridBody};
-use orthowear::fem::{FeSpec, HexFormulation, CondensationResources, Support};
+use orthowear::fem::{CondensationResources, FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
@@ -192,8 +192,13 @@ fn products(folder: &Path) -> Outcome<String> {
         let mut half_space = HalfSpaceBody::new(&im7(30.0)?, Side::Lower, &frame)?;
         let spec = block(&folder.join("block.msh"))?;
         let site = HalfSpaceFit::find(&spec, "contact", Side::Lower, &frame)?.map_err(|why| why.0)?;
-        let mut hybrid =
-            HybridBody::new(spec, ("contact", Side::Lower), &frame, &site, &CondensationResources::default())?;
+        let mut hybrid = HybridBody::new(
+            spec,
+            ("contact", Side::Lower),
+            &frame,
+            &site,
+            &CondensationResources::default(),
+        )?;
         let operators = [&mut half_space as &mut dyn ElasticBody, &mut hybrid]
             .map(|body| body.take_flexibility(CrossBlocks::SkipVanishing));
         let [near, both] = operators;

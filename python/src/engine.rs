@@ -64,7 +64,8 @@ pub struct BackgroundTask<M, T> {
 
 /// The threads that `work` runs on; as many as there are cores if not given.
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
+    let builder =
+        rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
     builder.build().map_err(|error| format!("no threads: {error}"))
 }
 
@@ -90,7 +91,8 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
             drop(active);
             done.map_err(|panic| panic_message(&*panic))
         };
-        let thread = std::thread::Builder::new().name("orthowear".into()).stack_size(THREAD_STACK_BYTES).spawn(all);
+        let thread =
+            std::thread::Builder::new().name("orthowear".into()).stack_size(THREAD_STACK_BYTES).spawn(all);
         let thread = thread.map_err(|error| errors::internal(py, &error.to_string()))?;
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }

@@ -16,7 +16,7 @@ use orthowear::results::summary::Summary;
 use orthowear::scene::Plan;
 use orthowear::study::SceneError;
 
-use crate::engine::{WorkerChannel, PAUSE};
+use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
 
 /// What a run tells on its way.
@@ -104,9 +104,8 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     let mut watcher = FieldCollector { line, requests: asks, frame: None, fields: None };
     let begun = match out {
         None => Ok((None, None)),
-        Some(path) => {
-            OutputDir::open(&path).and_then(|output| Ok((Some(output), Some(CheckpointSettings::for_new_run(&plan)?))))
-        }
+        Some(path) => OutputDir::open(&path)
+            .and_then(|output| Ok((Some(output), Some(CheckpointSettings::for_new_run(&plan)?)))),
     };
     let failure = match begun {
         Err(error) => Some(SceneError { error, key: String::new() }),

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use crate::engine::{BackgroundTask, run_in_background};
 use crate::flexibility::Flexibility;
-use crate::run::{RunOutput, Message, RunRequest, run};
+use crate::run::{Message, RunOutput, RunRequest, run};
 use crate::steps::Steps;
 use crate::{convert, errors};
 
@@ -213,7 +213,8 @@ pub fn to_python_result<'py>(
     ended: &RunOutput,
 ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
     // A run that does not converge is one that has results.
-    if let Some(failure) = ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
+    if let Some(failure) =
+        ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
     {
         return Err(errors::scene_error(py, plan, failure));
     }

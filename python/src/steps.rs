@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::engine::BackgroundTask;
-use crate::run::{RunOutput, Message, RunRequest, run};
+use crate::run::{Message, RunOutput, RunRequest, run};
 use crate::scene::to_python_result;
 use crate::{convert, errors};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use orthowear::error::Error;
 use orthowear::job::sweep::{StudyOutcome, StudyRunner};
-use orthowear::study::sweep::table::{StudyRun, StudyResult};
+use orthowear::study::sweep::table::{StudyResult, StudyRun};
 use orthowear::study::sweep::{self, Sweep};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -111,7 +111,11 @@ impl Study {
 }
 
 /// The results, written if wanted; the first problem if no run could be begun.
-fn concluded(job: &StudyRunner<'_>, ended: StudyOutcome, write: bool) -> Result<(StudyResult, u8, usize), Error> {
+fn concluded(
+    job: &StudyRunner<'_>,
+    ended: StudyOutcome,
+    write: bool,
+) -> Result<(StudyResult, u8, usize), Error> {
     let StudyOutcome { runs, code, reused: kept, images: _, problems } = ended;
     if let Some(problem) = problems.first() {
         return Err(Error::resources(problem));

@@ -41,7 +41,8 @@ impl QuadratureOrder {
         let away = y - patch.middle;
         let nearest = self.metrics.iter().fold(f64::INFINITY, |nearest, metric| {
             let [a, b] = patch.half_sides.map(|side| metric * side);
-            let [aa, ab, bb] = [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
+            let [aa, ab, bb] =
+                [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
             // Of the lines along one side the one that comes nearest.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {

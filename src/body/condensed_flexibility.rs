@@ -52,7 +52,11 @@ impl CondensedFlexibility {
         let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry)?;
         let first = map.triads()[0].normal();
         let common = map.triads().distinct().iter().all(|triad| triad.normal() == first);
-        let normal = if common { NormalOperator::SharedNormal(normal_flexibility(&nodal, first)?) } else { NormalOperator::Full };
+        let normal = if common {
+            NormalOperator::SharedNormal(normal_flexibility(&nodal, first)?)
+        } else {
+            NormalOperator::Full
+        };
         let n_cells = if common { 0 } else { 3 * map.n_cells() };
         let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
         let planes = Mutex::new([vec![0.0; n_cells], vec![0.0; n_cells]]);

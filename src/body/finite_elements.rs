@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use super::rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
 use super::lazy_flexibility::LazyFlexibility;
+use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec, CondensationResources, StressRecovery, surface_stress_points};
+use crate::fem::{
+    CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery, surface_stress_points,
+};
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
@@ -161,7 +163,12 @@ fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
 }
 
 /// The free motions as the frame sees them.
-fn rigid_body_modes(condensed: &CondensedBody, map: &FaceMap, side: Side, frame: &ContactFrame) -> Option<UnconstrainedModes> {
+fn rigid_body_modes(
+    condensed: &CondensedBody,
+    map: &FaceMap,
+    side: Side,
+    frame: &ContactFrame,
+) -> Option<UnconstrainedModes> {
     let model = condensed.model();
     let free = model.rigid_body_modes()?;
     let sign = side.gap_sign();
@@ -173,7 +180,11 @@ fn rigid_body_modes(condensed: &CondensedBody, map: &FaceMap, side: Side, frame:
             points.flat_map(|x| <[f64; 3]>::from(free.displacement(&x, j) * sign)).collect();
         let mut gap = vec![0.0; 3 * map.n_cells()];
         map.apply(&nodal, &mut gap);
-        RigidBodyMode { relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load_work: load }
+        RigidBodyMode {
+            relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
+            gap,
+            load_work: load,
+        }
     });
     Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
 }
@@ -222,7 +233,8 @@ impl ElasticBody for FeBody {
 
     /// Displacement at all mesh nodes.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let displacement = self.condensed.solve_with_forces_on(self.map.nodes(), &self.contact_forces(tractions))?;
+        let displacement =
+            self.condensed.solve_with_forces_on(self.map.nodes(), &self.contact_forces(tractions))?;
         Ok(BodyField { displacement, stress: None })
     }
 

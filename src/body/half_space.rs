@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::{BodyEquations, BodyField, ElasticBody, PointState};
-use crate::bem::half_space::compressed::{MAX_DENSE_CELLS, DEFAULT_TOLERANCE};
+use crate::bem::half_space::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
     CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, KernelCache, PeriodicFlexibility,
     PointForceField, SubsurfaceField, SurfaceGreen,
@@ -179,7 +179,11 @@ fn outward_rotation(side: Side) -> Matrix3<f64> {
 ///
 /// # Errors
 /// If the frame is not plane.
-pub fn first_point_above_surface(side: Side, frame: &ContactFrame, points: &[Point]) -> Result<Option<(usize, f64)>> {
+pub fn first_point_above_surface(
+    side: Side,
+    frame: &ContactFrame,
+    points: &[Point],
+) -> Result<Option<(usize, f64)>> {
     let axes = plane_axes(frame)?;
     let slack = SURFACE_TOLERANCE_CELLS * cell_size(frame);
     let height = |x: &Point| side.outward() * axes.normal().dot(&(x - frame.centers[0]));
@@ -300,9 +304,9 @@ impl PlaneCells {
                     Some(places) => Box::new(SubsetFlexibility::new(whole, places.clone())),
                 }
             }
-            Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
-                Box::new(CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, memory)?)
-            }
+            Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => Box::new(
+                CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, memory)?,
+            ),
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
             }
@@ -325,7 +329,11 @@ pub fn half_space_flexibility(
     frame: &ContactFrame,
     (cross, kernels): (CrossBlocks, Option<&KernelCache>),
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, (cross, kernels), (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
+    PlaneCells::new(frame)?.flexibility(
+        green,
+        (cross, kernels),
+        (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()),
+    )
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.

@@ -169,13 +169,18 @@ impl Flexibility for LazyFlexibility {
         let flexibility = extend_rows(&formed.flexibility, &self.whole, &wanted, &self.body)?;
         let mut later = std::mem::take(&mut formed.added_cells);
         later.push(cells.to_vec());
-        *formed = FormedRows { cells: wanted, flexibility, verified: AtomicBool::new(false), added_cells: later };
+        *formed =
+            FormedRows { cells: wanted, flexibility, verified: AtomicBool::new(false), added_cells: later };
         Ok(())
     }
 
     fn history(&self) -> OperatorHistory {
         let FormedRows { cells: _, flexibility: _, verified: compared, added_cells: later } = &*self.formed();
-        OperatorHistory { formed: later.clone(), formed_rows_checked: compared.load(Ordering::Relaxed), ..OperatorHistory::default() }
+        OperatorHistory {
+            formed: later.clone(),
+            formed_rows_checked: compared.load(Ordering::Relaxed),
+            ..OperatorHistory::default()
+        }
     }
 
     /// Row by row in the order in which they came: the entries between new cells are those of the later of two.

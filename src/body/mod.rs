@@ -21,10 +21,10 @@ use crate::linalg::operator::Flexibility;
 pub use crate::bem::PointState;
 pub use boundary_elements::{BeBody, BeSpec, FrameFit};
 pub use finite_elements::FeBody;
-pub use rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
 pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
 pub use rigid::RigidBody;
+pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};
 pub use truncated_half_space::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::fem::{SurfaceStressPoint, ErrorEstimate, ExposureField, FeModel, RecoveryPoints, exposures};
+use crate::fem::{ErrorEstimate, ExposureField, FeModel, RecoveryPoints, SurfaceStressPoint, exposures};
 use crate::material::strength::MaterialStrength;
 
 /// Whether the error of the stress is estimated too.

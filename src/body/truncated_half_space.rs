@@ -147,12 +147,20 @@ impl TruncatedHalfSpace {
         let grid = spec.grid(frame)?;
         let n_elements = spec.n_elements(frame)?;
         let what = format!("a half-space with {n_elements} elements on its surface");
-        memory.ensure_available(spec.bytes(frame)?, &what, "take fewer cells in the frame, or a smaller surface")?;
+        memory.ensure_available(
+            spec.bytes(frame)?,
+            &what,
+            "take fewer cells in the frame, or a smaller surface",
+        )?;
         let [x, y] = element_ends(&grid, spec.half_size);
         let (field, note) = FullSpaceField::load_or_compute(spec.stiffness, cache)?;
         let panels = panels(frame, [&x, &y], side);
-        let elements =
-            BoundaryElements::new(panels, Interpolation::Constant, (spec.stiffness, field), INTEGRATION_TOLERANCE);
+        let elements = BoundaryElements::new(
+            panels,
+            Interpolation::Constant,
+            (spec.stiffness, field),
+            INTEGRATION_TOLERANCE,
+        );
         let outer = [(x.len() - 1 - grid.cells[0]) / 2, (y.len() - 1 - grid.cells[1]) / 2];
         let element = |cell: usize| {
             let place = frame.grid_index(cell);
@@ -176,7 +184,8 @@ impl TruncatedHalfSpace {
         let flexibility: Arc<dyn Flexibility> = Arc::new(DenseFlexibility::of_displacements(k, &frame.areas));
         let exact = HalfSpaceBody::new(spec.stiffness, side, frame)?.take_flexibility(CrossBlocks::Keep)?;
         let exact = exact.ok_or_else(|| Error::numerical("a half-space without a flexibility"))?;
-        let [found, wanted] = [flexibility.as_ref(), exact.as_ref()].map(|operator| uniform_traction_works(operator, frame));
+        let [found, wanted] =
+            [flexibility.as_ref(), exact.as_ref()].map(|operator| uniform_traction_works(operator, frame));
         let area: f64 = frame.areas.iter().sum();
         let truncation = Truncation {
             n_elements,

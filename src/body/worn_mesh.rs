@@ -35,7 +35,8 @@ pub fn worn_mesh(
     for face in &faces {
         for (i, &node) in face.nodes.iter().enumerate() {
             if parents[node].is_empty() {
-                parents[node] = parent_corners(face.kind, i).iter().map(|&corner| face.nodes[corner]).collect();
+                parents[node] =
+                    parent_corners(face.kind, i).iter().map(|&corner| face.nodes[corner]).collect();
                 let share = 1.0 / parents[node].len() as f64;
                 for &corner in &parents[node] {
                     let sums = &mut corners[corner];

@@ -13,8 +13,9 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
             .map(str::to_owned)
             .to_vec(),
     ];
-    let matters =
-        |result: &&EstimatedResult| result.relative.is_none_or(|relative| relative > NEGLIGIBLE_ERROR_SHARE * record.requested);
+    let matters = |result: &&EstimatedResult| {
+        result.relative.is_none_or(|relative| relative > NEGLIGIBLE_ERROR_SHARE * record.requested)
+    };
     for result in record.results.iter().filter(matters) {
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
         rows.push(vec![

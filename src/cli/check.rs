@@ -3,14 +3,14 @@
 use super::progress::format_duration;
 use super::run::{print_error, show_failure};
 use super::table::{align_columns, five_digits};
-use super::{SceneArgs, exit, print_diagnostics, with_severity, to_stdout};
+use super::{SceneArgs, exit, print_diagnostics, to_stdout, with_severity};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{
     Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
 };
-use crate::scene::spec::frame::FramePoints;
 use crate::scene::plan::{FramePlan, Plan};
+use crate::scene::spec::frame::FramePoints;
 use crate::study::accuracy::AccuracySearch;
 use crate::study::{self, RunEstimate, moving};
 use crate::wear::WearLaw;
@@ -52,7 +52,12 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
 }
 
 /// The plan as a person reads it.
-fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>, notes: &[String]) -> String {
+fn describe(
+    plan: &Plan,
+    forecast: &RunEstimate,
+    search: Option<&AccuracySearch>,
+    notes: &[String],
+) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
         let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.label()).collect();
@@ -152,7 +157,9 @@ fn summary_rows(plan: &Plan, forecast: &RunEstimate) -> Vec<Vec<String>> {
 fn describe_friction(law: &FrictionLaw) -> String {
     match law.ellipse() {
         None => "none".to_owned(),
-        Some(ellipse) if ellipse.mu[0] == ellipse.mu[1] => format!("coefficient {}", five_digits(ellipse.mu[0])),
+        Some(ellipse) if ellipse.mu[0] == ellipse.mu[1] => {
+            format!("coefficient {}", five_digits(ellipse.mu[0]))
+        }
         Some(ellipse) => format!(
             "ellipse {} x {}, first axis at {:.1} degrees from the frame's x",
             five_digits(ellipse.mu[0]),
@@ -206,13 +213,19 @@ fn describe_controls(step: &Step) -> String {
         None => {}
     }
     match step.tangential {
-        Some(Tangential::Shift([x, y])) => parts.push(format!("shift ({}, {})", five_digits(x), five_digits(y))),
+        Some(Tangential::Shift([x, y])) => {
+            parts.push(format!("shift ({}, {})", five_digits(x), five_digits(y)))
+        }
         Some(Tangential::Force([x, y])) => parts.push(format!("tangential force ({x}, {y})")),
         None => {}
     }
     match step.tilt {
         Some(Tilt::Rotation([x, y])) => {
-            parts.push(format!("rotation ({}, {})", five_digits(x.to_degrees()), five_digits(y.to_degrees())));
+            parts.push(format!(
+                "rotation ({}, {})",
+                five_digits(x.to_degrees()),
+                five_digits(y.to_degrees())
+            ));
         }
         Some(Tilt::Moment([x, y])) => parts.push(format!("moment ({x}, {y})")),
         None => {}

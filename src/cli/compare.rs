@@ -8,11 +8,11 @@ use std::time::Instant;
 use super::progress::{ProgressDisplay, format_duration};
 use super::run::{explain_reason, print_error, show_failure};
 use super::table::{align_columns, five_digits};
-use super::{CompareArgs, exit, print_diagnostics, with_severity, signal, to_stderr, to_stdout};
+use super::{CompareArgs, exit, print_diagnostics, signal, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
-use crate::job::{RunOptions, SharedWork, run_simulation, keep_files, units};
+use crate::job::{RunOptions, SharedWork, keep_files, run_simulation, units};
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output_dir::{OutputDir, file_error, write_atomically};
@@ -52,8 +52,13 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     let mut progress = ProgressDisplay::new(arguments.quiet);
     for (i, variant) in variants.iter().enumerate() {
         let label = format!("{}/{} {}", i + 1, variants.len(), variant.name);
-        let mut run =
-            VariantRunner { plan: &plan, frame: &frame, directory: &directory, stop, progress: &mut progress };
+        let mut run = VariantRunner {
+            plan: &plan,
+            frame: &frame,
+            directory: &directory,
+            stop,
+            progress: &mut progress,
+        };
         let (result, seen, code) = run.run_variant(variant, &label);
         told.extend(seen.iter().flat_map(|(_, said)| said).map(|note| (variant.name.clone(), note.clone())));
         comparison.variants.push(result);
@@ -183,7 +188,8 @@ fn differences_file(number: usize) -> String {
 
 fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
-    fs::create_dir_all(directory).map_err(|e| file_error("cannot make the output directory", directory, &e))?;
+    fs::create_dir_all(directory)
+        .map_err(|e| file_error("cannot make the output directory", directory, &e))?;
     for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
         let (path, name) = (entry.path(), entry.file_name());
         let ours = name.to_string_lossy().starts_with("differences_")
@@ -222,8 +228,11 @@ fn describe(comparison: &Comparison) -> String {
         let unknown =
             if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
-        let words =
-            if variant.status == Some(Status::NotConverged) { explain_reason(Some(words)) } else { words.to_owned() };
+        let words = if variant.status == Some(Status::NotConverged) {
+            explain_reason(Some(words))
+        } else {
+            words.to_owned()
+        };
         text.push_str(&format!("\n{}: {words}\n", variant.name));
     }
     for warning in &comparison.warnings {

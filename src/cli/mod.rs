@@ -76,7 +76,7 @@ struct SceneArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Memory limit: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
-    #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
     max_memory: Option<MaxMemory>,
 }
 
@@ -100,7 +100,7 @@ struct RunArgs {
     #[arg(long)]
     no_cache: bool,
     /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until it is reached. Overrides `accuracy` of the scene.
-    #[arg(long, value_name = "ERROR", value_parser = relative)]
+    #[arg(long, value_name = "ERROR", value_parser = parse_relative_error)]
     accuracy: Option<f64>,
     /// Resumes from the last checkpoint in the output directory, if there is one.
     #[arg(long)]
@@ -148,10 +148,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     std::panic::set_hook(Box::new(report_panic));
     let code = std::panic::catch_unwind(|| match command {
         Command::Run(arguments) => run_interruptible(arguments.scene.threads, || run::run(&arguments)),
-        Command::Compare(arguments) => run_interruptible(arguments.scene.threads, || compare::compare(&arguments)),
+        Command::Compare(arguments) => {
+            run_interruptible(arguments.scene.threads, || compare::compare(&arguments))
+        }
         Command::Study(arguments) => run_interruptible(arguments.threads, || study::study(&arguments)),
         Command::Check(arguments) => run_in_thread_pool(arguments.threads, || check::check(&arguments)),
-        Command::Refine(arguments) => run_interruptible(arguments.scene.threads, || refine::refine(&arguments)),
+        Command::Refine(arguments) => {
+            run_interruptible(arguments.scene.threads, || refine::refine(&arguments))
+        }
         Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });

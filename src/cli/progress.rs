@@ -89,7 +89,8 @@ impl ProgressDisplay {
 
 /// Time that remains if it goes on as it went; `None` while that means nothing.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
-    (fraction > 0.02 && fraction <= 1.0).then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
+    (fraction > 0.02 && fraction <= 1.0)
+        .then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
 }
 
 /// A duration as people write it.

@@ -17,7 +17,7 @@ use crate::mesh::gmsh::write_size_field;
 use crate::results::body_fields::{BodyOutput, RecoveryLocation};
 use crate::results::body_peaks::ErrorRecord;
 use crate::scene::Plan;
-use crate::study::refine::{SizeField, RefinementTarget, size_field};
+use crate::study::refine::{RefinementTarget, SizeField, size_field};
 use crate::study::{self, Simulation};
 
 /// Options of `orthowear refine`.
@@ -26,7 +26,7 @@ pub(super) struct RefineArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
     /// Target relative error of the stress in the energy norm; default half of the current one.
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = parse_error_fraction)]
     error: Option<f64>,
     /// Size field file (.pos); default SCENE_body1.pos next to the scene.
     #[arg(long, value_name = "FILE")]
@@ -38,13 +38,13 @@ pub(super) struct RefineArgs {
     #[arg(long, value_name = "NAME")]
     step: Option<String>,
     /// Smallest element size; default a quarter of the current smallest.
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     min_size: Option<f64>,
     /// Largest element size; default twice the current largest.
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     max_size: Option<f64>,
     /// Largest gradient of the element size (change of size per distance).
-    #[arg(long, value_name = "RATE", value_parser = positive, default_value = "0.4")]
+    #[arg(long, value_name = "RATE", value_parser = parse_positive, default_value = "0.4")]
     growth: f64,
     /// Prints errors only.
     #[arg(long)]
@@ -97,10 +97,11 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
         Ok(plan) => plan,
         Err(mistakes) => return print_diagnostics(&mistakes),
     };
-    let bodies = match keep_steps_to_run(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
-        Ok(bodies) => bodies,
-        Err(error) => return print_error(&error),
-    };
+    let bodies =
+        match keep_steps_to_run(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
+            Ok(bodies) => bodies,
+            Err(error) => return print_error(&error),
+        };
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let study = match study::build(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
         Ok(Some(study)) => study,
@@ -167,7 +168,10 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
             Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2"))
         }
         (_, Some(out)) => Ok(vec![(chosen[0], out.clone())]),
-        (_, None) => Ok(chosen.iter().map(|&index| (index, default_size_file(&arguments.scene.scene, index))).collect()),
+        (_, None) => Ok(chosen
+            .iter()
+            .map(|&index| (index, default_size_file(&arguments.scene.scene, index)))
+            .collect()),
     }
 }
 
@@ -206,7 +210,10 @@ fn write_fields(
             text.push_str(&format!("{key}, {step}: {}\n", ErrorRecord::new(&estimate).advice(length)));
             estimates.push(estimate);
         }
-        if estimates.iter().all(|estimate| estimate.stress_norm > 0.0 && estimate.relative_error() < MIN_RELATIVE_ERROR) {
+        if estimates
+            .iter()
+            .all(|estimate| estimate.stress_norm > 0.0 && estimate.relative_error() < MIN_RELATIVE_ERROR)
+        {
             text.push_str(&format!(
                 "{key}: the estimated error is at rounding level; no size field was written\n"
             ));

@@ -5,16 +5,16 @@ use std::time::Instant;
 
 use super::accuracy::describe;
 use super::progress::{ProgressDisplay, format_duration};
-use super::{RunArgs, exit, print_diagnostics, with_severity, resume, signal, table, to_stderr, to_stdout};
+use super::{RunArgs, exit, print_diagnostics, resume, signal, table, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::job::resume::{CheckpointSettings, ResumeDecision, decide_resume};
-use crate::job::{self, RunOptions, NullObserver, SharedWork, keep_files};
+use crate::job::{self, NullObserver, RunOptions, SharedWork, keep_files};
 use crate::results::checkpoint;
 use crate::results::output_dir::{OutputDir, SUMMARY_FILE};
 use crate::results::summary::{Status, Summary, Units};
-use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::plan::AccuracyPlan;
+use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::{self, Diagnostics, Plan};
 use crate::study::SceneError;
 
@@ -28,7 +28,11 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         Err(mistakes) => return reject_scene(&mistakes, arguments, &directory),
     };
     if let Some(relative) = arguments.accuracy {
-        let wanted = AccuracyPlan { relative, quantities: AccuracyQuantity::ALL.to_vec(), fixed_parameters: Vec::new() };
+        let wanted = AccuracyPlan {
+            relative,
+            quantities: AccuracyQuantity::ALL.to_vec(),
+            fixed_parameters: Vec::new(),
+        };
         plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracyPlan { relative, ..spec }));
     }
     let mut summary = job::new_summary(&plan);
@@ -174,7 +178,10 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     let how = match summary.status {
         Status::Converged => "converged".to_owned(),
         Status::NotConverged => {
-            format!("NOT CONVERGED: {}; the results so far are kept", explain_reason(summary.reason.as_deref()))
+            format!(
+                "NOT CONVERGED: {}; the results so far are kept",
+                explain_reason(summary.reason.as_deref())
+            )
         }
         Status::Failed if summary.steps.is_empty() => "FAILED; nothing was computed,".to_owned(),
         Status::Failed => "FAILED; the results so far are kept,".to_owned(),

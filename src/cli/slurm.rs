@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::study::StudyArgs;
-use crate::study::forecast;
+use crate::study::estimate;
 use crate::study::sweep::Sweep;
 
 /// Most jobs of an array where none are asked for: one below what Slurm allows by default.
@@ -40,7 +40,9 @@ pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> 
         name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let mut options: Vec<String> =
         arguments.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))).collect();
-    options.extend(arguments.max_memory.map(|limit| format!("--max-memory {}", shell_quoted(&limit.to_string()))));
+    options.extend(
+        arguments.max_memory.map(|limit| format!("--max-memory {}", shell_quoted(&limit.to_string()))),
+    );
     options.extend(arguments.no_cache.then(|| "--no-cache".to_owned()));
     let options = options.iter().map(|option| format!(" {option}")).collect::<String>();
     format!(

@@ -6,17 +6,17 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 
 use super::max_memory::{MaxMemory, parse_max_memory};
-use super::run_numbers::RunNumbers;
 use super::progress::{ProgressDisplay, format_duration};
 use super::run::{explain_reason, print_error};
+use super::run_numbers::RunNumbers;
 use super::table::{align_columns, five_digits};
-use super::{exit, print_diagnostics, with_severity, signal, slurm, to_stderr, to_stdout};
+use super::{exit, print_diagnostics, signal, slurm, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::job::sweep::{StudyOutcome, StudyRunner};
 use crate::results::summary::Status;
 use crate::study::sweep::share::Concurrency;
-use crate::study::sweep::table::{StudyRun, StudyResult};
+use crate::study::sweep::table::{StudyResult, StudyRun};
 use crate::study::sweep::{self, Sweep};
 
 /// Options of `orthowear study`.
@@ -34,7 +34,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     /// Memory limit of all runs together: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
-    #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
     pub(super) max_memory: Option<MaxMemory>,
     /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
@@ -144,7 +144,11 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
                 1 => text.push_str(", 1 obtained from another run by symmetry"),
                 more => text.push_str(&format!(", {more} obtained from other runs by symmetry")),
             }
-            text.push_str(&format!(", {}, in {}", describe_concurrency(shared), format_duration(started.elapsed().as_secs_f64())));
+            text.push_str(&format!(
+                ", {}, in {}",
+                describe_concurrency(shared),
+                format_duration(started.elapsed().as_secs_f64())
+            ));
         }
     }
     match table {

@@ -67,7 +67,13 @@ pub(super) fn body_peak_lines(summary: &Summary) -> String {
         let Peak { value, position } = &peaks.von_mises;
         let mut parts = vec![format!("von Mises {} at {}", five_digits(*value), at(position))];
         parts.extend(peaks.indices.iter().map(|index| {
-            format!("{} {} ({}) at {}", index.criterion, five_digits(index.value), index.mode, at(&index.position))
+            format!(
+                "{} {} ({}) at {}",
+                index.criterion,
+                five_digits(index.value),
+                index.mode,
+                at(&index.position)
+            )
         }));
         text.push_str(&format!("\n{name}, {}: {}\n", last.name, parts.join("; ")));
         if let Some(error) = &peaks.error {

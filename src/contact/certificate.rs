@@ -1,6 +1,6 @@
 //! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
-use super::{Increment, ContactState};
+use super::{ContactState, Increment};
 use crate::linalg::operator::Defect;
 
 /// Independent checks of a state; all are relative and all are 0 for an exact solution.
@@ -63,7 +63,9 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
         if loaded.is_empty() {
             continue;
         }
-        let count = (MAX_DIRECT_SUM_KERNELS / loaded.len()).clamp(DIRECT_SUM_CELL_BOUNDS[0], DIRECT_SUM_CELL_BOUNDS[1]).min(loaded.len());
+        let count = (MAX_DIRECT_SUM_KERNELS / loaded.len())
+            .clamp(DIRECT_SUM_CELL_BOUNDS[0], DIRECT_SUM_CELL_BOUNDS[1])
+            .min(loaded.len());
         let planes = if normal_only { 2..3 } else { 0..3 };
         let cells: Vec<usize> =
             (0..count).map(|k| loaded[(2 * k + 1) * loaded.len() / (2 * count)]).collect();
@@ -101,7 +103,12 @@ pub enum OperatorCheck {
 }
 
 /// Evaluates the state afresh and checks it.
-pub fn check(problem: &Increment, it: &mut ContactState, gap: TangentialGap, sums: OperatorCheck) -> StateChecks {
+pub fn check(
+    problem: &Increment,
+    it: &mut ContactState,
+    gap: TangentialGap,
+    sums: OperatorCheck,
+) -> StateChecks {
     problem.evaluate(it);
     // Of equal bodies, pressures move nothing in the surface.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
@@ -113,7 +120,8 @@ pub fn check(problem: &Increment, it: &mut ContactState, gap: TangentialGap, sum
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
-    checks.operator_defect = if sums == OperatorCheck::SampleCells { operator_defect(problem, it) } else { None };
+    checks.operator_defect =
+        if sums == OperatorCheck::SampleCells { operator_defect(problem, it) } else { None };
     let mut p_max: f64 = 0.0;
     let mut alone = 0.0;
     let mut normal = 0.0;

@@ -15,7 +15,11 @@ pub struct Unknowns {
 impl Unknowns {
     /// Those of a state.
     pub fn from_state(it: &ContactState) -> Self {
-        Self { scaled: it.scaled.clone(), rigid_motion: it.rigid_motion.clone(), mode_amplitudes: it.mode_amplitudes.clone() }
+        Self {
+            scaled: it.scaled.clone(),
+            rigid_motion: it.rigid_motion.clone(),
+            mode_amplitudes: it.mode_amplitudes.clone(),
+        }
     }
 
     /// Takes those of a state of the same size.

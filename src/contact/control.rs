@@ -45,9 +45,9 @@ pub enum SlipReference {
     /// except in cells that stick through the whole cycle, which keep the tangential gap they stuck at.
     PreviousPoint {
         /// Cells that stick through the cycle.
-        stuck: Vec<bool>,
+        stick_mask: Vec<bool>,
         /// Their tangential gaps, `[2, N]`.
-        at: Vec<f64>,
+        stick_gap: Vec<f64>,
     },
     /// Steady sliding: the slip itself, `[2, N]`, whatever the tractions.
     Prescribed(Vec<f64>),
@@ -69,11 +69,14 @@ impl SlipReference {
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
-            Self::PreviousPoint { stuck, .. } => Self::PreviousPoint { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
-            Self::Prescribed(_) => Self::Prescribed(vec![0.0; 2 * n]),
-            Self::Upstream(upstream) => {
-                Self::Upstream(Upstream { source_cell: upstream.source_cell.clone(), rigid_slip: vec![0.0; 2 * n] })
+            Self::PreviousPoint { stick_mask, .. } => {
+                Self::PreviousPoint { stick_mask: stick_mask.clone(), stick_gap: vec![0.0; 2 * n] }
             }
+            Self::Prescribed(_) => Self::Prescribed(vec![0.0; 2 * n]),
+            Self::Upstream(upstream) => Self::Upstream(Upstream {
+                source_cell: upstream.source_cell.clone(),
+                rigid_slip: vec![0.0; 2 * n],
+            }),
         }
     }
 }

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::balance::{BalanceCells, MAX_RIGID_MODES};
-use super::control::{PathPoint, NormalControl, Pressures, SlipReference, TangentialControl};
 use super::contact_state::ContactState;
-use super::scales::{FrictionScaling, ContactScales};
+use super::control::{NormalControl, PathPoint, Pressures, SlipReference, TangentialControl};
+use super::scales::{ContactScales, FrictionScaling};
 use crate::error::Result;
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::{Flexibility, TangentialFlexibility};
-use crate::skip::{OmittableWork, AllowedOmissions};
+use crate::skip::{AllowedOmissions, OmittableWork};
 use crate::wear::SpecificWearRate;
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
@@ -229,7 +229,12 @@ impl Increment<'_> {
     }
 
     /// Local gap in cell `i` by a rigid motion along x, y, n and along the floating motions.
-    pub(super) fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
+    pub(super) fn rigid_gap(
+        &self,
+        i: usize,
+        motion: [f64; 3],
+        floating: &[f64; MAX_RIGID_MODES],
+    ) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
             Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),
@@ -269,7 +274,9 @@ impl Increment<'_> {
                     let here = it.gap[end * 3 * n + plane * n + i];
                     let from = match &spec.reference {
                         SlipReference::Previous(at) => at[plane * n + i],
-                        SlipReference::PreviousPoint { stuck, at } if stuck[i] => at[plane * n + i],
+                        SlipReference::PreviousPoint { stick_mask, stick_gap } if stick_mask[i] => {
+                            stick_gap[plane * n + i]
+                        }
                         SlipReference::PreviousPoint { .. } => it.gap[before * 3 * n + plane * n + i],
                         SlipReference::Upstream(_) | SlipReference::Prescribed(_) => {
                             unreachable!("they need no gap")

@@ -19,8 +19,8 @@ pub mod solver;
 mod window;
 
 pub use balance::{Balance, BalanceConstraint};
-pub use control::{PathPoint, NormalControl, Pressures, SlipReference, TangentialControl, Upstream};
-pub use increment::Increment;
 pub use contact_state::{ContactState, Unknowns};
+pub use control::{NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Upstream};
+pub use increment::Increment;
 pub use scales::ContactScales;
 pub use solver::{Method, SolverOptions};

@@ -6,7 +6,7 @@
 
 use super::balance::{self, Balance, MAX_RIGID_MODES, ProjectionStart};
 use super::scales::FrictionScaling;
-use super::{PathPoint, Increment, NormalControl, Pressures, TangentialControl};
+use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 
 /// Whether the prescribed forces could be carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,7 +136,11 @@ fn balanced(
     let (motion, failure) = balance.project(problem.cells(), from, new);
     rigid.iter_mut().zip(&motion).for_each(|(r, m)| *r += m);
     floating.iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += m);
-    failure.map(|failure| LossOfEquilibrium { motion: failure.motion, separates_bodies: failure.separates_bodies, carried_load_fraction: failure.carried_load_fraction })
+    failure.map(|failure| LossOfEquilibrium {
+        motion: failure.motion,
+        separates_bodies: failure.separates_bodies,
+        carried_load_fraction: failure.carried_load_fraction,
+    })
 }
 
 /// Every tangential traction at its limit along `direction`.
@@ -210,7 +214,9 @@ impl TangentialLoad {
     fn of(control: TangentialControl, hat: &FrictionScaling) -> Option<Self> {
         match control {
             TangentialControl::Shift => None,
-            TangentialControl::Force(force) => Some(Self { force: hat.scaled_traction(force), direction: None }),
+            TangentialControl::Force(force) => {
+                Some(Self { force: hat.scaled_traction(force), direction: None })
+            }
             TangentialControl::ForceAlong { axis, force } => {
                 let mut unit = [0.0; 2];
                 unit[axis] = 1.0;
@@ -264,7 +270,8 @@ fn shift_for_force(
         let mut motion = [0.0; balance::MOTION_COMPONENTS];
         // Traction on body 2 is against its motion.
         (motion[0], motion[1]) = (-force[0] / norm, -force[1] / norm);
-        let sliding = LossOfEquilibrium { motion, separates_bodies: false, carried_load_fraction: capacity / size };
+        let sliding =
+            LossOfEquilibrium { motion, separates_bodies: false, carried_load_fraction: capacity / size };
         return (if size == 0.0 { Equilibrium::Balanced } else { Equilibrium::Sliding(sliding) }, [0.0; 2]);
     }
     let scale = capacity / areas.iter().sum::<f64>();
@@ -391,8 +398,10 @@ mod tests {
             let (share, turn) = (1.98 * numbers.next(), 6.0 * numbers.next());
             let along_x = hat.scaled_slip([1.0, 0.0]);
             // A force that friction carries along x whatever acts along y, and one in any direction.
-            let one =
-                TangentialControl::ForceAlong { axis: 0, force: share * capacity * along_x[0].hypot(along_x[1]) };
+            let one = TangentialControl::ForceAlong {
+                axis: 0,
+                force: share * capacity * along_x[0].hypot(along_x[1]),
+            };
             let both = TangentialControl::Force(
                 hat.physical_traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity),
             );

@@ -1,8 +1,8 @@
 //! How far a state is from solving an increment.
 
+use super::contact_state::ContactState;
 use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
-use super::contact_state::ContactState;
 
 /// Rounding of a sum of a few numbers by the largest of them.
 const SUM_ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -84,7 +84,9 @@ impl Increment<'_> {
         let normal = sum(2);
         let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
         let mut residuals = [0.0; 2];
-        if let (NormalControl::Force(wanted), Pressures::Unknown) = (self.path_points[end].normal, self.pressures) {
+        if let (NormalControl::Force(wanted), Pressures::Unknown) =
+            (self.path_points[end].normal, self.pressures)
+        {
             residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {

@@ -92,7 +92,12 @@ impl ContactScales {
     }
 
     /// Largest eigenvalue of M S_tt M in the same way.
-    pub(super) fn max_tangential_eigenvalue(&self, operator: &dyn Flexibility, areas: &[f64], hat: &FrictionScaling) -> f64 {
+    pub(super) fn max_tangential_eigenvalue(
+        &self,
+        operator: &dyn Flexibility,
+        areas: &[f64],
+        hat: &FrictionScaling,
+    ) -> f64 {
         *self.tangential.get_or_init(|| largest_tangential(operator, areas, hat))
     }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::scales::ContactScales;
-use super::{PathPoint, Increment, ContactState, SlipReference, Upstream};
+use super::{ContactState, Increment, PathPoint, SlipReference, Upstream};
 use crate::linalg::operator::Flexibility;
 
 /// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.
@@ -211,10 +211,10 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
 fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
-        SlipReference::PreviousPoint { stuck, at } if window.factor == 1 => {
+        SlipReference::PreviousPoint { stick_mask, stick_gap } if window.factor == 1 => {
             let mut picked = vec![false; window.n()];
-            window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
-            SlipReference::PreviousPoint { stuck: picked, at: window.restrict(at) }
+            window.pairs(|cell, of_frame| picked[cell] = stick_mask[of_frame]);
+            SlipReference::PreviousPoint { stick_mask: picked, stick_gap: window.restrict(stick_gap) }
         }
         SlipReference::Upstream(upstream) => SlipReference::Upstream(upstream_on(upstream, window)),
         SlipReference::Prescribed(slip) => SlipReference::Prescribed(window.restrict(slip)),
@@ -224,7 +224,13 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
     let balance = end.balance.as_ref().map(|balance| balance.restricted_to(&pairs));
     let lifted = end.fixed_normal_offset.as_ref().map(|lifted| window.restrict(lifted));
-    Some(PathPoint { normal: end.normal, tangential: end.tangential, balance, reference, fixed_normal_offset: lifted })
+    Some(PathPoint {
+        normal: end.normal,
+        tangential: end.tangential,
+        balance,
+        reference,
+        fixed_normal_offset: lifted,
+    })
 }
 
 #[cfg(test)]

@@ -24,8 +24,8 @@ use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::linalg::PerCell;
-use crate::linalg::sparse_lu::{MAX_RHS, LuWorkspace, SparseLu};
 use crate::linalg::operator::Flexibility;
+use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 
 /// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.
 const MAX_UNKNOWNS: usize = 60_000;

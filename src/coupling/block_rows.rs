@@ -186,7 +186,9 @@ impl MeshRows {
             side,
             stiffness: model.stiffness().clone(),
             rows: components().map(|(node, c)| model.free_dof(node, c)).collect(),
-            prescribed: components().map(|(node, c)| model.prescribed_displacement(node, c).unwrap_or(0.0)).collect(),
+            prescribed: components()
+                .map(|(node, c)| model.prescribed_displacement(node, c).unwrap_or(0.0))
+                .collect(),
             load: model.load_vector(),
             scratch: Mutex::new(vec![0.0; 3 * map.nodes().len()]),
             map,

@@ -17,7 +17,7 @@ use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::composed::SumFlexibility;
 use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::linalg::operator::Flexibility;
-use crate::skip::{OmittableWork, OmittedWork, OmissionKind};
+use crate::skip::{OmissionKind, OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
 pub use distance::mesh_distance;
@@ -151,7 +151,8 @@ fn sum_of_bodies(
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
         free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
     }
-    let floating = [body1.rigid_body_modes(), body2.rigid_body_modes()].into_iter().flatten().cloned().collect();
+    let floating =
+        [body1.rigid_body_modes(), body2.rigid_body_modes()].into_iter().flatten().cloned().collect();
     Ok(CoupledBodies { flexibility, free_gap, floating, skipped })
 }
 

@@ -10,8 +10,8 @@ macro_rules! surfaces {
         impl ElementKind {
             /// Values of the shape functions of a surface at the reference point `xi`; those beyond its nodes, and those of
             /// kinds that are no surfaces, are 0.
-            pub fn face_values(self, xi: [f64; 2]) -> [f64; MOST_FACE_NODES] {
-                let mut all = [0.0; MOST_FACE_NODES];
+            pub fn face_values(self, xi: [f64; 2]) -> [f64; MAX_FACE_NODES] {
+                let mut all = [0.0; MAX_FACE_NODES];
                 match self {
                     $(Self::$element => all[..$n].copy_from_slice(&$element::values(xi)),)*
                     _ => {}
@@ -20,8 +20,8 @@ macro_rules! surfaces {
             }
 
             /// Their derivatives by the reference coordinates.
-            pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MOST_FACE_NODES] {
-                let mut all = [[0.0; 2]; MOST_FACE_NODES];
+            pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MAX_FACE_NODES] {
+                let mut all = [[0.0; 2]; MAX_FACE_NODES];
                 match self {
                     $(Self::$element => all[..$n].copy_from_slice(&$element::gradients(xi)),)*
                     _ => {}
@@ -30,7 +30,7 @@ macro_rules! surfaces {
             }
 
             /// Reference coordinates of the nodes of a surface, corners first; none for kinds that are no surfaces.
-            pub fn face_places(self) -> &'static [[f64; 2]] {
+            pub fn face_reference_nodes(self) -> &'static [[f64; 2]] {
                 match self {
                     $(Self::$element => &<$element as ShapeFunctions<$n, 2>>::NODES,)*
                     _ => &[],

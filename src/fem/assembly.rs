@@ -4,11 +4,11 @@ use nalgebra::Matrix6;
 use rayon::prelude::*;
 
 use super::dof_map::DofMap;
-use super::element_kernels::{packed_len, element_stiffness};
+use super::element_kernels::{element_stiffness, packed_len};
+use super::element_materials::ElementMaterials;
+use super::element_rules::RuleSet;
 use super::foundation::FoundationFace;
 use super::integration_points::ElementDefect;
-use super::element_materials::ElementMaterials;
-use super::element_rules::Rules;
 use super::spec::HexFormulation;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -24,7 +24,7 @@ const ELEMENTS_PER_BATCH: usize = 512;
 pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
     pub regions: &'a ElementMaterials,
-    pub rules: &'a Rules,
+    pub rules: &'a RuleSet,
     pub formulation: HexFormulation,
 }
 
@@ -50,8 +50,15 @@ impl ElementContext<'_> {
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);
         let mut packed = vec![0.0; packed_len(kind)];
-        element_stiffness(kind, &self.node_coordinates(cell), &self.stiffness_tensor(i), self.formulation, self.rules, &mut packed)
-            .map_err(|unsound| self.defect_error(cell, unsound))?;
+        element_stiffness(
+            kind,
+            &self.node_coordinates(cell),
+            &self.stiffness_tensor(i),
+            self.formulation,
+            self.rules,
+            &mut packed,
+        )
+        .map_err(|unsound| self.defect_error(cell, unsound))?;
         Ok(packed)
     }
 

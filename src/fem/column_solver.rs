@@ -1,13 +1,13 @@
 //! Many displacement fields of one body at a time: forces of prescribed displacements and solutions for given forces, for
 //! fields that are superposed on a known one.
 
-use super::loads::FaceLoad;
 use super::condensation_method::CondensationMethod;
+use super::loads::FaceLoad;
 use super::model::FeModel;
 use super::spec::FoundationStiffness;
 use crate::error::{Context, Result};
-use crate::linalg::dense::try_zeroed;
 use crate::linalg::cholesky::SymmetricSolver;
+use crate::linalg::dense::try_zeroed;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::CellRef;
@@ -102,10 +102,17 @@ impl FeModel {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn forces_of_prescribed_displacements(&self, prescribed: &[usize], displacement: &[f64]) -> Result<PrescribedDisplacementForces> {
+    pub fn forces_of_prescribed_displacements(
+        &self,
+        prescribed: &[usize],
+        displacement: &[f64],
+    ) -> Result<PrescribedDisplacementForces> {
         let (n, n_free) = (prescribed.len(), self.n_free());
         let columns = displacement.len().checked_div(n).unwrap_or(0);
-        let mut forces = PrescribedDisplacementForces { on_free_dofs: try_zeroed(columns * n_free)?, on_prescribed_dofs: try_zeroed(columns * n)? };
+        let mut forces = PrescribedDisplacementForces {
+            on_free_dofs: try_zeroed(columns * n_free)?,
+            on_prescribed_dofs: try_zeroed(columns * n)?,
+        };
         let mut place = vec![usize::MAX; 3 * self.mesh().n_points()];
         prescribed.iter().enumerate().for_each(|(i, &dof)| place[dof] = i);
         let mut add = |nodes: &[usize], packed: &[f64]| {
@@ -121,7 +128,8 @@ impl FeModel {
                             forces.on_free_dofs[c * n_free + row] += entry * displacement[c * n + from];
                         }),
                         None => (0..columns).for_each(|c| {
-                            forces.on_prescribed_dofs[c * n + place[dof]] += entry * displacement[c * n + from];
+                            forces.on_prescribed_dofs[c * n + place[dof]] +=
+                                entry * displacement[c * n + from];
                         }),
                     }
                 }

@@ -10,12 +10,12 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use super::analysis::{SymbolicAnalysis, flexibility_bytes};
-use super::flexibility_cache::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
 use super::condensation_method::CondensationMethod;
+use super::flexibility_cache::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
 use super::model::FeModel;
 use crate::error::Result;
-use crate::linalg::dense::SymmetricDense;
 use crate::linalg::cholesky::{CholeskyFactor, SymmetricSolver};
+use crate::linalg::dense::SymmetricDense;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 
@@ -100,7 +100,9 @@ impl CondensedBody {
         cache: &FlexibilityCache,
         (memory, keep): (MemoryLimit, CacheContents),
     ) -> Result<Self> {
-        let wanted = keep == CacheContents::FlexibilityAndFactor || model.has_own_loads() || model.generalised_inverse().is_some();
+        let wanted = keep == CacheContents::FlexibilityAndFactor
+            || model.has_own_loads()
+            || model.generalised_inverse().is_some();
         let n = model.contact_rows(contact_nodes).len();
         let mut damage = None;
         let mut find = |method: CondensationMethod| -> Result<Option<FlexibilityEntry>> {
@@ -119,7 +121,8 @@ impl CondensedBody {
         let key = model.cache_key(contact_nodes, CondensationMethod::Factorisation);
         let kept = wanted.then(|| (cache.clone(), key));
         if let Some(entry) = find(CondensationMethod::Factorisation)?
-            && CondensationMethod::choose(&model, n, entry.factorisation_bytes, &memory)? == CondensationMethod::Factorisation
+            && CondensationMethod::choose(&model, n, entry.factorisation_bytes, &memory)?
+                == CondensationMethod::Factorisation
         {
             let factor_bytes = entry.factorisation_bytes.saturating_sub(model.resident_bytes());
             let mut condensed = from_cache(contact_nodes, entry, CondensationMethod::Factorisation);
@@ -153,7 +156,14 @@ impl CondensedBody {
         condensed: CondensationResult,
         kept: Option<(FlexibilityCache, CacheKey)>,
     ) -> Result<Self> {
-        let CondensationResult { contact_nodes, contact_flexibility: trailing, solver, solver_bytes, residual, origin } = condensed;
+        let CondensationResult {
+            contact_nodes,
+            contact_flexibility: trailing,
+            solver,
+            solver_bytes,
+            residual,
+            origin,
+        } = condensed;
         let flexibility = expand_to_contact_dofs(&model, &contact_nodes, trailing)?;
         let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.has_factor(key));
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
@@ -262,11 +272,23 @@ impl CondensedBody {
     }
 }
 
-fn from_cache(contact_nodes: &[usize], entry: FlexibilityEntry, method: CondensationMethod) -> CondensationResult {
+fn from_cache(
+    contact_nodes: &[usize],
+    entry: FlexibilityEntry,
+    method: CondensationMethod,
+) -> CondensationResult {
     let FlexibilityEntry { flexibility: trailing, residual, computing_seconds: seconds, .. } = entry;
-    let origin = FlexibilityOrigin { method, seconds_saved_by_cache: Some(seconds), ..FlexibilityOrigin::default() };
+    let origin =
+        FlexibilityOrigin { method, seconds_saved_by_cache: Some(seconds), ..FlexibilityOrigin::default() };
     let contact_nodes = contact_nodes.to_vec();
-    CondensationResult { contact_nodes, contact_flexibility: trailing, solver: OnceLock::new(), solver_bytes: 0, residual, origin }
+    CondensationResult {
+        contact_nodes,
+        contact_flexibility: trailing,
+        solver: OnceLock::new(),
+        solver_bytes: 0,
+        residual,
+        origin,
+    }
 }
 
 fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
@@ -298,7 +320,14 @@ fn compute(
             (Box::new(solver), block.values, block.residual)
         }
     };
-    Ok(CondensationResult { contact_nodes, contact_flexibility: trailing, solver: solver.into(), solver_bytes, residual, origin })
+    Ok(CondensationResult {
+        contact_nodes,
+        contact_flexibility: trailing,
+        solver: solver.into(),
+        solver_bytes,
+        residual,
+        origin,
+    })
 }
 
 /// The flexibility of the free contact dofs spread over all contact dofs, zero where prescribed.

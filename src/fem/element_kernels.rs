@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::mean_dilatation::MeanDilatation;
+use super::element_rules::{ElementVisitor, IntegrationRules, RuleSet, SolidElement, visit_element};
 use super::enhanced_strain::{EnhancedStrain, map_gauss_points};
-use super::integration_points::{MappedPoint, ReferencePoint, ElementDefect, map_point};
-use super::element_rules::{Rules, SolidElement, IntegrationRules, ElementVisitor, visit};
+use super::integration_points::{ElementDefect, MappedPoint, ReferencePoint, map_point};
+use super::mean_dilatation::MeanDilatation;
 use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
 use crate::quadrature::RulePoint;
@@ -97,21 +97,21 @@ pub(super) fn element_stiffness(
     nodes: &[[f64; 3]],
     c: &Matrix6<f64>,
     formulation: HexFormulation,
-    rules: &Rules,
+    rules: &RuleSet,
     packed: &mut [f64],
 ) -> Result<(), ElementDefect> {
     packed.fill(0.0);
     if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
         return mixed_stiffness(nodes, c, formulation, rules, packed);
     }
-    visit(kind, StiffnessKernel { nodes, c, rules, packed })
+    visit_element(kind, StiffnessKernel { nodes, c, rules, packed })
 }
 
 /// The stiffness from the displacement interpolation alone.
 struct StiffnessKernel<'a> {
     nodes: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
-    rules: &'a Rules,
+    rules: &'a RuleSet,
     packed: &'a mut [f64],
 }
 
@@ -132,7 +132,7 @@ fn mixed_stiffness(
     nodes: &[[f64; 3]],
     c: &Matrix6<f64>,
     formulation: HexFormulation,
-    rules: &Rules,
+    rules: &RuleSet,
     packed: &mut [f64],
 ) -> Result<(), ElementDefect> {
     let (nodes, rule) = (as_node_array::<8>(nodes), &Hex8::rules(rules).stiffness);
@@ -205,12 +205,12 @@ pub(super) fn element_state(
     u: &[[f64; 3]],
     c: &Matrix6<f64>,
     formulation: HexFormulation,
-    rules: &Rules,
+    rules: &RuleSet,
 ) -> Result<ElementState, ElementDefect> {
     if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
         return mixed_state(nodes, u, c, formulation, rules);
     }
-    visit(kind, StateKernel { nodes, u, c, rules })
+    visit_element(kind, StateKernel { nodes, u, c, rules })
 }
 
 /// The state from the displacement interpolation alone.
@@ -218,14 +218,15 @@ struct StateKernel<'a> {
     nodes: &'a [[f64; 3]],
     u: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
-    rules: &'a Rules,
+    rules: &'a RuleSet,
 }
 
 impl ElementVisitor for StateKernel<'_> {
     type Output = Result<ElementState, ElementDefect>;
 
     fn visit_element<S: SolidElement<N>, const N: usize>(self) -> Self::Output {
-        let (nodes, u, rules) = (as_node_array::<N>(self.nodes), as_node_array::<N>(self.u), S::rules(self.rules));
+        let (nodes, u, rules) =
+            (as_node_array::<N>(self.nodes), as_node_array::<N>(self.u), S::rules(self.rules));
         let mapped: Vec<MappedPoint<N>> =
             rules.stiffness.iter().map(|sample| map_point(nodes, sample)).collect::<Result<_, _>>()?;
         let strains: Vec<Vector6<f64>> = mapped.iter().map(|point| strain(point, u)).collect();
@@ -241,7 +242,7 @@ fn mixed_state(
     u: &[[f64; 3]],
     c: &Matrix6<f64>,
     formulation: HexFormulation,
-    rules: &Rules,
+    rules: &RuleSet,
 ) -> Result<ElementState, ElementDefect> {
     let (nodes, u, rules) = (as_node_array::<8>(nodes), as_node_array::<8>(u), Hex8::rules(rules));
     let mapped = map_gauss_points(nodes, &rules.stiffness)?;
@@ -274,7 +275,7 @@ pub(super) fn stresses_at(
     c: &Matrix6<f64>,
     rule: &[RulePoint<3>],
 ) -> Result<Vec<PointStress>, ElementDefect> {
-    visit(kind, StressKernel { nodes, u, c, rule })
+    visit_element(kind, StressKernel { nodes, u, c, rule })
 }
 
 struct StressKernel<'a> {
@@ -332,7 +333,7 @@ mod tests {
     /// |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest), distorted or slender.
     #[test]
     fn six_zero_modes() {
-        let rules = Rules::new();
+        let rules = RuleSet::new();
         let distort = |x: [f64; 3]| {
             [x[0] + 0.2 * x[1] * x[2], x[1] * (1.3 + 0.2 * x[0]), 0.7 * x[2] + 0.3 * x[0] + 0.1 * x[0] * x[1]]
         };
@@ -362,7 +363,7 @@ mod tests {
             }
         }
         for &kind in ALL.iter().filter(|&&kind| kind != ElementKind::Hex8) {
-            let nodes = visit(kind, Nodes);
+            let nodes = visit_element(kind, Nodes);
             check(kind, nodes.iter().map(|&x| distort(x)).collect(), HexFormulation::Enhanced);
             check(kind, nodes.iter().map(|&x| slender(x)).collect(), HexFormulation::Enhanced);
         }
@@ -372,7 +373,7 @@ mod tests {
     /// the condensed element. Tolerance: rounding.
     #[test]
     fn forces_are_stiffness_times_displacements() {
-        let rules = Rules::new();
+        let rules = RuleSet::new();
         let nodes = Hex8::NODES
             .map(|x| [x[0] + 0.2 * x[1] * x[2], x[1] * (1.3 + 0.2 * x[0]), 0.7 * x[2] + 0.3 * x[0]]);
         let u: Vec<[f64; 3]> =
@@ -380,7 +381,8 @@ mod tests {
         for formulation in HexFormulation::ALL {
             let c = orthotropic();
             let mut packed = vec![0.0; packed_len(ElementKind::Hex8)];
-            element_stiffness(ElementKind::Hex8, &nodes, c.voigt(), formulation, &rules, &mut packed).unwrap();
+            element_stiffness(ElementKind::Hex8, &nodes, c.voigt(), formulation, &rules, &mut packed)
+                .unwrap();
             let flat = nalgebra::DVector::from_iterator(24, u.iter().flatten().copied());
             let wanted = unpacked(&packed, 24) * &flat;
             let state = element_state(ElementKind::Hex8, &nodes, &u, c.voigt(), formulation, &rules).unwrap();

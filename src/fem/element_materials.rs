@@ -149,7 +149,10 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
         if mistakes.is_empty() && !corners.is_empty() {
             mistakes = placement.empty_ply_errors(&corners);
         }
-        findings.push(RegionReport { errors: mistakes, notes: placement.straddling_warning(&corners).into_iter().collect() });
+        findings.push(RegionReport {
+            errors: mistakes,
+            notes: placement.straddling_warning(&corners).into_iter().collect(),
+        });
     }
     Ok(findings)
 }
@@ -189,7 +192,11 @@ fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
 }
 
 /// Index of the material of a cell in its region, and its axes.
-fn material_and_axes(mesh: &Mesh, cell: CellRef, placement: &RegionMaterial) -> Result<(usize, Matrix3<f64>)> {
+fn material_and_axes(
+    mesh: &Mesh,
+    cell: CellRef,
+    placement: &RegionMaterial,
+) -> Result<(usize, Matrix3<f64>)> {
     let corners = corners(mesh, cell);
     let middle = centroid(&corners);
     let Some(index) = placement.material_at(&middle) else {

@@ -23,7 +23,7 @@ pub(super) struct IntegrationRules<const N: usize> {
 /// A kind of element with `N` nodes.
 pub(super) trait SolidElement<const N: usize>: ShapeFunctions<N, 3> {
     /// Its rules.
-    fn rules(all: &Rules) -> &IntegrationRules<N>;
+    fn rules(all: &RuleSet) -> &IntegrationRules<N>;
 }
 
 /// Something to be done for one kind of element.
@@ -43,18 +43,18 @@ macro_rules! solids {
 
         /// The rules of all elements.
         #[derive(Debug, Clone)]
-        pub(super) struct Rules {
-            $($field: SolidRules<$n>,)*
+        pub(super) struct RuleSet {
+            $($field: IntegrationRules<$n>,)*
         }
 
-        impl Rules {
+        impl RuleSet {
             pub fn new() -> Self {
-                Self { $($field: SolidRules::new::<$element>($stiffness, $loads, $terms),)* }
+                Self { $($field: IntegrationRules::new::<$element>($stiffness, $loads, $terms),)* }
             }
         }
 
-        $(impl Solid<$n> for $element {
-            fn rules(all: &Rules) -> &SolidRules<$n> {
+        $(impl SolidElement<$n> for $element {
+            fn rules(all: &RuleSet) -> &IntegrationRules<$n> {
                 &all.$field
             }
         })*
@@ -63,9 +63,9 @@ macro_rules! solids {
         ///
         /// # Panics
         /// If the kind is no solid (a body has solid cells only).
-        pub(super) fn visit<V: SolidVisitor>(kind: ElementKind, visitor: V) -> V::Output {
+        pub(super) fn visit_element<V: ElementVisitor>(kind: ElementKind, visitor: V) -> V::Output {
             match kind {
-                $(ElementKind::$element => visitor.visit::<$element, $n>(),)*
+                $(ElementKind::$element => visitor.visit_element::<$element, $n>(),)*
                 other => unreachable!("{} was refused", other.name()),
             }
         }

@@ -11,7 +11,7 @@
 use nalgebra::{Cholesky, Const, Matrix3, Matrix6, SMatrix, SVector};
 
 use super::element_kernels::unit_strain;
-use super::integration_points::{MappedPoint, ReferencePoint, ElementDefect, jacobian, map_point};
+use super::integration_points::{ElementDefect, MappedPoint, ReferencePoint, jacobian, map_point};
 use crate::element::{Hex8, ShapeFunctions};
 use crate::material::VOIGT;
 
@@ -58,7 +58,8 @@ impl EnhancedStrain {
     ) -> Result<Self, ElementDefect> {
         let centre = jacobian(nodes, &Hex8::gradients([0.0; 3]));
         let det = centre.determinant();
-        let inverse = centre.try_inverse().filter(|_| det > 0.0).ok_or(ElementDefect::NonpositiveJacobian(det))?;
+        let inverse =
+            centre.try_inverse().filter(|_| det > 0.0).ok_or(ElementDefect::NonpositiveJacobian(det))?;
         let t = transformation(&inverse);
         let mut modes = [Modes::zeros(); 8];
         let mut h = SMatrix::<f64, 9, 9>::zeros();
@@ -103,7 +104,10 @@ impl EnhancedStrain {
 }
 
 /// Maps the eight integration points.
-pub(super) fn map_gauss_points(nodes: &[[f64; 3]; 8], samples: &[ReferencePoint<8>]) -> Result<[MappedPoint<8>; 8], ElementDefect> {
+pub(super) fn map_gauss_points(
+    nodes: &[[f64; 3]; 8],
+    samples: &[ReferencePoint<8>],
+) -> Result<[MappedPoint<8>; 8], ElementDefect> {
     let mut mapped = [map_point(nodes, &samples[0])?; 8];
     for (point, sample) in mapped.iter_mut().zip(samples).skip(1) {
         *point = map_point(nodes, sample)?;

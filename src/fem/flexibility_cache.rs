@@ -96,7 +96,12 @@ impl FlexibilityCache {
                 let _ = file.set_modified(SystemTime::now());
                 let [residual, seconds] = [3, 4].map(|i| f64::from_le_bytes(word(&head, i)));
                 let needed_bytes = u64::from_le_bytes(word(&head, 5)) as usize;
-                Ok(CacheLookup::Hit(Box::new(FlexibilityEntry { flexibility, residual, computing_seconds: seconds, factorisation_bytes: needed_bytes })))
+                Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
+                    flexibility,
+                    residual,
+                    computing_seconds: seconds,
+                    factorisation_bytes: needed_bytes,
+                })))
             }
             Ok(None) => Ok(CacheLookup::Damaged("its checksum is wrong".to_owned())),
             Err(error) => Ok(CacheLookup::Damaged(error.to_string())),
@@ -207,7 +212,10 @@ mod tests {
         assert_eq!(cache.read(&key(0), 7).unwrap(), CacheLookup::Miss);
         cache.write(&key(0), &entry(7)).unwrap();
         assert_eq!(cache.read(&key(0), 7).unwrap(), CacheLookup::Hit(Box::new(entry(7))));
-        assert_eq!((cache.peek_factorisation_bytes(&key(0), 7), cache.peek_factorisation_bytes(&key(1), 7)), (Some(77), None));
+        assert_eq!(
+            (cache.peek_factorisation_bytes(&key(0), 7), cache.peek_factorisation_bytes(&key(1), 7)),
+            (Some(77), None)
+        );
         assert!(key(0) != key(1) && cache.read(&key(1), 7).unwrap() == CacheLookup::Miss);
     }
 
@@ -252,7 +260,10 @@ mod tests {
         }
         assert!(matches!(cache.read(&key(0), 9).unwrap(), CacheLookup::Hit(_)), "used again");
         cache.write(&key(2), &entry(9)).unwrap();
-        assert_eq!([0, 1, 2].map(|number| cache.peek_factorisation_bytes(&key(number), 9).is_some()), [true, false, true]);
+        assert_eq!(
+            [0, 1, 2].map(|number| cache.peek_factorisation_bytes(&key(number), 9).is_some()),
+            [true, false, true]
+        );
         cache.write(&key(3), &entry(90)).unwrap();
         assert!(cache.peek_factorisation_bytes(&key(3), 90).is_none() && !leftover.exists());
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::loads::{FaceLoad, LoadedFace};
-use super::spec::{FoundationStiffness, FeSpec};
+use super::spec::{FeSpec, FoundationStiffness};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
@@ -56,7 +56,10 @@ pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirec
     Ok(resistances)
 }
 
-fn for_each_face(spec: &FeSpec, mut visit: impl FnMut(&Mesh, &SurfaceFace, FoundationStiffness)) -> Result<()> {
+fn for_each_face(
+    spec: &FeSpec,
+    mut visit: impl FnMut(&Mesh, &SurfaceFace, FoundationStiffness),
+) -> Result<()> {
     for foundation in &spec.foundations {
         let name = || format!("foundation of the group \"{}\"", foundation.group);
         check_stiffness(foundation.stiffness).context(name)?;

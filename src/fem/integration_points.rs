@@ -38,7 +38,9 @@ pub(super) enum ElementDefect {
 }
 
 /// The shape functions at the points of a rule.
-pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(rule: Vec<RulePoint<3>>) -> Vec<ReferencePoint<N>> {
+pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(
+    rule: Vec<RulePoint<3>>,
+) -> Vec<ReferencePoint<N>> {
     rule.into_iter()
         .map(|(xi, weight)| ReferencePoint { xi, weight, values: S::values(xi), gradients: S::gradients(xi) })
         .collect()
@@ -58,12 +60,17 @@ pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64;
 }
 
 /// Maps a sample into the element of nodes `nodes`.
-pub(super) fn map_point<const N: usize>(nodes: &[[f64; 3]; N], sample: &ReferencePoint<N>) -> Result<MappedPoint<N>, ElementDefect> {
+pub(super) fn map_point<const N: usize>(
+    nodes: &[[f64; 3]; N],
+    sample: &ReferencePoint<N>,
+) -> Result<MappedPoint<N>, ElementDefect> {
     let j = jacobian(nodes, &sample.gradients);
     let det = j.determinant();
     let longest = j.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
-    let inverse =
-        j.try_inverse().filter(|_| det > MIN_RELATIVE_DETERMINANT * longest.powi(3)).ok_or(ElementDefect::NonpositiveJacobian(det))?;
+    let inverse = j
+        .try_inverse()
+        .filter(|_| det > MIN_RELATIVE_DETERMINANT * longest.powi(3))
+        .ok_or(ElementDefect::NonpositiveJacobian(det))?;
     let gradients = sample.gradients.map(|g| {
         std::array::from_fn(|i| inverse[(0, i)] * g[0] + inverse[(1, i)] * g[1] + inverse[(2, i)] * g[2])
     });

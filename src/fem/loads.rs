@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::integration_points::{ReferencePoint, map_point};
 use super::element_materials::ElementMaterials;
-use super::element_rules::{Rules, SolidElement, ElementVisitor, visit};
-use super::spec::{FoundationStiffness, FeSpec};
+use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
+use super::integration_points::{ReferencePoint, map_point};
+use super::spec::{FeSpec, FoundationStiffness};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -33,7 +33,9 @@ impl FaceLoad {
             Self::Pressure(pressure) => -*pressure * normal,
             Self::Traction(traction) => *traction,
             Self::Foundation(FoundationStiffness::Normal(k)) => -*k * normal.dot(displacement) * normal,
-            Self::Foundation(FoundationStiffness::Components(k)) => -Vector3::from(*k).component_mul(displacement),
+            Self::Foundation(FoundationStiffness::Components(k)) => {
+                -Vector3::from(*k).component_mul(displacement)
+            }
         }
     }
 }
@@ -61,7 +63,7 @@ pub(super) struct Loads {
 ///
 /// # Errors
 /// If a group is missing or no outer surface, or a value is not finite.
-pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &Rules) -> Result<Loads> {
+pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) -> Result<Loads> {
     let mut loads = Loads { forces: vec![[0.0; 3]; spec.mesh.n_points()], faces: Vec::new() };
     for (group, value) in &spec.pressures {
         finite(&[*value]).context(|| format!("pressure on the group \"{group}\""))?;
@@ -143,12 +145,12 @@ fn load_face<S: ShapeFunctions<N, 2>, const N: usize>(
 pub(super) fn add_body_force(
     mesh: &Mesh,
     cells: &[CellRef],
-    rules: &Rules,
+    rules: &RuleSet,
     b: impl Fn([f64; 3]) -> [f64; 3],
     forces: &mut NodalForces,
 ) {
     for &cell in cells {
-        visit(
+        visit_element(
             mesh.kind(cell),
             BodyForceKernel { mesh, nodes: mesh.cell_nodes(cell), rules, b: &b, forces: &mut *forces },
         );
@@ -158,7 +160,7 @@ pub(super) fn add_body_force(
 struct BodyForceKernel<'a, B> {
     mesh: &'a Mesh,
     nodes: &'a [usize],
-    rules: &'a Rules,
+    rules: &'a RuleSet,
     b: &'a B,
     forces: &'a mut NodalForces,
 }

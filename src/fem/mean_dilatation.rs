@@ -43,7 +43,12 @@ impl MeanDilatation {
     }
 
     /// Adds to the nodal forces of `stresses` at the integration points.
-    pub fn correct_forces(&self, mapped: &[MappedPoint<8>; 8], stresses: &[Vector6<f64>], forces: &mut [[f64; 3]]) {
+    pub fn correct_forces(
+        &self,
+        mapped: &[MappedPoint<8>; 8],
+        stresses: &[Vector6<f64>],
+        forces: &mut [[f64; 3]],
+    ) {
         for ((point, stress), change) in mapped.iter().zip(stresses).zip(&self.corrections) {
             let pull = (stress[0] + stress[1] + stress[2]) * point.volume;
             for (force, c) in forces.iter_mut().flatten().zip(change.iter().flatten()) {

@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 
-use super::integration_points::{ElementDefect, map_point};
 use super::element_materials::ElementMaterials;
-use super::element_rules::{Rules, SolidElement, ElementVisitor, visit};
+use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
+use super::integration_points::{ElementDefect, map_point};
 use super::spec::FeSpec;
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad, format_point};
@@ -50,7 +50,8 @@ pub(crate) fn move_mesh(
     let regions = ElementMaterials::new(spec)?;
     let graph = graph(&spec.mesh, &regions.cells);
     let mut points = spec.mesh.points.clone();
-    let along = |component: usize| motion_constraints(spec, &regions, contact, &axes.0.column(component).into());
+    let along =
+        |component: usize| motion_constraints(spec, &regions, contact, &axes.0.column(component).into());
     let all_held = [along(0)?, along(1)?, along(2)?];
     let motion = project_onto_planes(motion, &all_held);
     let farthest = motion.iter().flatten().map(Point::norm).fold(0.0, f64::max);
@@ -111,12 +112,19 @@ fn graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
 
 /// What keeps nodes from moving along `axis`, `[n_points]`: a support, or that they lie on an outer face or where the material
 /// changes, unless the axis lies in the face.
-fn motion_constraints(spec: &FeSpec, regions: &ElementMaterials, contact: &[SurfaceFace], axis: &Point) -> Result<Vec<MotionConstraint>> {
+fn motion_constraints(
+    spec: &FeSpec,
+    regions: &ElementMaterials,
+    contact: &[SurfaceFace],
+    axis: &Point,
+) -> Result<Vec<MotionConstraint>> {
     let mesh = &spec.mesh;
     let mut held = vec![MotionConstraint::Free; mesh.n_points()];
     for support in &spec.supports {
         if (0..3).any(|c| support.components[c] && axis[c].abs() > FACE_ALIGNMENT_TOLERANCE) {
-            mesh.group_nodes(&support.group)?.into_iter().for_each(|node| held[node] = MotionConstraint::WithinFace);
+            mesh.group_nodes(&support.group)?
+                .into_iter()
+                .for_each(|node| held[node] = MotionConstraint::WithinFace);
         }
     }
     let mut is_contact: Vec<(CellRef, usize)> =
@@ -137,7 +145,8 @@ fn motion_constraints(spec: &FeSpec, regions: &ElementMaterials, contact: &[Surf
         };
         let across = area.dot(axis).abs();
         if across > FACE_ALIGNMENT_TOLERANCE * area.norm() {
-            let plane = face.neighbour.is_none() && area.norm() - across < FACE_ALIGNMENT_TOLERANCE * area.norm();
+            let plane =
+                face.neighbour.is_none() && area.norm() - across < FACE_ALIGNMENT_TOLERANCE * area.norm();
             let by = if plane { MotionConstraint::WithinPlane } else { MotionConstraint::WithinFace };
             local.iter().for_each(|&i| held[nodes[i]] = held[nodes[i]].max(by));
         }
@@ -165,9 +174,10 @@ fn solve_laplace(
     }
     let mut matrix = pattern(graph, &nodes, &row);
     let mut rhs = vec![0.0; nodes.len()];
-    let rules = Rules::new();
+    let rules = RuleSet::new();
     for batch in cells.chunks(ELEMENTS_PER_BATCH) {
-        let of = |&cell: &CellRef| visit(mesh.kind(cell), LaplaceKernel { mesh, cell, rules: &rules });
+        let of =
+            |&cell: &CellRef| visit_element(mesh.kind(cell), LaplaceKernel { mesh, cell, rules: &rules });
         let elements: Vec<_> = batch.par_iter().map(of).collect();
         for (&cell, element) in batch.iter().zip(elements) {
             let (element, own) = (element.map_err(|_| degenerate(mesh, cell))?, mesh.cell_nodes(cell));
@@ -190,9 +200,13 @@ fn solve_laplace(
         nested_dissection(graph, &nodes, &[])?.into_iter().map(|node| row[node]).collect();
     let symbolic = SymbolicCholesky::new(&matrix, &order, 0)?;
     let what = format!("moving {} nodes of a mesh", nodes.len());
-    memory.ensure_available(symbolic.memory_bytes_for(MAX_COUNTED_THREADS) as u128, &what, "use a coarser mesh")?;
-    let factor =
-        symbolic.factorise(&matrix, |row| format!("the node at {}", format_point(&mesh.points[nodes[row]])))?;
+    memory.ensure_available(
+        symbolic.memory_bytes_for(MAX_COUNTED_THREADS) as u128,
+        &what,
+        "use a coarser mesh",
+    )?;
+    let factor = symbolic
+        .factorise(&matrix, |row| format!("the node at {}", format_point(&mesh.points[nodes[row]])))?;
     factor.solve_in_place(&mut rhs, 1)?;
     nodes.iter().zip(rhs).for_each(|(&node, value)| values[node] = value);
     Ok(values)
@@ -216,7 +230,7 @@ fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse
 struct LaplaceKernel<'a> {
     mesh: &'a Mesh,
     cell: CellRef,
-    rules: &'a Rules,
+    rules: &'a RuleSet,
 }
 
 impl ElementVisitor for LaplaceKernel<'_> {
@@ -275,7 +289,7 @@ fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::structured::{GradedBlock, BlockElements};
+    use crate::mesh::structured::{BlockElements, GradedBlock};
 
     /// Truth: a linear function is harmonic, and in the space of the elements; it is given on the outer faces of a distorted
     /// block of hexahedra or tetrahedra.
@@ -293,7 +307,8 @@ mod tests {
             assert!(given.contains(&None));
             let cells: Vec<CellRef> = mesh.volume_cells().collect();
             let found =
-                solve_laplace(&mesh, &cells, &graph(&mesh, &cells), &given, &MemoryLimit::of_machine()).unwrap();
+                solve_laplace(&mesh, &cells, &graph(&mesh, &cells), &given, &MemoryLimit::of_machine())
+                    .unwrap();
             for (value, point) in found.iter().zip(&mesh.points) {
                 assert!((value - linear(point)).abs() < 1e-12, "{value} at {point:?}");
             }

@@ -31,18 +31,19 @@ mod column_solver;
 mod symmetry;
 
 pub use analysis::{SymbolicAnalysis, flexibility_bytes};
-pub use flexibility_cache::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
-pub use condensed::{CondensedBody, CacheContents, FlexibilityOrigin, CondensationResources};
-pub(crate) use loads::nodal_area_vectors;
+pub use column_solver::{ColumnSolver, PrescribedDisplacementForces, SolverInfo};
 pub use condensation_method::{CondensationMethod, MemoryShortfall};
-pub use model::FeModel;
+pub use condensed::{CacheContents, CondensationResources, CondensedBody, FlexibilityOrigin};
+pub use element_materials::{ElementMaterials, RegionReport, check_materials};
+pub use flexibility_cache::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
+pub(crate) use loads::nodal_area_vectors;
 pub(crate) use mesh_motion::move_mesh;
+pub use model::FeModel;
 pub use recovery::{
-    SIZE_RATIO_BOUNDS, SurfaceStressPoint, ErrorEstimate, ExposureField, MIN_RELATIVE_ERROR, RecoveryPoints, StressRecovery, size_ratios,
+    ErrorEstimate, ExposureField, MIN_RELATIVE_ERROR, RecoveryPoints, SIZE_RATIO_BOUNDS, StressRecovery,
+    SurfaceStressPoint, size_ratios,
 };
-pub(crate) use recovery::{FaceContribution, FaceAverages, surface_stress_points, exposures};
-pub use element_materials::{RegionReport, ElementMaterials, check_materials};
+pub(crate) use recovery::{FaceAverages, FaceContribution, exposures, surface_stress_points};
 pub use rigid_body_modes::{RigidBodyModes, find_rigid_body_modes};
-pub use spec::{FoundationStiffness, FeSpec, Foundation, HexFormulation, Support};
-pub use column_solver::{ColumnSolver, SolverInfo, PrescribedDisplacementForces};
+pub use spec::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Support};
 pub use symmetry::symmetry_component;

@@ -6,16 +6,16 @@ use nalgebra::Vector3;
 
 use super::analysis::SymbolicAnalysis;
 use super::assembly::{ElementContext, assemble, n_stiffness_entries};
-use super::flexibility_cache::{CacheKey, FlexibilityCache};
-use super::condensed::{CondensedBody, CondensationResources};
-use super::dof_map::{AXIS_NAMES, DofMap};
-use super::generalised_inverse::GeneralisedInverse;
-use super::foundation::{self, FoundationFace};
-use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
 use super::condensation_method::CondensationMethod;
+use super::condensed::{CondensationResources, CondensedBody};
+use super::dof_map::{AXIS_NAMES, DofMap};
 use super::element_materials::ElementMaterials;
+use super::element_rules::RuleSet;
+use super::flexibility_cache::{CacheKey, FlexibilityCache};
+use super::foundation::{self, FoundationFace};
+use super::generalised_inverse::GeneralisedInverse;
+use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
 use super::rigid_body_modes::{self, RigidBodyModes};
-use super::element_rules::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
 use crate::geometry::format_point;
@@ -43,7 +43,7 @@ pub struct FeModel {
     mesh: Arc<Mesh>,
     formulation: HexFormulation,
     regions: ElementMaterials,
-    rules: Rules,
+    rules: RuleSet,
     dof_map: DofMap,
     graph: NodeGraph,
     stiffness: SymmetricSparse,
@@ -87,9 +87,10 @@ impl FeModel {
         let what = format!("assembling {} unknowns", dofs.n_free());
         memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
         let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dofs, &graph)?;
-        let rules = Rules::new();
+        let rules = RuleSet::new();
         let mut loads = loads(&spec, &regions, &rules)?;
-        let elements = ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
+        let elements =
+            ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
         let foundations = foundation::foundation_faces(&spec)?;
         loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
         let (mut stiffness, support_forces) = assemble(elements, &foundations, (&dofs, &graph))?;
@@ -252,7 +253,11 @@ impl FeModel {
     ///
     /// # Errors
     /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
-    pub fn condense_with(self, contact_nodes: &[usize], resources: &CondensationResources) -> Result<CondensedBody> {
+    pub fn condense_with(
+        self,
+        contact_nodes: &[usize],
+        resources: &CondensationResources,
+    ) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
         let CondensationResources { cache, cache_contents: keep, memory } = *resources;
         let name = self.name.clone();
@@ -289,7 +294,10 @@ impl FeModel {
         method: CondensationMethod,
         cache: &FlexibilityCache,
     ) -> Option<usize> {
-        cache.peek_factorisation_bytes(&self.cache_key(contact_nodes, method), self.contact_rows(contact_nodes).len())
+        cache.peek_factorisation_bytes(
+            &self.cache_key(contact_nodes, method),
+            self.contact_rows(contact_nodes).len(),
+        )
     }
 
     /// Whether a cache has the factor that fields are recovered with.
@@ -372,7 +380,7 @@ impl FeModel {
 }
 
 /// Volume of each node, ∫ N_a dV, mm3, `[n_points]`.
-fn node_volumes(spec: &FeSpec, regions: &ElementMaterials, rules: &Rules) -> Vec<f64> {
+fn node_volumes(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) -> Vec<f64> {
     let mut volumes = vec![[0.0; 3]; spec.mesh.n_points()];
     add_body_force(&spec.mesh, &regions.cells, rules, |_| [1.0, 0.0, 0.0], &mut volumes);
     volumes.iter().map(|volume| volume[0]).collect()

@@ -23,7 +23,7 @@ pub use points::RecoveryPoints;
 pub use refinement::{SIZE_RATIO_BOUNDS, size_ratios};
 pub use superconvergent::StressRecovery;
 pub use surface_stress::SurfaceStressPoint;
-pub(crate) use surface_stress::{FaceContribution, FaceAverages, surface_stress_points};
+pub(crate) use surface_stress::{FaceAverages, FaceContribution, surface_stress_points};
 
 /// Elements evaluated side by side before they are added up.
 const ELEMENTS_PER_BATCH: usize = 4096;
@@ -80,7 +80,11 @@ impl FeModel {
         let mut forces = self.internal_forces(displacement)?;
         for (node, (force, external)) in forces.iter_mut().zip(self.external_forces()).enumerate() {
             for c in 0..3 {
-                force[c] = if self.prescribed_displacement(node, c).is_some() { force[c] - external[c] } else { 0.0 };
+                force[c] = if self.prescribed_displacement(node, c).is_some() {
+                    force[c] - external[c]
+                } else {
+                    0.0
+                };
             }
         }
         Ok(forces)
@@ -108,6 +112,13 @@ fn evaluate_element(elements: ElementContext, i: usize, displacement: &[[f64; 3]
     let cell = elements.regions.cells[i];
     let u: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| displacement[node]).collect();
     let kind = elements.mesh.kind(cell);
-    evaluate_element(kind, &elements.node_coordinates(cell), &u, &elements.stiffness_tensor(i), elements.formulation, elements.rules)
-        .map_err(|unsound| elements.defect_error(cell, unsound))
+    element_state(
+        kind,
+        &elements.node_coordinates(cell),
+        &u,
+        &elements.stiffness_tensor(i),
+        elements.formulation,
+        elements.rules,
+    )
+    .map_err(|unsound| elements.defect_error(cell, unsound))
 }

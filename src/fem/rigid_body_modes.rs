@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use super::dof_map::{AXIS_NAMES, DofMap};
-use super::foundation::{RestrainedDirection, restrained_directions};
 use super::element_materials::ElementMaterials;
+use super::foundation::{RestrainedDirection, restrained_directions};
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
 use crate::geometry::format_point;
@@ -117,7 +117,11 @@ pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
 ///
 /// # Errors
 /// As [`find_rigid_body_modes`].
-pub(super) fn rigid_body_modes_of_dofs(spec: &FeSpec, dofs: &DofMap, graph: &NodeGraph) -> Result<Option<RigidBodyModes>> {
+pub(super) fn rigid_body_modes_of_dofs(
+    spec: &FeSpec,
+    dofs: &DofMap,
+    graph: &NodeGraph,
+) -> Result<Option<RigidBodyModes>> {
     let parts = connected_parts(graph, &dofs.solid_nodes);
     let resistances = restrained_directions(spec)?;
     for part in &parts {

@@ -31,7 +31,9 @@ pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
     };
     let size = nodes.iter().map(|&node| (corner(node) - corner(first)).norm()).fold(0.0, f64::max);
     let bent = normals.iter().any(|other| (other - normal).norm() > PLANARITY_TOLERANCE);
-    let off = nodes.iter().any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANARITY_TOLERANCE * size);
+    let off = nodes
+        .iter()
+        .any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANARITY_TOLERANCE * size);
     if bent || off {
         return Err(Error::input(format!(
             "the group \"{name}\" is not plane; a symmetry plane must be one plane: give the faces of each plane a group \

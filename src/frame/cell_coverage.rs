@@ -1,8 +1,8 @@
 //! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
 
+use super::ball_tree::{Ball, BallTree};
 use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
 use super::facets::{Facet, facets_of_face};
-use super::ball_tree::{Ball, BallTree};
 use super::shape_integrals::{Facing, ProjectedFacet};
 use super::{ContactFrame, Side};
 use crate::error::{Error, Result};
@@ -47,8 +47,11 @@ pub(super) struct CellOverlap {
 
 impl<'a> FacetIndex<'a> {
     pub(super) fn new(mesh: &Mesh, faces: &'a [SurfaceFace], side: Side) -> Self {
-        let facets: Vec<Facet> =
-            faces.iter().enumerate().flat_map(|(index, face)| facets_of_face(mesh, face, index, side)).collect();
+        let facets: Vec<Facet> = faces
+            .iter()
+            .enumerate()
+            .flat_map(|(index, face)| facets_of_face(mesh, face, index, side))
+            .collect();
         let tree = BallTree::new(facets.iter().map(|facet| Ball::around(&facet.corners)).collect());
         Self { faces, facets, tree }
     }

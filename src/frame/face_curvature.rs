@@ -84,7 +84,11 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
         };
         // A crease does not know the curvature beside it.
         let known = ends[0].or(ends[1])?;
-        Some(EdgeSagitta { length: chord.norm(), sagittas_at_ends: ends.map(|end| sag(end.unwrap_or(known))), midpoint_offset: bow })
+        Some(EdgeSagitta {
+            length: chord.norm(),
+            sagittas_at_ends: ends.map(|end| sag(end.unwrap_or(known))),
+            midpoint_offset: bow,
+        })
     };
     let of_face = |face: &SurfaceFace| {
         let n = face.kind.n_corners();
@@ -99,7 +103,9 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
 /// Offsets of the middles of the edges of `faces` from their chords, global, mm, likewise; zero where nothing is known to be cut
 /// off.
 pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
-    let bows = |cuts: [Option<EdgeSagitta>; 4]| cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset));
+    let bows = |cuts: [Option<EdgeSagitta>; 4]| {
+        cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset))
+    };
     edge_sagittas(mesh, faces).into_iter().map(bows).collect()
 }
 

@@ -274,8 +274,12 @@ mod tests {
             frame.plane_coordinates(cell)[0] * 0.7f64.cos() + frame.plane_coordinates(cell)[1] * 0.7f64.sin()
         };
         assert!((gap[35] - gap[0] - rise(35) + rise(0)).abs() < 1e-13);
-        let table =
-            HeightTable { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None, angle: 0.0 };
+        let table = HeightTable {
+            values: (0..36).map(f64::from).collect(),
+            shape: [6, 6],
+            spacing: None,
+            angle: 0.0,
+        };
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
     }
 

@@ -166,14 +166,18 @@ mod tests {
     #[test]
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
-        assert_eq!(super::super::edges::edge_cells(&frame.all_corners().collect::<Vec<_>>()), frame.edge_cells());
+        assert_eq!(
+            super::super::edges::edge_cells(&frame.all_corners().collect::<Vec<_>>()),
+            frame.edge_cells()
+        );
     }
 
     /// Truth: the definition: a direction that repeats itself has no rim, and positions beyond half a side have an image.
     #[test]
     fn repeated_frames_have_no_rim() {
-        let frame =
-            |periodic| ContactFrame::grid([1.0, 2.0], [5, 4], [0.0, 0.0], 0.0).unwrap().with_periodicity(periodic);
+        let frame = |periodic| {
+            ContactFrame::grid([1.0, 2.0], [5, 4], [0.0, 0.0], 0.0).unwrap().with_periodicity(periodic)
+        };
         let count = |periodic| frame(periodic).edge_cells().iter().filter(|is| **is).count();
         assert_eq!([count([true, false]), count([false, true]), count([true, true])], [10, 8, 0]);
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::face_curvature::{quadratic_kind, edge_midpoint_offsets};
-use super::clip::{Polygon, area_and_centroid, twice_signed_area, intersect};
 use super::cell_coverage::FacetIndex;
+use super::clip::{Polygon, area_and_centroid, intersect, twice_signed_area};
+use super::face_curvature::{edge_midpoint_offsets, quadratic_kind};
 use super::facets::is_quadratic;
 use super::shape_integrals::ProjectedFacet;
 use super::{ContactFrame, Side};
@@ -93,7 +93,8 @@ pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], 
     let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
     let largest = cosines.iter().copied().fold(0.0, f64::max);
     let cells: Vec<usize> = (0..frame.n_cells()).filter(|&cell| cosines[cell] > facing * largest).collect();
-    let seen: Vec<DistanceRange> = cells.par_iter().map(|&cell| over_cell(frame, &sheets, cell, distance_range)).collect();
+    let seen: Vec<DistanceRange> =
+        cells.par_iter().map(|&cell| over_cell(frame, &sheets, cell, distance_range)).collect();
     let touch = |i: usize, distance: f64| distance / cosines[cells[i]];
     let first = (0..cells.len()).map(|i| touch(i, seen[i].least)).fold(f64::INFINITY, f64::min);
     let may_fall = |&i: &usize| touch(i, seen[i].least - seen[i].spread) < first;
@@ -198,7 +199,8 @@ impl OverlapRegion<'_> {
             }
         }
         let directions = self.directions();
-        let slack = INSIDE_TOLERANCE * directions.iter().map(|d| d[0] * d[0] + d[1] * d[1]).fold(0.0, f64::max);
+        let slack =
+            INSIDE_TOLERANCE * directions.iter().map(|d| d[0] * d[0] + d[1] * d[1]).fold(0.0, f64::max);
         let (mut halvings, mut share) = (0, 0.5);
         for _ in 0..MAX_SEARCH_ROUNDS {
             let before = least;
@@ -224,7 +226,12 @@ impl OverlapRegion<'_> {
 }
 
 /// Looks at the distance over a cell, part by part of the common refinement.
-fn over_cell<T>(frame: &ContactFrame, sheets: &[Option<CurvedSurface>; 2], cell: usize, look: fn(&[OverlapRegion]) -> T) -> T {
+fn over_cell<T>(
+    frame: &ContactFrame,
+    sheets: &[Option<CurvedSurface>; 2],
+    cell: usize,
+    look: fn(&[OverlapRegion]) -> T,
+) -> T {
     let plane = Plane::over(frame, cell);
     let [lower, upper] = sheets.each_ref().map(|sheet| sheet.as_ref().map(|sheet| sheet.pieces(frame, cell)));
     let mut parts = Vec::new();

@@ -27,10 +27,10 @@ use crate::linalg::PerCell;
 
 pub use crate::geometry::Side;
 pub use face_curvature::{EdgeSagitta, edge_sagittas};
-pub use gap::{GapShape, InitialGap};
 pub use face_map::FaceMap;
-pub use outline::Outline;
+pub use gap::{GapShape, InitialGap};
 pub use initial_contact::{MeshedSurface, first_touch};
+pub use outline::Outline;
 
 /// Layout of a uniform grid frame; cell (ix, iy) has the place `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,8 +102,9 @@ impl ContactFrame {
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
         let planes = all().any(|(frame, _)| frame.symmetry_planes.is_some()).then(|| {
-            let own =
-                |frame: &Self| frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
+            let own = |frame: &Self| {
+                frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()])
+            };
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
         Self {

@@ -38,7 +38,9 @@ impl ContactFrame {
             let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
             m.z = 0.0;
             // On axes the projector is diagonal, so that what it removes vanishes to the last bit.
-            let m = m.try_normalize(MIN_TANGENT_COMPONENT)?.map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
+            let m = m
+                .try_normalize(MIN_TANGENT_COMPONENT)?
+                .map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
             Some(m.normalize())
         };
         let tangents: Vec<Point> = (0..3).filter(|&c| planes[c]).filter_map(tangent).collect();
@@ -51,7 +53,9 @@ impl ContactFrame {
 
     /// Directions normal to planes of symmetry that cells lie on or the frame ends at, orthonormal, in the frame's axes (x, y, n).
     pub fn symmetry_normals(&self) -> Vec<Point> {
-        let on = |c: usize| self.symmetry_bounds[c] || self.symmetry_planes.iter().flatten().any(|planes| planes[c]);
+        let on = |c: usize| {
+            self.symmetry_bounds[c] || self.symmetry_planes.iter().flatten().any(|planes| planes[c])
+        };
         (0..3).filter(|&c| on(c)).map(|c| self.axes.to_local(&Point::ith(c, 1.0))).collect()
     }
 }

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use crate::contact::balance::{MOTION_COMPONENTS, RigidMotion, UnresistedLoad};
 use crate::contact::projection::LossOfEquilibrium;
-use crate::contact::{Balance, PathPoint, NormalControl, SlipReference, TangentialControl, BalanceConstraint};
+use crate::contact::{
+    Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
+};
 use crate::error::{Error, Result};
 use crate::geometry::Side;
 
@@ -29,7 +31,12 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
-    pub(super) fn path_point(&mut self, step: &Step, loads: &PrescribedLoads, reference: SlipReference) -> Result<PathPoint> {
+    pub(super) fn path_point(
+        &mut self,
+        step: &Step,
+        loads: &PrescribedLoads,
+        reference: SlipReference,
+    ) -> Result<PathPoint> {
         let mut end = PathPoint {
             normal: loads.normal,
             tangential: loads.tangential,
@@ -91,13 +98,12 @@ impl PreparedModel<'_> {
             (force.x, force.y) = (x, y);
             forced.extend([Vector3::x(), Vector3::y()]);
         }
-        let floating =
-            self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
-                let mut motion = [0.0; MOTION_COMPONENTS];
-                motion[3 + j] = 1.0;
-                // The contact carries what is prescribed, and holds the body against its own loads.
-                BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
-            });
+        let floating = self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
+            let mut motion = [0.0; MOTION_COMPONENTS];
+            motion[3 + j] = 1.0;
+            // The contact carries what is prescribed, and holds the body against its own loads.
+            BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
+        });
         let mut wanted: Vec<BalanceConstraint> = floating.collect();
         // A body stays on planes of symmetry, whatever part of a force they bear.
         let normals = self.model.frame.symmetry_normals();
@@ -177,7 +183,12 @@ impl PreparedModel<'_> {
     }
 
     /// Why no motion balances the prescribed forces.
-    pub(super) fn loss_of_equilibrium_message(&self, step: &str, number: usize, sliding: &LossOfEquilibrium) -> String {
+    pub(super) fn loss_of_equilibrium_message(
+        &self,
+        step: &str,
+        number: usize,
+        sliding: &LossOfEquilibrium,
+    ) -> String {
         let six = self.six(&sliding.motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
         let body1 = self.who() == "body 1";

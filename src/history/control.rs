@@ -118,7 +118,12 @@ pub(super) struct LoadPath {
 
 impl LoadPath {
     /// The path of `step` from a start with the force of the contact, with `held` in force before it.
-    pub fn new(step: &Step, held: ActiveControls, mut start: LoadPathStart, prepared: &PreparedModel) -> Self {
+    pub fn new(
+        step: &Step,
+        held: ActiveControls,
+        mut start: LoadPathStart,
+        prepared: &PreparedModel,
+    ) -> Self {
         let carried = Vector3::from(start.force);
         start.force = (carried + prepared.free_part(held.force() - carried)).into();
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }

@@ -5,14 +5,14 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{PathPoint, NormalControl, SlipReference, TangentialControl};
+use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
 use crate::error::Result;
 
-use super::control::{ActiveControls, PrescribedLoads, LoadPath};
+use super::control::{ActiveControls, LoadPath, PrescribedLoads};
 use super::jump_control::StepController;
 use super::record::{CheckpointEvent, Observer, Outcome};
 use super::resolved::ResolvedCycle;
-use super::ring::{FrettingPath, CycleState};
+use super::ring::{CycleState, FrettingPath};
 use super::snapshot::StepProgress;
 use super::step::{CycleMotion, Cycles, JumpPolicy, Step};
 use super::tried::Tried;
@@ -84,7 +84,9 @@ impl Run<'_> {
             }
             self.progress = StepProgress::WearStep(Box::new(cycling));
         }
-        while let StepProgress::WearStep(mut cycling) = std::mem::replace(&mut self.progress, StepProgress::NotStarted) {
+        while let StepProgress::WearStep(mut cycling) =
+            std::mem::replace(&mut self.progress, StepProgress::NotStarted)
+        {
             if cycling.completed >= cycles.count {
                 let ended = self.finish_wear_step(step, cycles, (&cycling, last), observer);
                 // Broken off here, the run is taken up after the last jump.
@@ -105,7 +107,8 @@ impl Run<'_> {
                     return evaluated.map(|_| ());
                 }
             }
-            let (before, control, spent) = (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
+            let (before, control, spent) =
+                (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
             let resolved = cycling.resolved_cycle.clone();
             let jumped = self.take_jump(step, cycles, &mut cycling, observer);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
@@ -113,7 +116,8 @@ impl Run<'_> {
                 // Before its first entry the step begins anew, from the state before it.
                 if cycling.jumps_done > 0 {
                     before.put(&mut cycling);
-                    (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) = (control, spent, resolved);
+                    (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
+                        (control, spent, resolved);
                     self.progress = StepProgress::WearStep(cycling);
                 }
                 return jumped;
@@ -136,7 +140,9 @@ impl Run<'_> {
             self.record_fretting_loop(step, cycles, cycling, observer)?;
         }
         self.controls.normal = cycling.load_path.end.normal;
-        if let (SlipSource::ClosedPath(course), false, Outcome::Converged) = (&cycling.slip_source, last, &self.result.outcome) {
+        if let (SlipSource::ClosedPath(course), false, Outcome::Converged) =
+            (&cycling.slip_source, last, &self.result.outcome)
+        {
             self.return_to_center(step, course, observer)?;
         }
         Ok(())
@@ -207,7 +213,8 @@ impl Run<'_> {
         cycling.refuse_unstable(step, cycles)?;
         let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
         if fastest > 0.0 {
-            let first = FIRST_JUMP_DEPTH_SHARE * self.prepared.approach(&cycling.cycle.contact, 0).abs() / fastest;
+            let first =
+                FIRST_JUMP_DEPTH_SHARE * self.prepared.approach(&cycling.cycle.contact, 0).abs() / fastest;
             cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
         }
         Ok(Some(cycling))
@@ -226,7 +233,12 @@ impl Run<'_> {
     }
 
     /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
-    pub(super) fn loads_at(&self, step: &Step, cycling: &WearStepState, at: f64) -> (PrescribedLoads, Option<f64>) {
+    pub(super) fn loads_at(
+        &self,
+        step: &Step,
+        cycling: &WearStepState,
+        at: f64,
+    ) -> (PrescribedLoads, Option<f64>) {
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
         let controls = cycling.load_path.at(at, (self.state.rigid_motion, turn));
         let mut loads = self.effective_loads(step, controls.loads);
@@ -238,7 +250,12 @@ impl Run<'_> {
     }
 
     /// Brings body 2 back to the centre of the cycles for the steps that follow.
-    fn return_to_center(&mut self, step: &Step, course: &FrettingPath, observer: &mut dyn Observer) -> Result<()> {
+    fn return_to_center(
+        &mut self,
+        step: &Step,
+        course: &FrettingPath,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(step, self.controls.loads_at_shift());
         let (loads, tangential) = course.return_to_center(loads);
@@ -251,7 +268,11 @@ impl Run<'_> {
 impl WearStepState {
     /// What `completed` counts.
     pub fn length_unit(&self) -> &'static str {
-        if matches!(self.slip_source, SlipSource::ClosedPath(_)) { "cycles" } else { "of the sliding distance" }
+        if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
+            "cycles"
+        } else {
+            "of the sliding distance"
+        }
     }
 
     /// Dissipation of a cycle over that by the slip from end to end.

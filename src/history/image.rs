@@ -12,7 +12,9 @@ use nalgebra::{Matrix2, Vector2};
 use super::RunResult;
 use super::balance::names_direction;
 use super::model::Model;
-use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, RollingRecord, Resultants};
+use super::record::{
+    FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, Resultants, RollingRecord,
+};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionEllipse;
 use crate::geometry::GridSymmetry;
@@ -142,8 +144,8 @@ impl Recording {
         let (own, theirs) = (self.frame.grid?, model.frame.grid?);
         let near = |(a, b): (f64, f64)| (a - b).abs() <= AGREES * a.abs();
         let sides = symmetry.swap_axes(own.spacing).into_iter().zip(theirs.spacing).all(near);
-        let same =
-            symmetry.swap_axes(own.cells) == theirs.cells && symmetry.swap_axes(own.periodic) == theirs.periodic;
+        let same = symmetry.swap_axes(own.cells) == theirs.cells
+            && symmetry.swap_axes(own.periodic) == theirs.periodic;
         if !sides || !same || self.frame.n_cells() != model.frame.n_cells() {
             return None;
         }
@@ -152,7 +154,8 @@ impl Recording {
             Some(places) => places.binary_search(&place).ok(),
             None => Some(place),
         };
-        let image = |cell: usize| number(places[self.frame.grid_indices.as_ref().map_or(cell, |own| own[cell])]);
+        let image =
+            |cell: usize| number(places[self.frame.grid_indices.as_ref().map_or(cell, |own| own[cell])]);
         let cells = (0..self.frame.n_cells()).map(image).collect::<Option<Vec<_>>>()?;
         let image = Image { symmetry, cells };
         let gap = image.of_vectors(&self.initial_gap);

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
-use crate::contact::{PathPoint, Increment, ContactState, Pressures, SlipReference, TangentialControl};
+use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 use crate::skip::OmittableWork;
 
-use super::control::{IncrementControls, PrescribedLoads, LoadPath, LoadPathStart};
+use super::control::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use super::model::PreparedModel;
 use super::predictor::Predictor;
-use super::record::{IncrementRecord, CheckpointEvent, Observer, Outcome, Resultants};
+use super::record::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
 use super::snapshot::StepProgress;
 use super::step::{HistoryRow, Spin, Step, Tangential};
 use super::{Run, state};
@@ -169,7 +169,12 @@ pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usi
 }
 
 /// The entry of an increment from its resultants.
-pub(super) fn increment_record(name: &str, number: usize, approach: f64, values: &Resultants) -> IncrementRecord {
+pub(super) fn increment_record(
+    name: &str,
+    number: usize,
+    approach: f64,
+    values: &Resultants,
+) -> IncrementRecord {
     IncrementRecord {
         name: name.to_owned(),
         increment: number,
@@ -209,7 +214,11 @@ impl Run<'_> {
     pub(super) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
-            _ => Box::new(MonotoneProgress { load_path: self.load_path(step), increments_done: 0, predictor: Predictor::default() }),
+            _ => Box::new(MonotoneProgress {
+                load_path: self.load_path(step),
+                increments_done: 0,
+                predictor: Predictor::default(),
+            }),
         };
         self.controls = ramp.load_path.end;
         while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
@@ -225,7 +234,8 @@ impl Run<'_> {
             }
         }
         if step.rolling.is_some() {
-            self.controls.tangential = Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
+            self.controls.tangential =
+                Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
         }
         Ok(())
     }
@@ -247,7 +257,12 @@ impl Run<'_> {
         let end = self.path_point(step, &loads, reference)?;
         let worn = self.state.wear_depth.clone();
         let repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: repeats, wear_path_factors: None };
+        let laws = ActiveLaws {
+            friction: step.friction,
+            wear: step.wear,
+            slip_repeats: repeats,
+            wear_path_factors: None,
+        };
         let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
@@ -260,7 +275,8 @@ impl Run<'_> {
         }
         let HistoryRow { index, count } = step.history_row.unwrap_or(HistoryRow { index: 0, count: 1 });
         let (number, count) = (index * step.increments + number, (count * step.increments) as f64);
-        let stage = ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
+        let stage =
+            ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
@@ -352,7 +368,8 @@ impl Run<'_> {
         record.max_wear_depth = self.state.wear_depth.iter().copied().fold(0.0, f64::max);
         record.worn_volume_by_energy =
             self.prepared.volume_per_energy.zip(self.state.wear_dissipation).map(|(k, energy)| k * energy);
-        record.wear_depth_error = root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
+        record.wear_depth_error =
+            root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
         record.worn_volume_error = self.state.volume_error;
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
@@ -374,11 +391,16 @@ impl Run<'_> {
             _ => Outcome::NotConverged("iterations"),
         };
         if record.contact_area == 0.0 && record.converged {
-            self.result.warnings.extend(self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap));
+            self.result.warnings.extend(self.prepared.no_contact_message(
+                record,
+                self.controls.normal,
+                checks.min_gap,
+            ));
         }
         let n = self.prepared.n();
         let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
-        if (1..=FEW_CONTACT_CELLS).contains(&carrying) && !self.result.warnings.iter().any(|told| told.contains(FEW))
+        if (1..=FEW_CONTACT_CELLS).contains(&carrying)
+            && !self.result.warnings.iter().any(|told| told.contains(FEW))
         {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are rough; take finer cells, and a finer \

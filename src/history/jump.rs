@@ -6,11 +6,11 @@
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{PathPoint, Increment, ContactState, SlipReference};
+use crate::contact::{ContactState, Increment, PathPoint, SlipReference};
 use crate::error::Result;
 
-use super::cycling::{WearStepState, SlipSource};
-use super::increments::{ActiveLaws, ProgressSpan, root_mean_square, increment_problem, solve_and_check};
+use super::cycling::{SlipSource, WearStepState};
+use super::increments::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check};
 use super::record::Observer;
 use super::ring::is_periodic;
 use super::step::{Cycles, Integrator, Step};
@@ -71,12 +71,18 @@ const SDIRK2_ERROR: [f64; 3] = {
 };
 
 /// Backward Euler, against the trapezoidal rule.
-const BACKWARD_EULER: Scheme =
-    Scheme { stages: &[StageWeights { implicit_weight: 1.0, solution_weight: 1.0, abscissa: 1.0 }], start_weight: 0.0, error_weights: &[-0.5, 0.5] };
+const BACKWARD_EULER: Scheme = Scheme {
+    stages: &[StageWeights { implicit_weight: 1.0, solution_weight: 1.0, abscissa: 1.0 }],
+    start_weight: 0.0,
+    error_weights: &[-0.5, 0.5],
+};
 
 /// Explicit Euler, against the trapezoidal rule; the rate at the end is that of the jump after it.
-const EXPLICIT: Scheme =
-    Scheme { stages: &[StageWeights { implicit_weight: 0.0, solution_weight: 0.0, abscissa: 1.0 }], start_weight: 1.0, error_weights: &[0.5, -0.5] };
+const EXPLICIT: Scheme = Scheme {
+    stages: &[StageWeights { implicit_weight: 0.0, solution_weight: 0.0, abscissa: 1.0 }],
+    start_weight: 1.0,
+    error_weights: &[0.5, -0.5],
+};
 
 impl Integrator {
     fn scheme(self) -> &'static Scheme {
@@ -189,12 +195,19 @@ impl Run<'_> {
             add(&mut worn, 1.0, &jump.wear_depth);
             let touched = self.cells_in_contact(&cycling.cycle.contact);
             let at = (cycling.completed + weights.abscissa * length) / cycles.count;
-            self.solve_stage(step, (at, &worn, weights.implicit_weight * length), cycling, &mut jump, (observer, stage))?;
+            self.solve_stage(
+                step,
+                (at, &worn, weights.implicit_weight * length),
+                cycling,
+                &mut jump,
+                (observer, stage),
+            )?;
             if !jump.converged() {
                 return Ok(jump);
             }
             jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &cycling.cycle.contact);
-            jump.lost_contact = number > 0 && self.lost_contact_share(&touched, &cycling.cycle.contact) > MAX_LOST_CONTACT_SHARE;
+            jump.lost_contact = number > 0
+                && self.lost_contact_share(&touched, &cycling.cycle.contact) > MAX_LOST_CONTACT_SHARE;
             if jump.lost_contact {
                 return Ok(jump);
             }
@@ -215,7 +228,9 @@ impl Run<'_> {
     /// Cells that carry pressure at any end.
     pub(super) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
         let n = self.prepared.n();
-        (0..n).map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0)).collect()
+        (0..n)
+            .map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0))
+            .collect()
     }
 
     /// Share of the area in contact before that carries nothing any more.
@@ -253,11 +268,18 @@ impl Run<'_> {
         for _ in 0..MAX_STICK_PASSES {
             let ends = match &cycling.slip_source {
                 SlipSource::ClosedPath(course) => self.path_points(step, course, loads, &cycling.cycle)?,
-                SlipSource::Sliding(slip) => vec![self.path_point(step, &loads, SlipReference::Prescribed(slip.clone()))?],
+                SlipSource::Sliding(slip) => {
+                    vec![self.path_point(step, &loads, SlipReference::Prescribed(slip.clone()))?]
+                }
             };
             let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
             let factors = corrected.map(|resolved| resolved.factors.as_slice());
-            let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: repeats, wear_path_factors: factors };
+            let laws = ActiveLaws {
+                friction: step.friction,
+                wear: step.wear,
+                slip_repeats: repeats,
+                wear_path_factors: factors,
+            };
             let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -283,8 +305,13 @@ impl Run<'_> {
             last = now;
             let mut depth = worn.to_vec();
             add(&mut depth, repeats, &cycling.cycle.contact.wear_rate);
-            let report =
-                self.recompute_stick_zone(step, (course, loads), &depth, &mut cycling.cycle, (observer, stage))?;
+            let report = self.recompute_stick_zone(
+                step,
+                (course, loads),
+                &depth,
+                &mut cycling.cycle,
+                (observer, stage),
+            )?;
             jump.add(&report);
             if report.stop != StopReason::Converged {
                 return Ok(());
@@ -303,7 +330,12 @@ impl Run<'_> {
         worn: &'b [f64],
         end: PathPoint,
     ) -> Increment<'b> {
-        let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None };
+        let laws = ActiveLaws {
+            friction: step.friction,
+            wear: step.wear,
+            slip_repeats: 0.0,
+            wear_path_factors: None,
+        };
         let ends = vec![end; cycling.cycle.contact.rigid_motion.len()];
         increment_problem(&self.prepared, &self.options, worn, laws, ends)
     }
@@ -326,7 +358,8 @@ mod tests {
             [(Integrator::Sdirk2, 2), (Integrator::BackwardEuler, 1), (Integrator::Explicit, 1)]
         {
             let scheme = integrator.scheme();
-            let shares: f64 = scheme.start_weight + scheme.stages.iter().map(|stage| stage.solution_weight).sum::<f64>();
+            let shares: f64 =
+                scheme.start_weight + scheme.stages.iter().map(|stage| stage.solution_weight).sum::<f64>();
             assert!((shares - 1.0).abs() < 1e-15, "{integrator:?}: shares");
             let error_and_estimate = |z: f64| {
                 let mut worn = 1.0 + scheme.start_weight * z;
@@ -352,7 +385,8 @@ mod tests {
     /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1: of a rate that depends on the cycle alone, the estimate of SDIRK2 is the error.
     #[test]
     fn estimate_of_a_given_rate() {
-        let worn: f64 = SDIRK2.stages.iter().map(|stage| stage.solution_weight * stage.abscissa * stage.abscissa).sum();
+        let worn: f64 =
+            SDIRK2.stages.iter().map(|stage| stage.solution_weight * stage.abscissa * stage.abscissa).sum();
         let estimate = SDIRK2.error_weights[1] * GAMMA * GAMMA + SDIRK2.error_weights[2];
         assert!((estimate - (worn - 1.0 / 3.0)).abs() < 1e-15, "{estimate} {worn}");
         assert!(SDIRK2.error_weights.iter().sum::<f64>().abs() < 1e-15);

@@ -46,7 +46,9 @@ impl StepController {
     pub fn accept(&mut self, length: f64, ratio: f64) {
         let ratio = ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
-        let factor = ERROR_TARGET * ratio.powf(-CURRENT_ERROR_EXPONENT / self.order) * last.powf(LAST_ERROR_EXPONENT / self.order);
+        let factor = ERROR_TARGET
+            * ratio.powf(-CURRENT_ERROR_EXPONENT / self.order)
+            * last.powf(LAST_ERROR_EXPONENT / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, MAX_LENGTH_GROWTH);
         self.last_error_ratio = Some(ratio);
     }
@@ -87,7 +89,11 @@ mod tests {
                 }
             }
             let aim = ERROR_TARGET.powf(order / (CURRENT_ERROR_EXPONENT - LAST_ERROR_EXPONENT));
-            assert!((ratio(control.next_length) / aim - 1.0).abs() < 1e-3, "{} {aim}", ratio(control.next_length));
+            assert!(
+                (ratio(control.next_length) / aim - 1.0).abs() < 1e-3,
+                "{} {aim}",
+                ratio(control.next_length)
+            );
             assert!(rejected <= 3, "{rejected}");
         }
     }

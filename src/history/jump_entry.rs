@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
 
-use super::cycling::{WearStepState, SlipSource};
+use super::cycling::{SlipSource, WearStepState};
 use super::increments::increment_record;
 use super::jump::WearJump;
 use super::record::{JumpRecord, Observer, Outcome, Resultants};
@@ -31,8 +31,12 @@ impl Run<'_> {
         // A run that is taken up here has not evaluated its ends yet.
         let worn = self.state.wear_depth.clone();
         let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
-        let mut checks =
-            certificate::check(&problem, &mut cycling.cycle.contact, TangentialGap::Skip, OperatorCheck::Skip);
+        let mut checks = certificate::check(
+            &problem,
+            &mut cycling.cycle.contact,
+            TangentialGap::Skip,
+            OperatorCheck::Skip,
+        );
         drop(problem);
         // What is left is the rounding of the gap: it counts against the pressures that there were.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
@@ -41,7 +45,13 @@ impl Run<'_> {
     }
 
     /// Ends the run before a jump that brings the contact to the rim of the frame, beyond which it would be cut off.
-    pub(super) fn stop_at_frame_edge(&mut self, step: &Step, cycling: &WearStepState, jump: &WearJump, length: f64) {
+    pub(super) fn stop_at_frame_edge(
+        &mut self,
+        step: &Step,
+        cycling: &WearStepState,
+        jump: &WearJump,
+        length: f64,
+    ) {
         self.discarded_work = [jump.solves, jump.report.iterations, jump.report.applications];
         self.result.outcome = FRAME_EDGE;
         let unit = cycling.length_unit();
@@ -72,8 +82,12 @@ impl Run<'_> {
                 cycling.completed = cycles.count;
             }
             match cycling.slip_source {
-                SlipSource::ClosedPath(_) => self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64,
-                SlipSource::Sliding(_) => self.state.distance_slid = cycling.totals_before.1 + cycling.completed,
+                SlipSource::ClosedPath(_) => {
+                    self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64
+                }
+                SlipSource::Sliding(_) => {
+                    self.state.distance_slid = cycling.totals_before.1 + cycling.completed
+                }
             }
             self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
             self.state.dissipation += jump.dissipation;

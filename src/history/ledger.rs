@@ -5,7 +5,7 @@ use super::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
 use crate::contact::solver::{LawAxes, has_no_component_across, is_even, on_halves, solves_windows};
 use crate::contact::{Method, SolverOptions};
 use crate::friction::FrictionLaw;
-use crate::skip::{OmittableWork, OmittedWork, OmissionKind};
+use crate::skip::{OmissionKind, OmittableWork, OmittedWork};
 use crate::wear::WearLaw;
 
 /// What the operator allows to leave out.
@@ -26,8 +26,9 @@ impl OperatorOmissions {
         let operator = model.flexibility.as_ref();
         let normal = &model.initial_gap[2 * operator.n_cells()..];
         let grid = operator.grid().filter(|_| on_halves(operator.grid(), options));
-        let mirrors =
-            |across| operator.is_mirror_symmetric(across) && grid.is_some_and(|grid| is_even(normal, grid, across));
+        let mirrors = |across| {
+            operator.is_mirror_symmetric(across) && grid.is_some_and(|grid| is_even(normal, grid, across))
+        };
         let apart = operator.tangential().is_some() && options.skip.allows(OmittableWork::NormalComponents);
         Self {
             grid: operator.grid().is_some(),
@@ -73,7 +74,9 @@ pub fn omitted_contact_work(
             "neither moves the gap of the other: pressures are found first, by themselves",
         ));
     }
-    let slides = operator.grid && options.method == Method::Auto && options.skip.allows(OmittableWork::SlidingFriction);
+    let slides = operator.grid
+        && options.method == Method::Auto
+        && options.skip.allows(OmittableWork::SlidingFriction);
     if slides && !frictionless && steps.iter().any(|step| step.friction && strokes(step)) {
         skipped.push(OmittedWork::new(
             OmittableWork::SlidingFriction,

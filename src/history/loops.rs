@@ -7,7 +7,7 @@ use crate::error::Result;
 
 use super::Run;
 use super::control::PrescribedLoads;
-use super::cycling::{WearStepState, SlipSource};
+use super::cycling::{SlipSource, WearStepState};
 use super::increments::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use super::record::Outcome;
 use super::record::{FrettingLoop, Observer};
@@ -53,9 +53,15 @@ impl Run<'_> {
         place: IncrementStart,
         (observer, stage): (&mut dyn Observer, &ProgressSpan),
     ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
-        let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None };
+        let laws = ActiveLaws {
+            friction: step.friction,
+            wear: step.wear,
+            slip_repeats: 0.0,
+            wear_path_factors: None,
+        };
         let n = self.prepared.n();
-        let spec = self.path_point(step, &course.loads(end, loads), SlipReference::Previous(place.reference))?;
+        let spec =
+            self.path_point(step, &course.loads(end, loads), SlipReference::Previous(place.reference))?;
         let mut problem = increment_problem(&self.prepared, options, worn, laws, vec![spec]);
         let mut it = place.it;
         course.set_shift(end, &mut it.rigid_motion[0]);
@@ -76,7 +82,9 @@ impl Run<'_> {
         cycling: &WearStepState,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) = (&cycling.slip_source, &cycles.motion) else {
+        let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
+            (&cycling.slip_source, &cycles.motion)
+        else {
             return Ok(());
         };
         let increments = MIN_LOOP_INCREMENTS.div_ceil(closed.increments) * closed.increments;
@@ -84,8 +92,10 @@ impl Run<'_> {
         let half = coarse.reversal_index();
         let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
         // That of the - end, where the state is.
-        let mut place =
-            IncrementStart { reference: self.state.slip_reference.clone(), ..IncrementStart::at_path_point(&cycling.cycle.contact, half) };
+        let mut place = IncrementStart {
+            reference: self.state.slip_reference.clone(),
+            ..IncrementStart::at_path_point(&cycling.cycle.contact, half)
+        };
         let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
         let stage = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
         let mut found = FrettingLoop {

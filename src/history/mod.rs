@@ -44,7 +44,7 @@ use crate::skip::OmittedWork;
 use control::ActiveControls;
 use ledger::{OperatorOmissions, omitted_contact_work};
 use model::PreparedModel;
-use record::{FrameState, FrettingLoop, IncrementRecord, CheckpointEvent, Observer, Outcome};
+use record::{CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome};
 use snapshot::StepProgress;
 use state::RunState;
 use step::{Normal, Step};
@@ -167,11 +167,27 @@ fn run_on_this_thread(
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let held = ActiveControls::at_rest(normal);
-    let safe =
-        RollbackPoint { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
+    let safe = RollbackPoint {
+        state: state.clone(),
+        held,
+        formed: 0,
+        records: 0,
+        warnings: result.warnings.len(),
+        loops: 0,
+    };
     let (within, lost, outdated) = (StepProgress::NotStarted, [0; 3], false);
-    let mut run =
-        Run { prepared, options: *options, step_index: 0, progress: within, state, controls: held, result, rollback_point: safe, discarded_work: lost, rebuild_requested: outdated };
+    let mut run = Run {
+        prepared,
+        options: *options,
+        step_index: 0,
+        progress: within,
+        state,
+        controls: held,
+        result,
+        rollback_point: safe,
+        discarded_work: lost,
+        rebuild_requested: outdated,
+    };
     if let Some(snapshot) = from {
         run.restore(snapshot, steps.len())?;
     }
@@ -210,12 +226,16 @@ impl Run<'_> {
     fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
         while let Some(step) = steps.get(self.step_index) {
             let started = Instant::now();
-            if matches!(self.progress, StepProgress::NotStarted) && observer.wants_rebuild(&self.state.wear_depth) {
+            if matches!(self.progress, StepProgress::NotStarted)
+                && observer.wants_rebuild(&self.state.wear_depth)
+            {
                 return self.suspend_for_rebuild(observer);
             }
             match &step.cycles {
                 None => self.run_monotone_step(step, observer)?,
-                Some(cycles) => self.run_wear_step(step, cycles, self.step_index + 1 == steps.len(), observer)?,
+                Some(cycles) => {
+                    self.run_wear_step(step, cycles, self.step_index + 1 == steps.len(), observer)?
+                }
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
             if self.rebuild_requested {
@@ -310,7 +330,17 @@ impl Run<'_> {
         for cells in &snapshot.formed_cells {
             self.prepared.form_flexibility(cells)?;
         }
-        let RunCheckpoint { step_index: step, progress: within, state, controls: held, formed_cells: formed, records, warnings, timings, fretting_loops: loops } = snapshot;
+        let RunCheckpoint {
+            step_index: step,
+            progress: within,
+            state,
+            controls: held,
+            formed_cells: formed,
+            records,
+            warnings,
+            timings,
+            fretting_loops: loops,
+        } = snapshot;
         self.rollback_point.formed = formed.len();
         (self.rollback_point.records, self.rollback_point.warnings, self.rollback_point.loops) =
             (records.len(), warnings.len(), loops.len());
@@ -341,7 +371,8 @@ fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexi
 /// With friction the number of increments is part of the load path.
 fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
     // A history says its path; a steady state has none.
-    let by_path = |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
+    let by_path =
+        |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::body::UnconstrainedModes;
 use crate::body::rigid_body_modes::unconstrained_translations;
 use crate::contact::balance::MAX_RIGID_MODES;
-use crate::contact::{ContactState, ContactScales};
+use crate::contact::{ContactScales, ContactState};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::friction::{FrictionEllipse, FrictionLaw};
@@ -112,7 +112,8 @@ impl<'a> PreparedModel<'a> {
             ));
         }
         let turns = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
-        let mut floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
+        let mut floating_motions: Vec<[f64; 6]> =
+            motions.iter().map(|motion| motion.relative_motion).collect();
         let mut floating_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
         let floating_loads = motions.iter().map(|motion| motion.load_work).collect();
         let free_translations = unconstrained_translations(&floating_motions, model.frame.size());
@@ -139,7 +140,9 @@ impl<'a> PreparedModel<'a> {
             model,
             ellipse,
             specific_wear_rate: intensity,
-            volume_per_energy: intensity.zip(ellipse).and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
+            volume_per_energy: intensity
+                .zip(ellipse)
+                .and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),
             formed_cells: Mutex::new(Vec::new()),
             axes,

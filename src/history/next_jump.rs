@@ -6,7 +6,7 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result};
 
 use super::Run;
-use super::cycling::{WearStepState, SlipSource};
+use super::cycling::{SlipSource, WearStepState};
 use super::increments::ProgressSpan;
 use super::jump::WearJump;
 use super::record::Observer;
@@ -64,7 +64,11 @@ impl Run<'_> {
             let before = Tried::of(cycling);
             let radii = self.contact_and_stick_radius(cycling);
             let part = |done: f64| done / cycles.count;
-            let stage = ProgressSpan { name: &step.name, from: part(cycling.completed), to: part(cycling.completed + length) };
+            let stage = ProgressSpan {
+                name: &step.name,
+                from: part(cycling.completed),
+                to: part(cycling.completed + length),
+            };
             let integrator = cycles.integrator;
             let shorter_ones =
                 matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest && tries < MAX_TRIALS;
@@ -151,7 +155,8 @@ impl Run<'_> {
             depths.map(|(worn, by)| worn + more * by).fold(0.0, f64::max)
         };
         let (before, after) = (deepest(0.0), deepest(1.0));
-        let negligible = NEGLIGIBLE_DEPTH_SHARE * (self.prepared.first_touch - self.state.rigid_motion[2]).abs();
+        let negligible =
+            NEGLIGIBLE_DEPTH_SHARE * (self.prepared.first_touch - self.state.rigid_motion[2]).abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + length / cycles.count);
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))

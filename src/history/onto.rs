@@ -10,7 +10,7 @@ use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
 use crate::frame::grid::extend_field;
 
-use super::cycling::{WearStepState, SlipSource};
+use super::cycling::{SlipSource, WearStepState};
 
 /// What the gap of a state came from besides its elastic part.
 #[derive(Debug, Clone)]
@@ -82,9 +82,11 @@ impl RunCheckpoint {
         let (state, change) = onto.transfer_state(self.state)?;
         let within = match self.progress {
             StepProgress::NotStarted => StepProgress::NotStarted,
-            StepProgress::WearStep(cycling) => {
-                StepProgress::WearStep(Box::new(onto.transfer_wear_step(*cycling, &state.slip_reference, change.as_ref())))
-            }
+            StepProgress::WearStep(cycling) => StepProgress::WearStep(Box::new(onto.transfer_wear_step(
+                *cycling,
+                &state.slip_reference,
+                change.as_ref(),
+            ))),
             StepProgress::Monotone(_) => {
                 return Err(Error::input(
                     "a run within a step of increments does not go on with other operators",
@@ -126,7 +128,10 @@ impl StateTransfer<'_> {
             OperatorChange {
                 gap: (0..2 * n_before).map(changed).collect(),
                 touch: prepared.first_touch
-                    - first_touch_approach(prepared.model.frame.has_uniform_axes(), &before.initial_gap[2 * n_before..]),
+                    - first_touch_approach(
+                        prepared.model.frame.has_uniform_axes(),
+                        &before.initial_gap[2 * n_before..],
+                    ),
             }
         });
         let gap = |k: usize| {
@@ -159,7 +164,12 @@ impl StateTransfer<'_> {
     }
 
     /// A step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
-    fn transfer_wear_step(&self, mut cycling: WearStepState, reference: &[f64], change: Option<&OperatorChange>) -> WearStepState {
+    fn transfer_wear_step(
+        &self,
+        mut cycling: WearStepState,
+        reference: &[f64],
+        change: Option<&OperatorChange>,
+    ) -> WearStepState {
         let (n, places) = (self.prepared.n(), self.new_cell_indices);
         let ring = &mut cycling.cycle;
         let mut it = ContactState::new(n, ring.contact.rigid_motion.clone());

@@ -10,7 +10,12 @@ impl PreparedModel<'_> {
     ///
     /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
     /// of zero, which asks for that.
-    pub(super) fn no_contact_message(&self, record: &IncrementRecord, held: Normal, left: f64) -> Option<String> {
+    pub(super) fn no_contact_message(
+        &self,
+        record: &IncrementRecord,
+        held: Normal,
+        left: f64,
+    ) -> Option<String> {
         if held == Normal::Force(0.0) {
             return None;
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::balance::MAX_RIGID_MODES;
-use crate::contact::{Increment, ContactState};
+use crate::contact::{ContactState, Increment};
 
 use super::state::RunState;
 
@@ -34,7 +34,9 @@ impl Predictor {
 
     /// Rigid motion and further motions that the next increment begins from.
     pub fn motions(&self, state: &RunState) -> ([f64; 3], [f64; MAX_RIGID_MODES]) {
-        let Some((_, rigid, floating)) = &self.previous_start else { return (state.rigid_motion, state.mode_amplitudes) };
+        let Some((_, rigid, floating)) = &self.previous_start else {
+            return (state.rigid_motion, state.mode_amplitudes);
+        };
         (
             std::array::from_fn(|k| beyond(state.rigid_motion[k], rigid[k])),
             std::array::from_fn(|k| beyond(state.mode_amplitudes[k], floating[k])),

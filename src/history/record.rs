@@ -229,7 +229,11 @@ pub trait Observer: Send {
     ///
     /// # Errors
     /// If it cannot be written; the run stops.
-    fn on_checkpoint(&mut self, _moment: CheckpointEvent, _snapshot: &dyn Fn() -> RunCheckpoint) -> crate::error::Result<()> {
+    fn on_checkpoint(
+        &mut self,
+        _moment: CheckpointEvent,
+        _snapshot: &dyn Fn() -> RunCheckpoint,
+    ) -> crate::error::Result<()> {
         Ok(())
     }
 

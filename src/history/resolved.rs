@@ -4,12 +4,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::solver::StopReason;
-use crate::contact::{Increment, ContactState};
+use crate::contact::{ContactState, Increment};
 use crate::error::Result;
 use crate::frame::grid::extend_field;
 
 use super::Run;
-use super::cycling::{WearStepState, SlipSource};
+use super::cycling::{SlipSource, WearStepState};
 use super::increments::{ProgressSpan, root_mean_square};
 use super::loops::IncrementStart;
 use super::record::Observer;
@@ -121,8 +121,11 @@ impl ResolvedCycle {
     /// Extrapolates the factors to the middle of a jump after `done` cycles of the step.
     pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
         let ahead = done + 0.5 * length - self.at_cycle;
-        for ((factor, found), slope) in self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate) {
-            *factor = (found + slope * ahead).clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
+        for ((factor, found), slope) in
+            self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate)
+        {
+            *factor = (found + slope * ahead)
+                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
         }
     }
 
@@ -164,10 +167,14 @@ impl Run<'_> {
         cycling: &mut WearStepState,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) = (&cycling.slip_source, &cycles.motion) else {
+        let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
+            (&cycling.slip_source, &cycles.motion)
+        else {
             return Ok(());
         };
-        let (Some(used), true) = (closed.resolved_cycles, step.wear && self.prepared.specific_wear_rate.is_some()) else {
+        let (Some(used), true) =
+            (closed.resolved_cycles, step.wear && self.prepared.specific_wear_rate.is_some())
+        else {
             return Ok(());
         };
         if used.correction != Correction::Always && !self.has_friction(step) {
@@ -190,10 +197,12 @@ impl Run<'_> {
             drift: 0.0,
         };
         let way = (&course, closed, slip);
-        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)? else {
+        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)?
+        else {
             if used.correction == Correction::Never {
                 // It is not tried again: nothing is known of the error.
-                let unknown = RefinedCycle { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
+                let unknown =
+                    RefinedCycle { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
                 cycling.resolved_cycle = Some(self.error_measurement(cycling, (unknown, &by_ends), slip));
             }
             return Ok(());
@@ -209,7 +218,9 @@ impl Run<'_> {
         };
         if used.correction != Correction::Never {
             self.warn_of_unresolved_wear(step, cycling, (missed, used.tolerance));
-        } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
+        } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
+            > used.tolerance
+        {
             self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
         }
         let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
@@ -222,7 +233,10 @@ impl Run<'_> {
         }
         cycling.wear_rate.copy_from_slice(&by_ends.rate);
         cycling.dissipation_rate = by_ends.power;
-        cycling.resolved_cycle = Some(ResolvedCycle { unresolved_wear_fraction: missed, ..self.error_measurement(cycling, (refined, &by_ends), slip) });
+        cycling.resolved_cycle = Some(ResolvedCycle {
+            unresolved_wear_fraction: missed,
+            ..self.error_measurement(cycling, (refined, &by_ends), slip)
+        });
         Ok(())
     }
 
@@ -282,7 +296,8 @@ impl Run<'_> {
         let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
-        let volume = over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
+        let volume =
+            over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
         ResolvedCycle {
             corrects: false,
             factors: vec![1.0; n],
@@ -303,8 +318,18 @@ impl Run<'_> {
     }
 
     /// Warns once of wear that no factor stands for.
-    fn warn_of_unresolved_wear(&mut self, step: &Step, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
-        if missed <= tolerance || cycling.resolved_cycle.as_ref().is_some_and(|before| before.unresolved_wear_fraction > tolerance) {
+    fn warn_of_unresolved_wear(
+        &mut self,
+        step: &Step,
+        cycling: &WearStepState,
+        (missed, tolerance): (f64, f64),
+    ) {
+        if missed <= tolerance
+            || cycling
+                .resolved_cycle
+                .as_ref()
+                .is_some_and(|before| before.unresolved_wear_fraction > tolerance)
+        {
             return;
         }
         self.result.warnings.push(format!(
@@ -350,8 +375,11 @@ impl Run<'_> {
         for end in 0..ends {
             let before = (end + ends - 1) % ends;
             let moved = [0, 1, 2].map(|k| it.rigid_motion[end][k] - it.rigid_motion[before][k]);
-            let turned: Vec<f64> =
-                it.mode_amplitudes[end].iter().zip(&it.mode_amplitudes[before]).map(|(now, before)| now - before).collect();
+            let turned: Vec<f64> = it.mode_amplitudes[end]
+                .iter()
+                .zip(&it.mode_amplitudes[before])
+                .map(|(now, before)| now - before)
+                .collect();
             let stroke = moved[0].hypot(moved[1]);
             for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
                 let motion = self.prepared.tangential_motion(i, moved, &turned);
@@ -361,7 +389,8 @@ impl Run<'_> {
                 lags += force * lag;
                 slips += force * slip[0].hypot(slip[1]);
                 found.full_slip &= !cycling.cycle.stick_mask[i] && !problem.sticks(it, end, i);
-                found.slip_spread_share = f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
+                found.slip_spread_share =
+                    f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
             }
         }
         found.slip_spread_share = found.slip_spread_share.clamp(MIN_FIRST_INCREMENT_SHARE, 1.0);
@@ -410,15 +439,20 @@ impl Run<'_> {
             let Some(wear) = cycle else { return Ok(None) };
             let limit = if extrapolates { wear.extrapolated(&coarser) } else { wear.clone() };
             if let Some(last) = &last {
-                let (change, most) = (self.relative_rms_difference(&limit.rate, &last.rate), MAX_STROKE_INCREMENTS.max(4 * closed.increments));
-                let measured = MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
+                let (change, most) = (
+                    self.relative_rms_difference(&limit.rate, &last.rate),
+                    MAX_STROKE_INCREMENTS.max(4 * closed.increments),
+                );
+                let measured =
+                    MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
                 let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
                 let agrees = may_agree && self.volume_difference(by_ends, &limit) <= used.tolerance;
                 // Two in a row: the first refinement alone may change little by chance.
                 let twice = increments >= MIN_REFINEMENT * closed.increments;
                 if twice && (change <= tolerance || agrees) || increments >= most {
                     // Once, not in every jump.
-                    let known = cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
+                    let known =
+                        cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \

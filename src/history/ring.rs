@@ -6,12 +6,14 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{PathPoint, Increment, ContactState, SlipReference, SolverOptions, TangentialControl, Unknowns};
+use crate::contact::{
+    ContactState, Increment, PathPoint, SlipReference, SolverOptions, TangentialControl, Unknowns,
+};
 use crate::error::Result;
 use crate::skip::OmittableWork;
 
 use super::control::PrescribedLoads;
-use super::increments::{ActiveLaws, ProgressSpan, increment_record, increment_problem, solve_and_check};
+use super::increments::{ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check};
 use super::loops::IncrementStart;
 use super::record::{Observer, Outcome};
 use super::step::{ClosedPath, Drive, Step, Tangential};
@@ -89,9 +91,10 @@ impl FrettingPath {
     /// What brings body 2 back to the centre, and is prescribed then.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
-            Drive::Shift => {
-                (PrescribedLoads { tangential: TangentialControl::Shift, ..loads }, Tangential::Shift(self.center))
-            }
+            Drive::Shift => (
+                PrescribedLoads { tangential: TangentialControl::Shift, ..loads },
+                Tangential::Shift(self.center),
+            ),
             Drive::Force => {
                 let on_body2 = self.center_force.map(|force| -force);
                 let tangential = TangentialControl::Force(on_body2);
@@ -125,12 +128,20 @@ impl CycleState {
 
     /// A single state, of steady sliding.
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
-        Self { contact: ContactState::new(n, vec![rigid]), stick_mask: vec![false; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
+        Self {
+            contact: ContactState::new(n, vec![rigid]),
+            stick_mask: vec![false; n],
+            stick_gap: vec![0.0; 2 * n],
+            uncharged_work: [0; 3],
+        }
     }
 
     /// What slip is measured from at all ends.
     pub fn slip_reference(&self) -> SlipReference {
-        SlipReference::PreviousPoint { stuck: self.stick_mask.clone(), at: self.stick_gap.clone() }
+        SlipReference::PreviousPoint {
+            stick_mask: self.stick_mask.clone(),
+            stick_gap: self.stick_gap.clone(),
+        }
     }
 
     /// Adds what a solve took.
@@ -183,8 +194,9 @@ impl CycleState {
         let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
         (0..n).all(|i| {
             let mut sticks = (0..ends).map(|end| problem.sticks(&self.contact, end, i));
-            let creeps =
-                |end: usize| self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]) <= creep;
+            let creeps = |end: usize| {
+                self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]) <= creep
+            };
             if self.stick_mask[i] {
                 sticks.enumerate().all(|(end, sticks)| sticks || creeps(end))
             } else {
@@ -218,7 +230,11 @@ impl Run<'_> {
         for cycle in 0..MAX_SETTLING_CYCLES {
             let up = if cycle == 0 { course.len()..course.len() + 1 } else { half + 1..course.len() + 1 };
             for end in up.map(|end| end % course.len()).chain(1..half + 1) {
-                let mut rigid = [ring.contact.rigid_motion[end][0], ring.contact.rigid_motion[end][1], self.state.rigid_motion[2]];
+                let mut rigid = [
+                    ring.contact.rigid_motion[end][0],
+                    ring.contact.rigid_motion[end][1],
+                    self.state.rigid_motion[2],
+                ];
                 course.set_shift(end, &mut rigid);
                 let (it, report) = self.advance_stroke(step, (course.loads(end, loads), rigid), observer)?;
                 ring.charge(&report);
@@ -269,7 +285,8 @@ impl Run<'_> {
         let reference = SlipReference::Previous(self.state.slip_reference.clone());
         let end = self.path_point(step, &loads, reference)?;
         let worn = self.state.wear_depth.clone();
-        let laws = ActiveLaws { friction: step.friction, wear: false, slip_repeats: 0.0, wear_path_factors: None };
+        let laws =
+            ActiveLaws { friction: step.friction, wear: false, slip_repeats: 0.0, wear_path_factors: None };
         let options = self.stroke_options();
         let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
@@ -367,6 +384,8 @@ impl Run<'_> {
         loads: PrescribedLoads,
         ring: &CycleState,
     ) -> Result<Vec<PathPoint>> {
-        (0..course.len()).map(|end| self.path_point(step, &course.loads(end, loads), ring.slip_reference())).collect()
+        (0..course.len())
+            .map(|end| self.path_point(step, &course.loads(end, loads), ring.slip_reference()))
+            .collect()
     }
 }

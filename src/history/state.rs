@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::certificate::StateChecks;
-use crate::contact::{Increment, ContactState};
+use crate::contact::{ContactState, Increment};
 
 use super::model::PreparedModel;
 use super::record::{Certificate, FrameState, Resultants};
@@ -79,7 +79,12 @@ impl RunState {
 }
 
 /// Resultants and areas of one end.
-pub(super) fn resultants(prepared: &PreparedModel, problem: &Increment, it: &ContactState, end: usize) -> Resultants {
+pub(super) fn resultants(
+    prepared: &PreparedModel,
+    problem: &Increment,
+    it: &ContactState,
+    end: usize,
+) -> Resultants {
     let n = prepared.n();
     let base = end * 3 * n;
     let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
@@ -137,7 +142,12 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
 
 /// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
 /// symmetric operator (docs/theory-contact.md).
-pub(super) fn energy_balance(prepared: &PreparedModel, before: &RunState, it: &ContactState, end: usize) -> f64 {
+pub(super) fn energy_balance(
+    prepared: &PreparedModel,
+    before: &RunState,
+    it: &ContactState,
+    end: usize,
+) -> f64 {
     let n = prepared.n();
     let (mut change, mut work, mut scale) = (0.0, 0.0, 0.0);
     for plane in 0..3 {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::compute::{RunOptions, run_simulation, conclude_refused};
+use super::compute::{RunOptions, conclude_refused, run_simulation};
 use super::fork::SharedWork;
 use crate::error::exit;
 use crate::history::record::IncrementRecord;
@@ -12,7 +12,7 @@ use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
 use crate::scene::spec::solver::Output;
 use crate::study::SceneError;
-use crate::study::accuracy::{Levels, NextRun, AccuracySearch};
+use crate::study::accuracy::{AccuracySearch, Levels, NextRun};
 
 /// Why a run of which the estimates stay above the accuracy did not converge.
 pub const ACCURACY_NOT_REACHED: &str = "accuracy";
@@ -156,7 +156,8 @@ impl AccuracyRun<'_, '_, '_> {
             }
             let record = search.record();
             if converged && !record.met {
-                (summary.status, summary.reason) = (Status::NotConverged, Some(ACCURACY_NOT_REACHED.to_owned()));
+                (summary.status, summary.reason) =
+                    (Status::NotConverged, Some(ACCURACY_NOT_REACHED.to_owned()));
             }
             summary.accuracy = Some(record);
             written = converged && search.next_run() == NextRun::Done(levels);

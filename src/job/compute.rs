@@ -6,19 +6,19 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::fork::{SharedPrefix, PrefixRecorder, SharedWork, RestoredPrefix};
+use super::fork::{PrefixRecorder, RestoredPrefix, SharedPrefix, SharedWork};
 use super::resume::CheckpointSettings;
-use super::turn::{SimulationBuilder, RebuildState, Continuation};
+use super::turn::{Continuation, RebuildState, SimulationBuilder};
 use crate::error::{Error, ErrorKind, Result, exit};
 use crate::frame::ContactFrame;
 use crate::history::image::Entries;
-use crate::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
-use crate::history::{RunResult, RunCheckpoint};
+use crate::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use crate::history::{RunCheckpoint, RunResult};
 use crate::linalg::course::OperatorHistory;
+use crate::results::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
 use crate::results::field_writer::{FieldKind, FieldWriter, WrittenFields};
-use crate::results::checkpoint_writer::{CheckpointWriter, CheckpointData, MeshUpdates, CompletedWork};
 use crate::results::output_dir::OutputDir;
-use crate::results::recorder::{RecorderParts, Recorder};
+use crate::results::recorder::{Recorder, RecorderParts};
 use crate::results::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
 use crate::study::moving::WearBudget;
@@ -120,7 +120,9 @@ impl Observer for RunObserver<'_, '_, '_> {
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap() || self.user_observer.wants_tangential_gap() || self.entries.is_some()
+        self.recorder.wants_tangential_gap()
+            || self.user_observer.wants_tangential_gap()
+            || self.entries.is_some()
     }
 }
 
@@ -144,7 +146,8 @@ pub fn run_simulation(
         frame_growths: from.checkpoint_data.frame_growths,
         mesh_updates: from.checkpoint_data.mesh_updates.clone(),
     });
-    let records = from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
+    let records =
+        from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
     let study = match catch_panic(plan, || job.maker().build(plan, &stage)) {
         Ok(Some(study)) => study,
@@ -165,8 +168,10 @@ pub fn run_simulation(
         Ok(taken) => taken.flatten(),
         Err(error) => return conclude_unstarted(early(output), summary, without_key(error)),
     };
-    let keeper =
-        job.checkpoints.take().map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
+    let keeper = job
+        .checkpoints
+        .take()
+        .map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
     if let Some(RestoredPrefix { snapshot, course, written, skipped }) = begun {
         summary.skipped.push(skipped);
@@ -175,10 +180,18 @@ pub fn run_simulation(
         let records = snapshot.records().to_vec();
         let keeper = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
         let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
-        return run_segments(plan, study, Segment { parts, from: Some((snapshot, course)), stage }, summary, &mut job);
+        return run_segments(
+            plan,
+            study,
+            Segment { parts, from: Some((snapshot, course)), stage },
+            summary,
+            &mut job,
+        );
     }
     let (written, from) = match from.map(|from| from.checkpoint_data) {
-        Some(CheckpointData { snapshot, operator_history: course, written, .. }) => (written, Some((snapshot, course))),
+        Some(CheckpointData { snapshot, operator_history: course, written, .. }) => {
+            (written, Some((snapshot, course)))
+        }
         None => (WrittenFields::default(), None),
     };
     let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
@@ -240,7 +253,11 @@ fn run_segments<'p>(
         summary.near_fields.clone_from(&study.near_fields);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
         study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-        let Segment { parts: RecorderParts { output, records, written, checkpoint_writer: keeper }, from, stage } = leg;
+        let Segment {
+            parts: RecorderParts { output, records, written, checkpoint_writer: keeper },
+            from,
+            stage,
+        } = leg;
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
         let fields = fields.with_surface(study.surface()).with_interior_points(&plan.interior_requests);
@@ -266,7 +283,13 @@ fn run_segments<'p>(
         let entries = job.shared_work.for_images.as_deref_mut().filter(|_| is_first);
         let entries =
             entries.and_then(|for_images| for_images.entries.as_mut()).map(|entries| (entries, loops));
-        let mut watched = RunObserver { recorder: &mut recorder, user_observer: &mut *job.observer, wear_budget: room, forks, entries };
+        let mut watched = RunObserver {
+            recorder: &mut recorder,
+            user_observer: &mut *job.observer,
+            wear_budget: room,
+            forks,
+            entries,
+        };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let original = job.shared_work.original.take();
@@ -278,7 +301,10 @@ fn run_segments<'p>(
         job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
         let way = catch_panic(plan, || {
-            Ok(result.as_mut().ok().and_then(|result| Continuation::after(result, (plan, &study), (&stage, shared))))
+            Ok(result
+                .as_mut()
+                .ok()
+                .and_then(|result| Continuation::after(result, (plan, &study), (&stage, shared))))
         });
         let way = match way.unwrap_or_else(|failure| {
             result = Err(failure.error);
@@ -286,7 +312,12 @@ fn run_segments<'p>(
         }) {
             None => return conclude(recorder, &mut *job.on_end, result, (summary, ledger)),
             Some(Continuation::Stop(why)) => {
-                return conclude(recorder, &mut *job.on_end, with_warning(result, Some(why)), (summary, ledger));
+                return conclude(
+                    recorder,
+                    &mut *job.on_end,
+                    with_warning(result, Some(why)),
+                    (summary, ledger),
+                );
             }
             Some(Continuation::Interrupted) => {
                 return conclude(recorder, &mut *job.on_end, interrupted(result), (summary, ledger));
@@ -502,7 +533,8 @@ checkpoint = { seconds = 1e-9 }
             shared_work: SharedWork::default(),
             on_end: &mut keep_files,
         };
-        let failure = run_simulation(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
+        let failure =
+            run_simulation(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
         let text = failure.error.to_string();
         assert_eq!(failure.error.exit_code(), exit::FAILED);
         for words in ["internal error, please report", &plan.document.sha256, "an invariant is broken"] {

@@ -11,8 +11,8 @@ use crate::history::record::CheckpointEvent;
 use crate::linalg::course::OperatorHistory;
 use crate::results::field_writer::WrittenFields;
 use crate::results::near_field::NearFieldRecord;
-use crate::results::output_dir::{StagedFile, OutputDir};
-use crate::skip::{Basis, Saved, OmittedWork, OmissionKind};
+use crate::results::output_dir::{OutputDir, StagedFile};
+use crate::skip::{Basis, OmissionKind, OmittedWork, Saved};
 use crate::study::Simulation;
 
 /// Where a run stood after the steps that others have in common with it.

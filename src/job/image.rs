@@ -6,7 +6,7 @@ use crate::history::RunResult;
 use crate::history::image::{Entries, Recording};
 use crate::history::record::Observer;
 use crate::linalg::memory::MemoryLimit;
-use crate::skip::{Basis, Saved, OmittedWork, OmissionKind};
+use crate::skip::{Basis, OmissionKind, OmittedWork, Saved};
 use crate::study::Simulation;
 
 /// Bytes that the entries of a run may take; of a longer one there are no images.
@@ -81,7 +81,9 @@ impl Original<'_> {
                 self.folder
             );
             let saved = Some(Saved { seconds: self.recording.seconds(), basis: Basis::Measured });
-            result.skipped.push(OmittedWork { saved, ..OmittedWork::new(OmissionKind::Image, "all steps", why) });
+            result
+                .skipped
+                .push(OmittedWork { saved, ..OmittedWork::new(OmissionKind::Image, "all steps", why) });
             result
         }))
     }

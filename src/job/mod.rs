@@ -10,8 +10,8 @@ pub mod sweep;
 mod turn;
 
 pub use accurate::{ACCURACY_NOT_REACHED, run};
-pub use compute::{RunOptions, NullObserver, run_simulation, keep_files};
-pub use fork::{SharedPrefix, PrefixRecorder, SharedWork};
+pub use compute::{NullObserver, RunOptions, keep_files, run_simulation};
+pub use fork::{PrefixRecorder, SharedPrefix, SharedWork};
 pub use image::{ForImages, Original};
 
 use crate::results::summary::{Summary, Units};

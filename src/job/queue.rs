@@ -76,7 +76,8 @@ impl Queue {
         let mut stages = vec![RunStage::Over; specs.len()];
         numbers.iter().for_each(|&number| stages[number] = RunStage::Waiting);
         let original = |number: usize| specs[number].image_of.map(|image| image.run);
-        let wanted = |number: usize| if stages[number] == RunStage::Waiting { original(number) } else { None };
+        let wanted =
+            |number: usize| if stages[number] == RunStage::Waiting { original(number) } else { None };
         let image_of: Vec<_> = (0..specs.len()).map(wanted).collect();
         let mut hidden = vec![false; specs.len()];
         for &original in image_of.iter().flatten() {
@@ -156,7 +157,8 @@ impl Queue {
         let mut after: Vec<usize> = self.followers(left, number).collect();
         after.sort_unstable();
         after.dedup();
-        let used = |(run, fork): &(usize, Arc<SharedPrefix>)| self.followers(left, *run).any(|n| n == fork.n_steps);
+        let used =
+            |(run, fork): &(usize, Arc<SharedPrefix>)| self.followers(left, *run).any(|n| n == fork.n_steps);
         let used: Vec<bool> = left.forks.iter().map(used).collect();
         let mut used = used.into_iter();
         left.forks.retain(|_| used.next().unwrap_or_default());
@@ -180,7 +182,8 @@ impl Queue {
 
     /// After how many of its steps waiting runs go on from run `first`.
     fn followers(&self, left: &Left, first: usize) -> impl Iterator<Item = usize> {
-        let waiting = left.stages.iter().zip(&self.prefix_sources).filter(|(stage, _)| **stage == RunStage::Waiting);
+        let waiting =
+            left.stages.iter().zip(&self.prefix_sources).filter(|(stage, _)| **stage == RunStage::Waiting);
         waiting.flat_map(|(_, all)| all).filter(move |(run, _)| *run == first).map(|(_, steps)| *steps)
     }
 }

@@ -8,11 +8,13 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 use crate::history::RunCheckpoint;
 use crate::history::record::IncrementRecord;
-use crate::results::checkpoint;
 use crate::results::atomic_file::{file_error, sha256_of};
-use crate::results::checkpoint_writer::{CheckpointInterval, CheckpointWriter, CheckpointData, CompletedWork};
-use crate::results::provenance::{NamedFile, Provenance};
+use crate::results::checkpoint;
+use crate::results::checkpoint_writer::{
+    CheckpointData, CheckpointInterval, CheckpointWriter, CompletedWork,
+};
 use crate::results::output_dir::{OutputDir, SUMMARY_FILE, read_json};
+use crate::results::provenance::{NamedFile, Provenance};
 use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
 

@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
-use super::compute::{RunOptions, NullObserver, keep_files};
+use super::compute::{NullObserver, RunOptions, keep_files};
 use super::fork::{PrefixRecorder, SharedWork};
 use super::image::{ForImages, Original, most_bytes};
-use super::queue::{Known, Queue, ClaimedRun};
-use super::resume::{CheckpointSettings, ResumeDecision, load_finished_run, decide_resume};
-use super::{THREAD_STACK_BYTES, run, new_summary};
+use super::queue::{ClaimedRun, Known, Queue};
+use super::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
+use super::{THREAD_STACK_BYTES, new_summary, run};
 use crate::error::{Error, Result, exit};
 use crate::fem::FlexibilityCache;
 use crate::history::image::Recording;
@@ -24,9 +24,9 @@ use crate::scene::{self, Plan};
 use crate::skip::OmissionKind;
 use crate::study::sweep::plots::pictures;
 use crate::study::sweep::share::{Concurrency, plan_concurrency};
-use crate::study::sweep::table::{StudyRun, StudyResult};
+use crate::study::sweep::table::{StudyResult, StudyRun};
 use crate::study::sweep::{ImageOf, RunSpec, Sweep};
-use crate::study::{SceneError, forecast};
+use crate::study::{SceneError, estimate};
 
 /// Why a folder does not count.
 const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
@@ -132,7 +132,8 @@ impl StudyRunner<'_> {
 
     /// Takes one run after the other until there is none left.
     fn worker(&self, threads: usize, queue: &Queue, said: &Sender<WorkerMessage>) {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
@@ -207,7 +208,8 @@ impl StudyRunner<'_> {
         let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
         let mut for_images = taken.records.then(|| ForImages::within(&plan.memory_limit));
         let from = taken.from.as_deref();
-        let shares = SharedWork { from, recorder: Some(&mut forks), for_images: for_images.as_mut(), original };
+        let shares =
+            SharedWork { from, recorder: Some(&mut forks), for_images: for_images.as_mut(), original };
         let code = self.run_silently(&plan, (Some(output), Some(checkpoints)), summary, shares);
         taken.publish(forks.recorded, for_images);
         code
@@ -222,8 +224,12 @@ impl StudyRunner<'_> {
         let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
         let mut for_images = ForImages::within(&plan.memory_limit);
         let from = taken.from.as_deref();
-        let shares =
-            SharedWork { from, recorder: Some(&mut forks), for_images: Some(&mut for_images), original: None };
+        let shares = SharedWork {
+            from,
+            recorder: Some(&mut forks),
+            for_images: Some(&mut for_images),
+            original: None,
+        };
         // What is wrong with it is told by its images.
         let _ = self.run_silently(&plan, (None, None), &mut super::new_summary(&plan), shares);
         taken.publish(forks.recorded, Some(for_images));
@@ -233,8 +239,9 @@ impl StudyRunner<'_> {
     fn is_done(&self, number: usize) -> bool {
         let spec = &self.sweep.runs[number];
         let directory = self.directory.join(&spec.folder);
-        plan(self.sweep, spec)
-            .is_ok_and(|plan| load_finished_run(&plan, &directory, &[Status::Converged], &mut super::new_summary(&plan)))
+        plan(self.sweep, spec).is_ok_and(|plan| {
+            load_finished_run(&plan, &directory, &[Status::Converged], &mut super::new_summary(&plan))
+        })
     }
 
     /// Runs a plan of which nobody hears before it ends.
@@ -247,7 +254,15 @@ impl StudyRunner<'_> {
     ) -> std::result::Result<u8, SceneError> {
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
         let (watch, complete) = (&mut NullObserver, &mut keep_files);
-        let job = RunOptions { frame: None, on_progress: show, observer: watch, stop: self.stop, checkpoints, shared_work: shares, on_end: complete };
+        let job = RunOptions {
+            frame: None,
+            on_progress: show,
+            observer: watch,
+            stop: self.stop,
+            checkpoints,
+            shared_work: shares,
+            on_end: complete,
+        };
         run(plan, output, summary, job)
     }
 

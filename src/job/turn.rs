@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::error::ErrorKind;
 use crate::frame::ContactFrame;
-use crate::history::{RunResult, RunCheckpoint};
+use crate::history::{RunCheckpoint, RunResult};
 use crate::results::checkpoint_writer::MeshUpdates;
 use crate::scene::Plan;
 use crate::study::grow;
@@ -61,7 +61,8 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         stage: &RebuildState,
     ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
-        let larger = if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let larger =
+            if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
         let frame = larger.as_ref().or(self.frame);
         let meshes = moving::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
@@ -96,8 +97,10 @@ impl SimulationBuilder<'_> {
         (study, snapshot): (Simulation<'p>, RunCheckpoint),
         (stage, meshes): (&RebuildState, WornMeshes),
     ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
-        let stage = RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
-        let larger = if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let stage =
+            RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
+        let larger =
+            if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
@@ -121,7 +124,9 @@ impl SimulationBuilder<'_> {
     ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
         match way {
             Continuation::GrownFrame(snapshot) => self.grow_frame(plan, (study, snapshot), stage),
-            Continuation::MovedMeshes(snapshot, meshes) => self.move_meshes(plan, (study, snapshot), (stage, meshes)),
+            Continuation::MovedMeshes(snapshot, meshes) => {
+                self.move_meshes(plan, (study, snapshot), (stage, meshes))
+            }
             Continuation::SameOperators(snapshot) => {
                 let moves = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
                 let stage = RebuildState { mesh_updates: moves, ..*stage };

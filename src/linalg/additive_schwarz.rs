@@ -16,7 +16,7 @@ use faer::linalg::cholesky::llt::inverse::{inverse, inverse_scratch};
 use faer::{MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
-use super::hierarchical::{HierarchicalMatrix, ComponentProduct, dot};
+use super::hierarchical::{ComponentProduct, HierarchicalMatrix, dot};
 
 /// Most places of a group.
 const MAX_BLOCK_CELLS: usize = 64;
@@ -49,7 +49,12 @@ struct LocalBlock {
 impl AdditiveSchwarz {
     /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant
     /// field is.
-    pub fn new(matrix: &HierarchicalMatrix, uses: &[ComponentProduct], planes: usize, weights: &[f64]) -> Self {
+    pub fn new(
+        matrix: &HierarchicalMatrix,
+        uses: &[ComponentProduct],
+        planes: usize,
+        weights: &[f64],
+    ) -> Self {
         let ranges = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS);
         let larger = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS.max(matrix.n() / MAX_COARSE_GROUPS));
         let within = matrix.diagonal_blocks(&ranges);
@@ -57,7 +62,10 @@ impl AdditiveSchwarz {
             .into_par_iter()
             .zip(within)
             .map(|(places, components)| LocalBlock {
-                inverse: inverse_or_diagonal(assembled(&components, places.len(), uses, planes), planes * places.len()),
+                inverse: inverse_or_diagonal(
+                    assembled(&components, places.len(), uses, planes),
+                    planes * places.len(),
+                ),
                 places,
             })
             .collect();
@@ -66,7 +74,15 @@ impl AdditiveSchwarz {
         let coarse = vec![0.0; planes * larger.len()];
         let weights = weights.to_vec();
         let scratch = Mutex::new([coarse.clone(), coarse]);
-        Self { n: matrix.n(), planes, groups, coarse_groups: larger, coarse_inverse: of_sums, weights, scratch }
+        Self {
+            n: matrix.n(),
+            planes,
+            groups,
+            coarse_groups: larger,
+            coarse_inverse: of_sums,
+            weights,
+            scratch,
+        }
     }
 
     /// Bytes that it takes for `n` places at most.
@@ -102,7 +118,10 @@ impl AdditiveSchwarz {
                 sums[plane * count + g] = dot(&self.weights[places.clone()], own);
             }
         }
-        let rows = self.coarse_inverse.par_chunks(planes * count * ROWS_PER_TASK).zip(answers.par_chunks_mut(ROWS_PER_TASK));
+        let rows = self
+            .coarse_inverse
+            .par_chunks(planes * count * ROWS_PER_TASK)
+            .zip(answers.par_chunks_mut(ROWS_PER_TASK));
         rows.for_each(|(rows, answers)| {
             for (row, answer) in rows.chunks_exact(planes * count).zip(answers) {
                 *answer = dot(row, sums);

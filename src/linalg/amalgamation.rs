@@ -56,8 +56,12 @@ impl Amalgamation {
         }
         let last = |pivots: &Vec<usize>| *pivots.last().expect("a front has pivots");
         let above = |pivots| parent.get(last(pivots)).map_or(NO_PARENT, |&group| group);
-        merging.parent =
-            merging.pivots.iter().map(above).map(|g| if g == NO_PARENT { NO_PARENT } else { front_of[g] }).collect();
+        merging.parent = merging
+            .pivots
+            .iter()
+            .map(above)
+            .map(|g| if g == NO_PARENT { NO_PARENT } else { front_of[g] })
+            .collect();
         merging
     }
 
@@ -108,7 +112,8 @@ impl Amalgamation {
         let k = self.n_pivots[child] + self.n_pivots[front];
         let stored = trapezoid(k, self.n_pivots[child] + self.size[front]);
         let share = self.zeros_of(child, front) / stored;
-        let limit = RELAXATION_LIMITS.iter().find(|(most, _)| k <= *most).expect("the last limit has no end").1;
+        let limit =
+            RELAXATION_LIMITS.iter().find(|(most, _)| k <= *most).expect("the last limit has no end").1;
         share <= limit
     }
 

@@ -310,11 +310,17 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[place] ^= 1;
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)), "byte {place}");
+            assert!(
+                matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)),
+                "byte {place}"
+            );
         }
         for length in [0, 23, whole.len() - 1] {
             fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)), "{length} bytes");
+            assert!(
+                matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)),
+                "{length} bytes"
+            );
         }
         cache.write_list(&key(0), "list", &values).unwrap();
         assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Hit(values));
@@ -330,7 +336,10 @@ mod tests {
         for number in 0..3 {
             cache.write_list(&key(number), "list", &[1.5; 100]).unwrap();
             let file = File::options().append(true).open(cache.path(&key(number), "list")).unwrap();
-            file.set_modified(SystemTime::now() - UNFINISHED_FILE_LIFETIME.mul_f64(1.0 / (1.0 + number as f64))).unwrap();
+            file.set_modified(
+                SystemTime::now() - UNFINISHED_FILE_LIFETIME.mul_f64(1.0 / (1.0 + number as f64)),
+            )
+            .unwrap();
         }
         let found = [0, 1, 2].map(|number| cache.path(&key(number), "list").exists());
         assert!(found == [false, true, true] && other.exists());

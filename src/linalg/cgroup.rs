@@ -14,9 +14,13 @@ struct InterfaceFiles {
     cache: &'static str,
 }
 
-const CGROUP_V1: InterfaceFiles =
-    InterfaceFiles { limit: "memory.limit_in_bytes", usage: "memory.usage_in_bytes", cache: "total_inactive_file" };
-const CGROUP_V2: InterfaceFiles = InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
+const CGROUP_V1: InterfaceFiles = InterfaceFiles {
+    limit: "memory.limit_in_bytes",
+    usage: "memory.usage_in_bytes",
+    cache: "total_inactive_file",
+};
+const CGROUP_V2: InterfaceFiles =
+    InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
 
 /// Bytes that the groups of this process, mounted at `root`, allow it to take still; `None` without a limit.
 pub(super) fn available_bytes(root: &Path) -> Option<u64> {

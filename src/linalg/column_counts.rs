@@ -64,7 +64,12 @@ impl RowSubtreeLeaves {
                 first[parent[j]] = first[parent[j]].min(first[j]);
             }
         }
-        Self { first, max_first_descendant: vec![0; n_rows], previous_leaf: vec![NO_PARENT; n_rows], ancestor: (0..=n).collect() }
+        Self {
+            first,
+            max_first_descendant: vec![0; n_rows],
+            previous_leaf: vec![NO_PARENT; n_rows],
+            ancestor: (0..=n).collect(),
+        }
     }
 
     /// Whether `j` is a leaf of row `i`'s subtree: then the common ancestor with the leaf before, [`NO_PARENT`] for the first.

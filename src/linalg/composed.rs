@@ -240,7 +240,10 @@ impl Flexibility for SumFlexibility {
     }
 
     fn history(&self) -> OperatorHistory {
-        OperatorHistory { parts: self.parts.iter().map(|part| part.history()).collect(), ..OperatorHistory::default() }
+        OperatorHistory {
+            parts: self.parts.iter().map(|part| part.history()).collect(),
+            ..OperatorHistory::default()
+        }
     }
 
     fn replay(&self, course: &OperatorHistory) -> Result<()> {

@@ -37,7 +37,11 @@ struct Tile<'a> {
 ///
 /// # Errors
 /// The place of a pivot that is not positive.
-pub(super) fn eliminate_pivots(mut columns: MatMut<'_, f64>, remainder: &mut [f64], par: Par) -> Result<(), usize> {
+pub(super) fn eliminate_pivots(
+    mut columns: MatMut<'_, f64>,
+    remainder: &mut [f64],
+    par: Par,
+) -> Result<(), usize> {
     let (size, n_pivots) = (columns.nrows(), columns.ncols());
     let n_left = size - n_pivots;
     for start in (0..n_pivots).step_by(PANEL_COLUMNS) {
@@ -73,7 +77,8 @@ pub(super) fn eliminate_pivots(mut columns: MatMut<'_, f64>, remainder: &mut [f6
 }
 
 fn cholesky(pivots: MatMut<'_, f64>) -> Result<(), usize> {
-    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(PANEL_COLUMNS, Par::Seq, Spec::default()));
+    let mut memory =
+        MemBuffer::new(cholesky_in_place_scratch::<f64>(PANEL_COLUMNS, Par::Seq, Spec::default()));
     cholesky_in_place(pivots, Default::default(), Par::Seq, MemStack::new(&mut memory), Spec::default())
         .map(|_| ())
         .map_err(|LltError::NonPositivePivot { index }| index)

@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
+use super::amalgamation::{Amalgamation, trapezoid};
 use super::column_counts::column_counts;
 use super::lower_blocks;
-use super::amalgamation::{Amalgamation, trapezoid};
 use super::ordering::{NodeGraph, elimination_tree, postorder};
 use super::sparse::SymmetricSparse;
 
@@ -198,7 +198,8 @@ impl FrontTree {
                 span[group] = from..tree.order.len();
             }
             let n_pivots = tree.order.len() - start;
-            let parent = if merging.parent[old] == NO_PARENT { NO_PARENT } else { number[merging.parent[old]] };
+            let parent =
+                if merging.parent[old] == NO_PARENT { NO_PARENT } else { number[merging.parent[old]] };
             tree.fronts.push(Front { start, n_pivots, rows: Vec::new(), parent, offset: 0 });
         }
         let touched = front_patterns(merging, graph, &sequence, &span);
@@ -216,7 +217,8 @@ impl FrontTree {
             let parent = tree.fronts[front].parent;
             if parent != NO_PARENT {
                 tree.children[parent].push(front);
-                tree.first_in_subtree[parent] = tree.first_in_subtree[parent].min(tree.first_in_subtree[front]);
+                tree.first_in_subtree[parent] =
+                    tree.first_in_subtree[parent].min(tree.first_in_subtree[front]);
             }
         }
         tree

@@ -97,7 +97,12 @@ pub fn solve_multi_rhs(
 }
 
 /// Basis vectors `k` := those `vectors` times `factor`.
-fn store_basis_vectors(basis: &mut Vec<DenseMatrix>, k: usize, vectors: &DenseMatrix, factor: impl Fn(usize) -> f64) -> Result<()> {
+fn store_basis_vectors(
+    basis: &mut Vec<DenseMatrix>,
+    k: usize,
+    vectors: &DenseMatrix,
+    factor: impl Fn(usize) -> f64,
+) -> Result<()> {
     if basis.len() <= k {
         basis.push(DenseMatrix::zeros(vectors.n_rows(), vectors.n_columns())?);
     }

@@ -44,13 +44,21 @@ impl MemoryLimit {
 
     /// `percent` of what is available, as the command line gives it.
     pub fn of_command_line_percent(percent: f64) -> Self {
-        Self { bytes: share_of_available(percent), reserved: 0, source: LimitSource::CommandLine(Some(percent)) }
+        Self {
+            bytes: share_of_available(percent),
+            reserved: 0,
+            source: LimitSource::CommandLine(Some(percent)),
+        }
     }
 
     /// Four fifths of what can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
     /// nothing is refused).
     pub fn of_machine() -> Self {
-        Self { bytes: share_of_available(DEFAULT_SHARE_PERCENT), reserved: 0, source: LimitSource::DefaultShare }
+        Self {
+            bytes: share_of_available(DEFAULT_SHARE_PERCENT),
+            reserved: 0,
+            source: LimitSource::DefaultShare,
+        }
     }
 
     /// What remains of it when `bytes` are held by something else.
@@ -78,7 +86,10 @@ impl MemoryLimit {
             return Ok(());
         }
         let raise = self.how_to_raise();
-        Err(Error::resources(format!("{what} needs {} of memory, {self}; {mend}{raise}", format_bytes_exactly(bytes))))
+        Err(Error::resources(format!(
+            "{what} needs {} of memory, {self}; {mend}{raise}",
+            format_bytes_exactly(bytes)
+        )))
     }
 
     /// What raises the limit.
@@ -134,7 +145,11 @@ impl std::fmt::Display for MemoryLimit {
                 write!(f, "{of} is {all}, which the rest of the scene ({held}) takes up already")
             }
             _ => {
-                write!(f, "{of} is {} beside the {held} of the rest of the scene", format_bytes_exactly(remaining.into()))
+                write!(
+                    f,
+                    "{of} is {} beside the {held} of the rest of the scene",
+                    format_bytes_exactly(remaining.into())
+                )
             }
         }
     }
@@ -145,7 +160,8 @@ impl std::fmt::Display for MemoryLimit {
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
-    MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }.ensure_available(bytes, what, mend)
+    MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
+        .ensure_available(bytes, what, mend)
 }
 
 /// What can be had now without swapping and within the limits of the process and its control groups, bytes; `None` where that is not
@@ -182,20 +198,20 @@ fn available_in_process() -> Option<u64> {
 }
 
 thread_local! {
-    static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
+    static FAILURE_HANDLED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Does `work`, which asks for memory and has an answer where there is none.
 pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
-    let before = MAY_FAIL.replace(true);
+    let before = FAILURE_HANDLED.replace(true);
     let done = work();
-    MAY_FAIL.set(before);
+    FAILURE_HANDLED.set(before);
     done
 }
 
 /// Whether this thread has an answer where there is no memory.
 pub(crate) fn allocation_failure_is_handled() -> bool {
-    MAY_FAIL.try_with(Cell::get).unwrap_or(false)
+    FAILURE_HANDLED.try_with(Cell::get).unwrap_or(false)
 }
 
 /// Bytes in a unit that suits their number.
@@ -242,7 +258,12 @@ mod tests {
     #[test]
     fn refusals_name_the_limit() {
         let told = |limit: MemoryLimit| {
-            limit.after_reserving(1).ensure_available(1 << 62, "a body", "take less").unwrap_err().message().to_owned()
+            limit
+                .after_reserving(1)
+                .ensure_available(1 << 62, "a body", "take less")
+                .unwrap_err()
+                .message()
+                .to_owned()
         };
         let cases: [(MemoryLimit, &[&str]); 3] = [
             (
@@ -262,8 +283,11 @@ mod tests {
             let text = told(limit);
             assert!(words.iter().all(|word| text.contains(word)), "{text}");
         }
-        let of_share =
-            |percent| MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::CommandLine(Some(percent)) };
+        let of_share = |percent| MemoryLimit {
+            bytes: Some(1 << 30),
+            reserved: 0,
+            source: LimitSource::CommandLine(Some(percent)),
+        };
         let text = told(of_share(12.5));
         assert!(
             text.contains("--max-memory (12.5 % of what is available)")
@@ -286,7 +310,11 @@ mod tests {
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
         assert!(error.contains("allowed by solver.memory_limit is 1 byte;"), "{error}");
-        let error = MemoryLimit::of_scene(1 << 20).after_reserving(30 << 20).ensure_available(1, "a", "b").unwrap_err().to_string();
+        let error = MemoryLimit::of_scene(1 << 20)
+            .after_reserving(30 << 20)
+            .ensure_available(1, "a", "b")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("needs 1 byte of memory") && !error.contains("0 bytes beside"), "{error}");
         assert!(error.contains("which the rest of the scene (30.0 MiB) takes up already"), "{error}");
         assert_eq!(format_bytes(50 << 10), "50.0 KiB");

@@ -13,12 +13,12 @@ use std::sync::Mutex;
 use faer::{MatMut, Par};
 use rayon::prelude::*;
 
-use super::extend_add::ExtendAdd;
 use super::dense::try_zeroed;
-use super::fronts::{Front, FrontTree};
+use super::extend_add::ExtendAdd;
 use super::front_elimination;
-use super::sparse::SymmetricSparse;
+use super::fronts::{Front, FrontTree};
 use super::schedule::FactorisationSchedule;
+use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
 use crate::interrupt;
 
@@ -77,14 +77,21 @@ pub(super) fn factorise(
     let space = FactorisationSchedule::new(tree);
     let mut values = try_zeroed(tree.n_values())?;
     let mut shared = try_zeroed(space.shared_len)?;
-    let work =
-        Factorisation { tree, columns: &PermutedLower::new(matrix, &tree.place_of_row)?, schedule: &space, thread_buffers: Mutex::default() };
+    let work = Factorisation {
+        tree,
+        columns: &PermutedLower::new(matrix, &tree.place_of_row)?,
+        schedule: &space,
+        thread_buffers: Mutex::default(),
+    };
     let (mut rest, mut taken) = (values.as_mut_slice(), 0);
     let mut local = vec![0; tree.order.len()];
     for round in &space.rounds {
         // Subtrees and fronts of a round lie side by side among the values, whoever is worked on first.
-        let mut ranges: Vec<Range<usize>> =
-            round.subtrees.iter().map(|&root| tree.values_of(tree.first_in_subtree[root]..root + 1)).collect();
+        let mut ranges: Vec<Range<usize>> = round
+            .subtrees
+            .iter()
+            .map(|&root| tree.values_of(tree.first_in_subtree[root]..root + 1))
+            .collect();
         ranges.extend(round.fronts.iter().map(|&front| tree.values_of(front..front + 1)));
         let length = ranges.iter().map(Range::len).sum();
         let (own, after) = rest.split_at_mut(length);
@@ -104,7 +111,12 @@ pub(super) fn factorise(
             }
         }
         for (&front, panel) in round.fronts.iter().zip(of_fronts) {
-            work.factorise_front(front, panel, FrontBuffers { contributions: &mut shared, own_contribution: None, row_in_front: &mut local }, par)?;
+            work.factorise_front(
+                front,
+                panel,
+                FrontBuffers { contributions: &mut shared, own_contribution: None, row_in_front: &mut local },
+                par,
+            )?;
         }
     }
     Ok(values)
@@ -150,7 +162,12 @@ struct FrontBuffers<'m> {
 
 impl Factorisation<'_> {
     /// All fronts of the subtree of `root`, whose values are `values`; what the root leaves goes to `left`.
-    fn factorise_subtree(&self, root: usize, values: &mut [f64], left: &mut [f64]) -> std::result::Result<(), FactorisationFailure> {
+    fn factorise_subtree(
+        &self,
+        root: usize,
+        values: &mut [f64],
+        left: &mut [f64],
+    ) -> std::result::Result<(), FactorisationFailure> {
         let used = self.thread_buffers.lock().expect("no panic while the memory is held").pop();
         let (mut waiting, mut local) = match used {
             Some(memory) => memory,
@@ -160,7 +177,11 @@ impl Factorisation<'_> {
         for front in self.tree.first_in_subtree[root]..root + 1 {
             let range = self.tree.values_of(front..front + 1);
             let left = if front == root { left.take() } else { None };
-            let memory = FrontBuffers { contributions: &mut waiting, own_contribution: left, row_in_front: &mut local };
+            let memory = FrontBuffers {
+                contributions: &mut waiting,
+                own_contribution: left,
+                row_in_front: &mut local,
+            };
             self.factorise_front(front, &mut values[range.start - base..range.end - base], memory, Par::Seq)?;
         }
         self.thread_buffers.lock().expect("no panic while the memory is held").push((waiting, local));
@@ -181,7 +202,9 @@ impl Factorisation<'_> {
         let children: Vec<(ExtendAdd, Range<usize>)> = self
             .tree
             .children(index)
-            .map(|child| (ExtendAdd::new(&self.tree.fronts[child], front), self.schedule.contribution_range(child)))
+            .map(|child| {
+                (ExtendAdd::new(&self.tree.fronts[child], front), self.schedule.contribution_range(child))
+            })
             .collect();
         // Fresh memory is written before it is read: a page read first would be mapped twice.
         panel.fill(0.0);
@@ -193,7 +216,8 @@ impl Factorisation<'_> {
             Some(left) => left,
             None => &mut waiting[own.clone()],
         };
-        front_elimination::eliminate_pivots(columns, remainder, par).map_err(|i| FactorisationFailure::NonPositivePivot(front.start + i))?;
+        front_elimination::eliminate_pivots(columns, remainder, par)
+            .map_err(|i| FactorisationFailure::NonPositivePivot(front.start + i))?;
         interrupt::check()?;
         for (child, place) in children {
             match left.as_deref_mut() {

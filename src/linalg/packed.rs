@@ -113,11 +113,14 @@ impl PackedSymmetric {
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
         let factor: [f64; ROWS_PER_BLOCK] = std::array::from_fn(|r| x[i + r]);
         let mut sums = [[0.0; COLUMNS_PER_BLOCK]; ROWS_PER_BLOCK];
-        for (block, (x, y)) in
-            x[..common].chunks_exact(COLUMNS_PER_BLOCK).zip(part[..common].chunks_exact_mut(COLUMNS_PER_BLOCK)).enumerate()
+        for (block, (x, y)) in x[..common]
+            .chunks_exact(COLUMNS_PER_BLOCK)
+            .zip(part[..common].chunks_exact_mut(COLUMNS_PER_BLOCK))
+            .enumerate()
         {
             let at = block * COLUMNS_PER_BLOCK;
-            let piece: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &row[r][at..at + COLUMNS_PER_BLOCK]);
+            let piece: [&[f64]; ROWS_PER_BLOCK] =
+                std::array::from_fn(|r| &row[r][at..at + COLUMNS_PER_BLOCK]);
             for lane in 0..COLUMNS_PER_BLOCK {
                 let mut mirrored = 0.0;
                 for r in 0..ROWS_PER_BLOCK {

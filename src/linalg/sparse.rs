@@ -41,7 +41,8 @@ impl SymmetricTriplets {
         let mut offsets = vec![0; self.n + 1];
         pattern.iter().for_each(|&(column, _)| offsets[column + 1] += 1);
         (0..self.n).for_each(|column| offsets[column + 1] += offsets[column]);
-        let mut matrix = SymmetricSparse::from_pattern(offsets, pattern.into_iter().map(|entry| entry.1).collect());
+        let mut matrix =
+            SymmetricSparse::from_pattern(offsets, pattern.into_iter().map(|entry| entry.1).collect());
         self.entries.iter().for_each(|&(column, row, value)| matrix.add(row, column, value));
         matrix
     }

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 
 pub use element_axes::ElementAxes;
 pub use orientation::{Orientation, axes_from_directions, centroid};
-pub use region_material::{PlacedMaterial, RegionMaterial, Ply};
+pub use region_material::{PlacedMaterial, Ply, RegionMaterial};
 pub use winding::{Winding, WoundLayer};
 
 /// Voigt index to tensor indices.
@@ -246,7 +246,8 @@ impl Stiffness {
             let shear = if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 };
             normal + shear
         });
-        ((c - isotropic).amax() <= ISOTROPY_TOLERANCE * c.amax()).then(|| [mu, lambda / (2.0 * (lambda + mu))])
+        ((c - isotropic).amax() <= ISOTROPY_TOLERANCE * c.amax())
+            .then(|| [mu, lambda / (2.0 * (lambda + mu))])
     }
 
     /// Stress of a gradient of displacement, MPa.

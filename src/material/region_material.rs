@@ -48,7 +48,9 @@ impl RegionMaterial {
     pub fn material_at(&self, point: &Point) -> Option<usize> {
         match self {
             Self::Single(_) => Some(0),
-            Self::Layup(plies) => plies.iter().position(|ply| ply.z_range[0] <= point.z && point.z <= ply.z_range[1]),
+            Self::Layup(plies) => {
+                plies.iter().position(|ply| ply.z_range[0] <= point.z && point.z <= ply.z_range[1])
+            }
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::self_intersection::find_intersecting_faces;
 use super::faces::{group_faces, outer_faces};
+use super::self_intersection::find_intersecting_faces;
 use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, format_point};

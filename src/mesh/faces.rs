@@ -158,7 +158,12 @@ pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
         .map(|&cell| {
             let tag = mesh.tag(cell);
             if let Some(other) = taken.insert(key_of(cell), tag) {
-                return Err(group_element_error(mesh, name, cell, &format!("lies on the same face as element {other}")));
+                return Err(group_element_error(
+                    mesh,
+                    name,
+                    cell,
+                    &format!("lies on the same face as element {other}"),
+                ));
             }
             let face = sole_outer_face(mesh, name, cell, &owners[&key_of(cell)])?;
             same_nodes(mesh, name, cell, &face)?;

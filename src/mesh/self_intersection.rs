@@ -23,7 +23,10 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
             let apart = (1..3)
                 .any(|axis| boxes[a][axis][0] > boxes[b][axis][1] || boxes[b][axis][0] > boxes[a][axis][1]);
             let joined = faces[a].nodes.iter().any(|node| faces[b].nodes.contains(node));
-            if !apart && !joined && (edge_pierces_face(&all[a], &all[b]) || edge_pierces_face(&all[b], &all[a])) {
+            if !apart
+                && !joined
+                && (edge_pierces_face(&all[a], &all[b]) || edge_pierces_face(&all[b], &all[a]))
+            {
                 return Some([a, b]);
             }
         }

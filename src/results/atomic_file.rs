@@ -74,7 +74,10 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// As [`write_atomically`].
-pub fn write_atomically_with(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
+pub fn write_atomically_with(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<()> {
     let temporary = path.with_file_name(format!("{}{}", temporary_prefix(path), std::process::id()));
     let written = (|| {
         let mut file = BufWriter::with_capacity(BLOCK, File::create(&temporary)?);

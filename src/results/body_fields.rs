@@ -8,8 +8,8 @@ use crate::material::strength::von_mises;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 use crate::results::body_peaks::BodyPeaks;
-use crate::results::frame_fields::{FrameMesh, GLOBAL_COMPONENTS, to_global};
 use crate::results::cell_locator::{CellLocator, SurfacePoint};
+use crate::results::frame_fields::{FrameMesh, GLOBAL_COMPONENTS, to_global};
 use crate::results::surface_stress::SurfaceStress;
 use crate::results::volume::stress_array;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
@@ -105,7 +105,9 @@ pub fn surface_grid(
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
     match output.location {
-        RecoveryLocation::FrameCells => frame_surface(frame, field, &output.global_tractions_on_body(frame.0, tractions)),
+        RecoveryLocation::FrameCells => {
+            frame_surface(frame, field, &output.global_tractions_on_body(frame.0, tractions))
+        }
         RecoveryLocation::MeshNodes { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
     }
 }
@@ -121,7 +123,11 @@ fn frame_surface(
     displace(&mut grid.points, &displacement);
     grid.point_data = vec![
         DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
-        DataArray::tuples("traction", GLOBAL_COMPONENTS, cells.average_at_points(&frame.areas, tractions).concat()),
+        DataArray::tuples(
+            "traction",
+            GLOBAL_COMPONENTS,
+            cells.average_at_points(&frame.areas, tractions).concat(),
+        ),
     ];
     grid.cell_data = vec![
         DataArray::tuples("displacement", GLOBAL_COMPONENTS, field.displacement.concat()),
@@ -147,7 +153,11 @@ fn mesh_surface(
     displace(&mut grid.points, &displacement);
     grid.point_data = vec![
         DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
-        DataArray::tuples("traction", GLOBAL_COMPONENTS, points.iter().flat_map(|point| at_nodes[point.node]).collect()),
+        DataArray::tuples(
+            "traction",
+            GLOBAL_COMPONENTS,
+            points.iter().flat_map(|point| at_nodes[point.node]).collect(),
+        ),
     ];
     if let Some(stress) = &field.stress {
         let surface = SurfaceStress::new(mesh, &faces, stress, &at_nodes);

@@ -140,8 +140,9 @@ impl ErrorRecord {
             let share = estimate.cell_errors[i].powi(2) / weight;
             (0..3).for_each(|c| centre[c] += share * estimate.cell_centres[i][c]);
         }
-        let distance =
-            |i: &usize| (0..3).map(|c| (estimate.cell_centres[*i][c] - centre[c]).powi(2)).sum::<f64>().sqrt();
+        let distance = |i: &usize| {
+            (0..3).map(|c| (estimate.cell_centres[*i][c] - centre[c]).powi(2)).sum::<f64>().sqrt()
+        };
         let volume: f64 = worst.iter().map(|&i| estimate.cell_volumes[i]).sum();
         Self {
             relative: estimate.relative_error(),

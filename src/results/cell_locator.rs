@@ -49,7 +49,9 @@ impl<'a> CellLocator<'a> {
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
-            (None, Some(_)) => self.cells_in_adjacent_bins(&point.at).filter(|&cell| self.holds(cell, &point.at)).collect(),
+            (None, Some(_)) => {
+                self.cells_in_adjacent_bins(&point.at).filter(|&cell| self.holds(cell, &point.at)).collect()
+            }
             (None, None) => self.nearest(point),
         };
         cells.retain(|&cell| self.is_facing(cell, point));
@@ -61,8 +63,11 @@ impl<'a> CellLocator<'a> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
         let over = |cell: &usize| self.holds(*cell, &point.at) && self.is_facing(*cell, point);
-        let mut found: Vec<usize> =
-            self.cells_in_adjacent_bins(&point.at).filter(over).filter(|&cell| distance(cell) <= self.bin).collect();
+        let mut found: Vec<usize> = self
+            .cells_in_adjacent_bins(&point.at)
+            .filter(over)
+            .filter(|&cell| distance(cell) <= self.bin)
+            .collect();
         if found.is_empty() {
             found = (0..self.frame.n_cells()).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
@@ -79,7 +84,8 @@ impl<'a> CellLocator<'a> {
 
     /// The bin of a point; of its projection where all cells have the same normal.
     fn key(&self, point: &Point) -> [i64; 3] {
-        let along = self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
+        let along =
+            self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
         let projection = point - along;
         [0, 1, 2].map(|axis| (projection[axis] / self.bin).floor() as i64)
     }

@@ -69,7 +69,9 @@ pub fn are_in(folder: &Path) -> bool {
 pub fn remove(folder: &Path) -> Result<()> {
     for path in FILES.map(|name| folder.join(name)) {
         match fs::remove_file(&path) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(file_error("cannot remove", &path, &e)),
+            Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                return Err(file_error("cannot remove", &path, &e));
+            }
             _ => {}
         }
     }
@@ -135,7 +137,10 @@ pub fn read(folder: &Path) -> Result<Option<Checkpoint>> {
     if let Some(newest) = &mut newest {
         newest.warnings = notes;
     } else if !unfit.is_empty() {
-        return Err(Error::input(format!("no checkpoint to resume from: {}; {RESTART_HINT}", unfit.join("; "))));
+        return Err(Error::input(format!(
+            "no checkpoint to resume from: {}; {RESTART_HINT}",
+            unfit.join("; ")
+        )));
     }
     Ok(newest)
 }
@@ -150,8 +155,11 @@ fn read_one(path: &Path) -> Result<std::result::Result<Checkpoint, UnusableCheck
 }
 
 fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, UnusableCheckpoint> {
-    let end =
-        bytes.len().checked_sub(CHECKSUM_BYTES).filter(|&end| end >= HEADER_BYTES).ok_or(UnusableCheckpoint::Damaged("too short"))?;
+    let end = bytes
+        .len()
+        .checked_sub(CHECKSUM_BYTES)
+        .filter(|&end| end >= HEADER_BYTES)
+        .ok_or(UnusableCheckpoint::Damaged("too short"))?;
     let (content, checksum) = bytes.split_at(end);
     if !content.starts_with(MAGIC) {
         return Err(UnusableCheckpoint::Damaged("not a checkpoint"));
@@ -166,7 +174,8 @@ fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, Unusabl
     let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| content[at + i]));
     let state = usize::try_from(long(28)).ok().and_then(|length| HEADER_BYTES.checked_add(length));
     let state = state.filter(|&state| state <= end).ok_or(UnusableCheckpoint::Damaged("wrong length"))?;
-    let origin = serde_json::from_slice(&content[HEADER_BYTES..state]).map_err(|_| UnusableCheckpoint::Damaged("no origin"))?;
+    let origin = serde_json::from_slice(&content[HEADER_BYTES..state])
+        .map_err(|_| UnusableCheckpoint::Damaged("no origin"))?;
     let (number, notes, path) = (long(20), Vec::new(), path.to_owned());
     Ok(Checkpoint { number, provenance: origin, warnings: notes, path, state_offset: state, bytes })
 }

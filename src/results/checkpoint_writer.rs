@@ -10,8 +10,8 @@ use crate::history::record::IncrementRecord;
 use crate::linalg::course::OperatorHistory;
 use crate::results::checkpoint;
 use crate::results::field_writer::WrittenFields;
+use crate::results::output_dir::{OutputDir, StagedFile};
 use crate::results::provenance::Provenance;
-use crate::results::output_dir::{StagedFile, OutputDir};
 
 /// What a checkpoint of a run holds; `S` is the state that the run goes on from.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -51,7 +51,11 @@ impl MeshUpdates {
 
     /// On a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
-        let worn = if self.wear_depth_at_last_update.is_empty() { Vec::new() } else { extend_field(&self.wear_depth_at_last_update, places, n, |_| 0.0) };
+        let worn = if self.wear_depth_at_last_update.is_empty() {
+            Vec::new()
+        } else {
+            extend_field(&self.wear_depth_at_last_update, places, n, |_| 0.0)
+        };
         Self { wear_depth_at_last_update: worn, ..self }
     }
 }
@@ -99,7 +103,15 @@ impl CheckpointWriter {
     /// Of a run that begins at the start.
     pub fn new(origin: Provenance, interval: CheckpointInterval) -> Self {
         let (now, last) = (Instant::now(), CompletedWork { entries: 0, cycles: 0 });
-        Self { provenance: origin, interval, number: 0, last_saved: last, last_saved_at: now, frame_growths: 0, mesh_updates: MeshUpdates::default() }
+        Self {
+            provenance: origin,
+            interval,
+            number: 0,
+            last_saved: last,
+            last_saved_at: now,
+            frame_growths: 0,
+            mesh_updates: MeshUpdates::default(),
+        }
     }
 
     /// Of a run that goes on from checkpoint `number`, which holds `last`.
@@ -143,7 +155,14 @@ impl CheckpointWriter {
         (written, files): (&WrittenFields, &[StagedFile]),
     ) -> Result<()> {
         output.keep_staged_files()?;
-        let kept = CheckpointDataRef { snapshot, operator_history: course, written, frame_growths: self.frame_growths, mesh_updates: &self.mesh_updates, files };
+        let kept = CheckpointDataRef {
+            snapshot,
+            operator_history: course,
+            written,
+            frame_growths: self.frame_growths,
+            mesh_updates: &self.mesh_updates,
+            files,
+        };
         checkpoint::write(output.path(), self.number + 1, &self.provenance, &kept)
             .context(|| "writing a checkpoint".to_owned())?;
         (self.number, self.last_saved, self.last_saved_at) = (self.number + 1, now, Instant::now());
@@ -167,7 +186,10 @@ mod tests {
     use super::*;
 
     fn keeper(seconds: f64, cycles: u64) -> CheckpointWriter {
-        CheckpointWriter::new(Provenance::new(serde_json::json!({}), Vec::new()), CheckpointInterval { seconds, cycles })
+        CheckpointWriter::new(
+            Provenance::new(serde_json::json!({}), Vec::new()),
+            CheckpointInterval { seconds, cycles },
+        )
     }
 
     fn progress(entries: usize, cycles: u64) -> CompletedWork {
@@ -192,12 +214,20 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut output = OutputDir::open(dir.path()).unwrap();
         output
-            .write("a.vtu", |out| out.write_all(b"a").map_err(|e| crate::results::atomic_file::write_error(&e)))
+            .write("a.vtu", |out| {
+                out.write_all(b"a").map_err(|e| crate::results::atomic_file::write_error(&e))
+            })
             .unwrap();
-        let course = OperatorHistory { formed_rows_checked: true, formed: vec![vec![1, 2]], ..OperatorHistory::default() };
+        let course = OperatorHistory {
+            formed_rows_checked: true,
+            formed: vec![vec![1, 2]],
+            ..OperatorHistory::default()
+        };
         let files = output.files().to_vec();
         let mut keeper = keeper(0.0, 0);
-        keeper.write(&mut output, progress(1, 0), ("state", &course), (&WrittenFields::default(), &files)).unwrap();
+        keeper
+            .write(&mut output, progress(1, 0), ("state", &course), (&WrittenFields::default(), &files))
+            .unwrap();
         let found = checkpoint::read(dir.path()).unwrap().unwrap();
         let kept: CheckpointData<String> = found.state().unwrap();
         assert_eq!((kept.snapshot.as_str(), kept.operator_history, kept.files), ("state", course, files));

@@ -1,6 +1,6 @@
 //! How meshed bodies were condensed, for `summary.json`.
 
-use crate::fem::{CondensedBody, CondensationMethod};
+use crate::fem::{CondensationMethod, CondensedBody};
 
 /// How a body was condensed to its contact nodes.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

@@ -12,14 +12,14 @@ use crate::frame::ContactFrame;
 use crate::history::record::{FrameState, IncrementRecord};
 use crate::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
 use crate::results::body_peaks::BodyRecord;
-use crate::results::frame_fields::{FrameMesh, planes_to_triples, frame_grid};
+use crate::results::frame_fields::{FrameMesh, frame_grid, planes_to_triples};
+use crate::results::history_table::loops_csv;
 use crate::results::interior_points::InteriorPointRequest;
 use crate::results::output_dir::{OutputDir, write_error};
-use crate::results::run_figures::RunFigures;
 use crate::results::plot::loops::{LoopCurve, loops_svg};
+use crate::results::run_figures::RunFigures;
 use crate::results::summary::Summary;
 use crate::results::surface_properties::SurfaceProperties;
-use crate::results::history_table::loops_csv;
 use crate::results::volume::volume_grid;
 use crate::results::vtu::{UnstructuredGrid, pvd_collection};
 
@@ -213,7 +213,8 @@ impl<'a> FieldWriter<'a> {
 
     /// Forgets the entry after `mark`, which was broken off.
     pub fn roll_back(&mut self, mark: FieldRollback) {
-        let WrittenFields { n_written: increments, series_files: collections, pictures: _, peaks } = &mut self.written;
+        let WrittenFields { n_written: increments, series_files: collections, pictures: _, peaks } =
+            &mut self.written;
         *increments = mark.increments;
         peaks.truncate(mark.peaks);
         collections.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
@@ -227,7 +228,8 @@ impl<'a> FieldWriter<'a> {
     pub fn recover_interior_points(&self, state: &FrameState) -> Result<Vec<PointStates>> {
         let of = |request: &InteriorPointRequest| {
             let body = self.bodies.iter().find(|body| body.side == request.side);
-            let states = body.map(|body| body.body.recover_at_points(self.frame, &state.tractions, &request.points()));
+            let states =
+                body.map(|body| body.body.recover_at_points(self.frame, &state.tractions, &request.points()));
             states.transpose().map(Option::flatten).context(|| format!("output.inside, \"{}\"", request.name))
         };
         self.interior_points.iter().map(of).collect()

@@ -97,7 +97,11 @@ pub fn frame_grid(
         DataArray::tuples("gap", FRAME_COMPONENTS, planes_to_triples(&state.gap, n, "gap")?.concat()),
         DataArray::tuples("traction", FRAME_COMPONENTS, traction.concat()),
         DataArray::scalar("pressure", traction.iter().map(|t| t[2]).collect()),
-        DataArray::tuples("slip", FRAME_COMPONENTS, planes_to_triples(&with_zero_normal(&state.slip, n), n, "slip")?.concat()),
+        DataArray::tuples(
+            "slip",
+            FRAME_COMPONENTS,
+            planes_to_triples(&with_zero_normal(&state.slip, n), n, "slip")?.concat(),
+        ),
         DataArray::u8_scalar("status", state.status.clone()),
         DataArray::scalar("wear_depth", state.wear_depth.clone()),
         DataArray::scalar("wear_depth_body1", worn1),

@@ -53,7 +53,12 @@ impl InteriorPointRequest {
 
     /// Bytes while its files are written.
     pub fn writing_bytes(&self) -> usize {
-        self.n_points() * if self.across.is_some() { TABLE_BYTES_PER_POINT.max(GRID_BYTES_PER_POINT) } else { TABLE_BYTES_PER_POINT }
+        self.n_points()
+            * if self.across.is_some() {
+                TABLE_BYTES_PER_POINT.max(GRID_BYTES_PER_POINT)
+            } else {
+                TABLE_BYTES_PER_POINT
+            }
     }
 
     /// Shares of the way along and across of point `i`; those along change fastest.

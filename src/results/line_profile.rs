@@ -29,7 +29,9 @@ impl ProfileLine {
 /// cuts gives its value in the middle of the cut; cells on both sides of the line give their mean.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
-        Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => sample_grid(frame, grid, values, line),
+        Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
+            sample_grid(frame, grid, values, line)
+        }
         _ => cut_polygons(frame, values, line),
     }
 }
@@ -157,7 +159,8 @@ mod tests {
             let line = ProfileLine { through: [0.0; 2], angle };
             assert_eq!(profile_along(&frame, &values, &line), profile_along(&grid, &values, &line));
         }
-        let oblique = profile_along(&frame, &values, &ProfileLine { through: [0.0; 2], angle: 0.5_f64.atan() });
+        let oblique =
+            profile_along(&frame, &values, &ProfileLine { through: [0.0; 2], angle: 0.5_f64.atan() });
         let [far, near] = [1.25_f64.sqrt() * 1.5, 1.25_f64.sqrt() * 0.5];
         let expected = [[-far, 0.0], [-near, 2.0], [near, 5.0], [far, 7.0]];
         assert_eq!(oblique.len(), 4, "{oblique:?}");

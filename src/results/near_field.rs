@@ -1,6 +1,6 @@
 //! Where the near fields of meshed bodies were computed, for `summary.json`.
 
-use crate::body::hybrid::{Indicators, AppliedLoadError};
+use crate::body::hybrid::{AppliedLoadError, Indicators};
 
 /// Where the near field of a body was computed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

@@ -10,10 +10,10 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::results::checkpoint;
 pub use crate::results::atomic_file::write_atomically;
 use crate::results::atomic_file::{HashingWriter, hexadecimal, sha256_of, sync_folder};
 pub(crate) use crate::results::atomic_file::{file_error, write_error};
+use crate::results::checkpoint;
 use crate::results::report::remove_stale_report;
 use crate::results::summary::{Status, Summary};
 
@@ -141,7 +141,8 @@ impl OutputDir {
             fs::rename(&moved, &to).map_err(|e| file_error("cannot move", &moved, &e))?;
             return Ok(true);
         }
-        let asides = (1..).map(|number| previous_dir(&self.target, number)).take_while(|folder| folder.exists());
+        let asides =
+            (1..).map(|number| previous_dir(&self.target, number)).take_while(|folder| folder.exists());
         let Some(found) = asides.map(|folder| folder.join(&file.name)).find(|path| is_it(path)) else {
             return Ok(false);
         };
@@ -183,7 +184,8 @@ impl OutputDir {
         if !std::mem::take(&mut self.holds_unfinished_run) {
             return Ok(());
         }
-        let interrupted = read_json(&self.target.join(SUMMARY_FILE)).is_some_and(|s| s["status"] != "converged");
+        let interrupted =
+            read_json(&self.target.join(SUMMARY_FILE)).is_some_and(|s| s["status"] != "converged");
         let mut names = if interrupted { earlier_files(&self.target) } else { Vec::new() };
         names.extend(checkpoint::FILES.map(str::to_owned));
         names.extend(interrupted.then(|| SUMMARY_FILE.to_owned()));

@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{ErrorKind, Result};
 use crate::history::RunCheckpoint;
-use crate::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer};
+use crate::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer};
 use crate::linalg::course::OperatorHistory;
 use crate::linalg::operator::Flexibility;
-use crate::results::field_writer::{FieldWriter, WrittenFields};
 use crate::results::checkpoint_writer::{self, CheckpointWriter};
-use crate::results::output_dir::{StagedFile, OutputDir, write_error};
-use crate::results::summary::Summary;
+use crate::results::field_writer::{FieldWriter, WrittenFields};
 use crate::results::history_table::history_csv;
+use crate::results::output_dir::{OutputDir, StagedFile, write_error};
+use crate::results::summary::Summary;
 
 /// Shows progress: stage, fraction done in 0..=1, natural residual.
 pub type ProgressCallback<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
@@ -84,7 +84,12 @@ impl<'a> Recorder<'a> {
 
     /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
     pub fn with_checkpoints(mut self, keeper: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
-        self.checkpoints = Some(CheckpointState { writer: keeper, operator, operator_history: operator.history(), before_unconverged: None });
+        self.checkpoints = Some(CheckpointState {
+            writer: keeper,
+            operator,
+            operator_history: operator.history(),
+            before_unconverged: None,
+        });
         self
     }
 
@@ -106,7 +111,8 @@ impl<'a> Recorder<'a> {
 
     /// What has been written so far, and the files.
     pub fn written(&self) -> (WrittenFields, Vec<StagedFile>) {
-        let written = self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
+        let written =
+            self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
         (written, self.output.as_ref().map_or_else(Vec::new, |output| output.files().to_vec()))
     }
 
@@ -211,8 +217,10 @@ impl Observer for Recorder<'_> {
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         // May be interrupted: before anything of the entry is kept.
         let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
-        let inside = fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
-        if let (Some(keeping), Some(output), false) = (&mut self.checkpoints, &self.output, record.converged) {
+        let inside =
+            fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
+        if let (Some(keeping), Some(output), false) = (&mut self.checkpoints, &self.output, record.converged)
+        {
             let written =
                 self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
             keeping.before_unconverged = Some((written, output.files().to_vec()));
@@ -234,9 +242,13 @@ impl Observer for Recorder<'_> {
     fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
         let interrupted = self.cancelled();
         match (&mut self.checkpoints, &mut self.output) {
-            (Some(keeping), Some(output)) => {
-                keeping.write_if_due(output, &self.records, self.fields.as_ref(), (moment, interrupted), snapshot)
-            }
+            (Some(keeping), Some(output)) => keeping.write_if_due(
+                output,
+                &self.records,
+                self.fields.as_ref(),
+                (moment, interrupted),
+                snapshot,
+            ),
             _ => Ok(()),
         }
     }

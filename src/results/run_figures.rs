@@ -10,8 +10,8 @@ use crate::results::line_profile::{ProfileLine, profile_along};
 use crate::results::output_dir::{OutputDir, write_error};
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};
-use crate::results::plot::history::history_svg;
 use crate::results::plot::frame_map::{MapKind, MapState, maps_svg};
+use crate::results::plot::history::history_svg;
 use crate::results::plot::{Canvas, PANEL, arrange_panels};
 use crate::results::summary::{Summary, Units};
 use crate::results::surface_properties::SurfaceProperties;
@@ -105,13 +105,15 @@ impl RunFigures {
         let mut panels = Vec::new();
         for kept in &self.steps {
             let through = profile_center(frame, surface, kept);
-            let lines =
-                [0.0, std::f64::consts::FRAC_PI_2].map(|turn| ProfileLine { through, angle: surface.e1_angle + turn });
+            let lines = [0.0, std::f64::consts::FRAC_PI_2]
+                .map(|turn| ProfileLine { through, angle: surface.e1_angle + turn });
             for (line, axis) in lines.iter().zip(["e1", "e2"]) {
                 panels.push(traction_panel(frame, kept, (line, axis, surface.e1_angle), units));
             }
             let worn = deepest(kept);
-            if worn > 0.0 && worn >= MIN_RELATIVE_WEAR_DEPTH * self.steps.iter().map(deepest).fold(0.0, f64::max) {
+            if worn > 0.0
+                && worn >= MIN_RELATIVE_WEAR_DEPTH * self.steps.iter().map(deepest).fold(0.0, f64::max)
+            {
                 for (line, axis) in lines.iter().zip(["e1", "e2"]) {
                     panels.push(wear_panel((frame, surface), kept, (line, axis), units));
                 }
@@ -161,10 +163,10 @@ fn traction_panel(
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
     let rubs = x.iter().chain(&y).any(|q| *q != 0.0);
     let shown = if rubs { 3 } else { 1 };
-    let series = fields
-        .iter()
-        .take(shown)
-        .map(|(name, values)| Series { name: (*name).to_owned(), points: profile_along(frame, values, line) });
+    let series = fields.iter().take(shown).map(|(name, values)| Series {
+        name: (*name).to_owned(),
+        points: profile_along(frame, values, line),
+    });
     let what = if rubs { "traction on body 1" } else { "pressure" };
     Chart {
         title: format!("{}: {what} along {axis}", kept.title),
@@ -218,7 +220,11 @@ mod tests {
         (0..n).for_each(|cell| (0..3).for_each(|k| planes[k * n + cell] = tractions(cell)[k]));
         let state = FrameState { tractions: planes, ..FrameState::default() };
         let mut pictures = RunFigures::default();
-        pictures.record_entry(frame.n_cells(), &IncrementRecord { name: "a".into(), ..Default::default() }, &state);
+        pictures.record_entry(
+            frame.n_cells(),
+            &IncrementRecord { name: "a".into(), ..Default::default() },
+            &state,
+        );
         pictures.steps.remove(0)
     }
 

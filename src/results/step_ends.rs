@@ -1,7 +1,7 @@
 //! The states at the ends of the steps of the variants of a scene, on each other and against each other.
 
+use super::frame_fields::{FRAME_COMPONENTS, FrameMesh, planes_to_triples};
 use super::line_profile::{ProfileLine, profile_along};
-use super::frame_fields::{FrameMesh, FRAME_COMPONENTS, planes_to_triples};
 use super::plot::axis::Scale;
 use super::plot::chart::{Chart, Series};
 use super::plot::{PANEL, arrange_panels};

@@ -60,7 +60,9 @@ mod tests {
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.5, azimuth: 0.3 };
         let elliptic = FrictionLaw::Elliptic { mu: [0.2, 0.3], angle: 0.7 };
         let wear = WearLaw::Orthotropic { i: [1e-9, 2e-9], angle: -0.2 };
-        let e1 = |friction: &FrictionLaw, wear: &WearLaw| SurfaceProperties::new(friction, wear, 1.0, vec![fibre]).e1_angle;
+        let e1 = |friction: &FrictionLaw, wear: &WearLaw| {
+            SurfaceProperties::new(friction, wear, 1.0, vec![fibre]).e1_angle
+        };
         assert_eq!(e1(&elliptic, &wear), -0.2);
         assert_eq!(e1(&elliptic, &WearLaw::Archard { i: 1e-9 }), 0.7);
         assert_eq!(e1(&FrictionLaw::Coulomb { mu: 0.3 }, &WearLaw::None), 0.3);

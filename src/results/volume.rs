@@ -48,7 +48,8 @@ pub fn volume_grid(mesh: &Mesh, field: &BodyField) -> Result<UnstructuredGrid> {
 
 fn add_stress(grid: &mut UnstructuredGrid, field: &StressField) {
     let mises: Vec<f64> = field.stress.iter().map(von_mises).collect();
-    let largest = |cell: usize| field.points.points_of_cell(cell).iter().map(|&p| mises[p]).fold(0.0, f64::max);
+    let largest =
+        |cell: usize| field.points.points_of_cell(cell).iter().map(|&p| mises[p]).fold(0.0, f64::max);
     let by_cell = (0..field.points.n_cells()).map(largest).collect();
     grid.point_data.push(stress_array(field.stress.iter()));
     grid.point_data.push(DataArray::scalar("von_mises", mises));

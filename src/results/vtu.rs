@@ -174,7 +174,10 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
     xml += "  <UnstructuredGrid>\n";
-    push_fmt(&mut xml, format_args!("    <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"));
+    push_fmt(
+        &mut xml,
+        format_args!("    <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"),
+    );
     let mut offset = sections.iter().flat_map(|(_, arrays)| arrays.iter()).map(array_bytes).sum();
     for (section, arrays) in sections {
         push_fmt(&mut xml, format_args!("      <{section}>\n"));

@@ -292,7 +292,10 @@ fn shorten(text: &str) -> String {
 }
 
 /// The tree of a parsed table; `origin` gives the origin of a span.
-pub(super) fn table_from_toml(parsed: &DeTable<'_>, origin: &dyn Fn(Range<usize>) -> ValueSource) -> TomlValue {
+pub(super) fn table_from_toml(
+    parsed: &DeTable<'_>,
+    origin: &dyn Fn(Range<usize>) -> ValueSource,
+) -> TomlValue {
     let mut entries: Vec<TomlEntry> = parsed
         .iter()
         .map(|(key, value)| TomlEntry {
@@ -309,7 +312,10 @@ pub(super) fn table_from_toml(parsed: &DeTable<'_>, origin: &dyn Fn(Range<usize>
 }
 
 /// The tree of a parsed value.
-pub(super) fn node_from_toml(parsed: &Spanned<DeValue<'_>>, origin: &dyn Fn(Range<usize>) -> ValueSource) -> TomlNode {
+pub(super) fn node_from_toml(
+    parsed: &Spanned<DeValue<'_>>,
+    origin: &dyn Fn(Range<usize>) -> ValueSource,
+) -> TomlNode {
     let value = match parsed.get_ref() {
         DeValue::String(text) => TomlValue::String(text.to_string()),
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
@@ -319,7 +325,9 @@ pub(super) fn node_from_toml(parsed: &Spanned<DeValue<'_>>, origin: &dyn Fn(Rang
         DeValue::Float(number) => TomlValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
         DeValue::Boolean(value) => TomlValue::Boolean(*value),
         DeValue::Datetime(date) => TomlValue::Unsupported("the date", date.to_string()),
-        DeValue::Array(items) => TomlValue::Array(items.iter().map(|item| node_from_toml(item, origin)).collect()),
+        DeValue::Array(items) => {
+            TomlValue::Array(items.iter().map(|item| node_from_toml(item, origin)).collect())
+        }
         DeValue::Table(entries) => table_from_toml(entries, origin),
     };
     TomlNode { source: origin(parsed.span()), value }

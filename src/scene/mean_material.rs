@@ -58,7 +58,11 @@ pub fn mean_material_of_body(fe: &MeshedBodyPlan) -> Result<MeanMaterial> {
 }
 
 /// The material of elements with weights.
-fn weighted_mean_material(fe: &MeshedBodyPlan, regions: &ElementMaterials, elements: &[(usize, f64)]) -> MeanMaterial {
+fn weighted_mean_material(
+    fe: &MeshedBodyPlan,
+    regions: &ElementMaterials,
+    elements: &[(usize, f64)],
+) -> MeanMaterial {
     let fibres: Vec<(Point, f64)> =
         elements.iter().map(|&(element, weight)| (regions.axes(element).column(0).into(), weight)).collect();
     let mean = mean_axis(&fibres);

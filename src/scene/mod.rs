@@ -19,8 +19,8 @@ pub mod variant;
 
 use std::path::Path;
 
+pub use diagnostic::{Diagnostic, DiagnosticKind, Diagnostics};
 pub use document::Document;
-pub use diagnostic::{DiagnosticKind, Diagnostic, Diagnostics};
 pub use plan::Plan;
 pub use unit_checks::UNIT_WARNING_PREFIX as UNITS_HINT;
 

@@ -5,8 +5,11 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::document::{Document, TomlEntry, TomlNode, ValueSource, TomlValue, node_from_toml, element_index, key_segments, table_from_toml};
-use super::diagnostic::{DiagnosticKind, Diagnostic, Diagnostics, Location};
+use super::diagnostic::{Diagnostic, DiagnosticKind, Diagnostics, Location};
+use super::document::{
+    Document, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, key_segments, node_from_toml,
+    table_from_toml,
+};
 
 /// Most parts of a key that an override names; a file has at most so many, too.
 const MAX_KEY_DEPTH: usize = 80;
@@ -65,7 +68,10 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
         return Err("this is a folder; give the path of a scene file (.toml)".to_owned());
     }
     if data.len() > MAX_SCENE_BYTES {
-        return Err(format!("the file is too large for a scene: {} bytes, at most {MAX_SCENE_BYTES}", data.len()));
+        return Err(format!(
+            "the file is too large for a scene: {} bytes, at most {MAX_SCENE_BYTES}",
+            data.len()
+        ));
     }
     fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
 }
@@ -153,7 +159,10 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c))
         && !["true", "false", "nan", "inf"].contains(&text);
     if bare {
-        return Ok(TomlNode { source: ValueSource::Override(index), value: TomlValue::String(text.to_owned()) });
+        return Ok(TomlNode {
+            source: ValueSource::Override(index),
+            value: TomlValue::String(text.to_owned()),
+        });
     }
     match DeValue::parse(text) {
         Ok(parsed) => Ok(node_from_toml(&parsed, &|_| ValueSource::Override(index))),
@@ -170,8 +179,13 @@ fn set(at: &mut TomlNode, path: &[&str], value: TomlNode, index: usize) -> Resul
     match &mut at.value {
         TomlValue::Table(entries) => {
             let i = entries.iter().position(|entry| entry.name == *segment).unwrap_or_else(|| {
-                let node = TomlNode { source: ValueSource::Override(index), value: TomlValue::Table(Vec::new()) };
-                entries.push(TomlEntry { name: (*segment).to_owned(), origin: ValueSource::Override(index), node });
+                let node =
+                    TomlNode { source: ValueSource::Override(index), value: TomlValue::Table(Vec::new()) };
+                entries.push(TomlEntry {
+                    name: (*segment).to_owned(),
+                    origin: ValueSource::Override(index),
+                    node,
+                });
                 entries.len() - 1
             });
             set(&mut entries[i].node, rest, value, index)

@@ -8,8 +8,8 @@ use nalgebra::Matrix3;
 
 use super::document::Document;
 use super::spec::Units;
-use super::spec::accuracy::{RefinementParameter, AccuracyQuantity};
-use super::spec::body::{Element, UniformFibre, NearField};
+use super::spec::accuracy::{AccuracyQuantity, RefinementParameter};
+use super::spec::body::{Element, NearField, UniformFibre};
 use super::spec::frame::FramePoints;
 use super::spec::laws::Integrator;
 use super::spec::solver::{Output, Solver};
@@ -265,7 +265,11 @@ impl BodyMaterial {
 
     /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
     pub fn stiffness_in_frame(&self, azimuth: f64) -> Stiffness {
-        if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.material_axes(azimuth)) }
+        if self.isotropic {
+            self.stiffness.clone()
+        } else {
+            self.stiffness.rotated(&self.material_axes(azimuth))
+        }
     }
 }
 

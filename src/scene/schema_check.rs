@@ -2,8 +2,8 @@
 
 use serde_json::Value as Json;
 
+use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
-use super::diagnostic::{DiagnosticKind, Diagnostic};
 use super::suggest::{closest, quoted_list};
 
 /// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
@@ -62,7 +62,9 @@ impl<'a> SchemaWalk<'a> {
                 return match (&node.value, number_branch(branches)) {
                     (TomlValue::Table(_), _) => self.check_table(node, table, key, None),
                     (TomlValue::String(_), _) => {}
-                    (TomlValue::Integer(_) | TomlValue::Float(_), Some(number)) => self.check_value(node, number, key),
+                    (TomlValue::Integer(_) | TomlValue::Float(_), Some(number)) => {
+                        self.check_value(node, number, key)
+                    }
                     _ => self.report_wrong_type(node, key, "a number, a text in double quotes or a table"),
                 };
             }
@@ -159,7 +161,13 @@ impl<'a> SchemaWalk<'a> {
     }
 
     /// A table with named keys, or with names of the user's.
-    fn check_table(&mut self, node: &TomlNode, schema: &'a Json, key: &str, variant: Option<(&'a str, &'a [Json])>) {
+    fn check_table(
+        &mut self,
+        node: &TomlNode,
+        schema: &'a Json,
+        key: &str,
+        variant: Option<(&'a str, &'a [Json])>,
+    ) {
         let TomlValue::Table(entries) = &node.value else {
             return self.report_wrong_type(node, key, "a table");
         };
@@ -225,7 +233,8 @@ impl<'a> SchemaWalk<'a> {
 
     fn check_list(&mut self, node: &TomlNode, schema: &'a Json, key: &str) {
         let TomlValue::Array(items) = &node.value else {
-            let of_tables = schema.get("items").is_some_and(|s| self.dereference(s).get("properties").is_some());
+            let of_tables =
+                schema.get("items").is_some_and(|s| self.dereference(s).get("properties").is_some());
             if of_tables && matches!(node.value, TomlValue::Table(_)) {
                 let mend = format!("write `[[{key}]]`, once for each element");
                 return self.report(

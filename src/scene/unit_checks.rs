@@ -5,8 +5,8 @@
 
 use std::f64::consts::PI;
 
-use super::spec::body::NearField;
 use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
+use super::spec::body::NearField;
 use crate::frame::GapShape;
 use crate::history::step::{Normal, Tangential};
 use crate::material::{PlacedMaterial, Stiffness};
@@ -88,7 +88,9 @@ fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
             x if x > MAX_MODULUS_MPA && mpa == 1.0 => "Pa",
             x if x > MAX_MODULUS_MPA => "a smaller unit",
             _ if stiff && (GPA_LIKE_MODULI_MPA[0]..=GPA_LIKE_MODULI_MPA[1]).contains(&modulus) => "GPa",
-            x if stiff && mpa > 1.0 && modulus > GPA_LIKE_MODULI_MPA[1] && x < GPA_LIKE_MODULI_MPA[0] => "MPa",
+            x if stiff && mpa > 1.0 && modulus > GPA_LIKE_MODULI_MPA[1] && x < GPA_LIKE_MODULI_MPA[0] => {
+                "MPa"
+            }
             _ => continue,
         };
         notes.push(format!(

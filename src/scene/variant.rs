@@ -25,8 +25,13 @@ pub enum Discretisation {
 
 impl Discretisation {
     /// All, in the order of messages.
-    const ALL: [Self; 5] =
-        [Self::FiniteElements, Self::BoundaryElements, Self::HalfSpace, Self::TruncatedHalfSpace, Self::Rigid];
+    const ALL: [Self; 5] = [
+        Self::FiniteElements,
+        Self::BoundaryElements,
+        Self::HalfSpace,
+        Self::TruncatedHalfSpace,
+        Self::Rigid,
+    ];
 
     /// Its name in that of a variant.
     pub fn name(self) -> &'static str {

@@ -9,13 +9,13 @@ use super::near_field::NearFieldModel;
 use super::planes;
 use super::settings::cross_blocks;
 use super::skips::needs_factor_after_condensation;
-use crate::body::hybrid::{Indicators, HalfSpaceFit};
+use crate::body::hybrid::{HalfSpaceFit, Indicators};
 use crate::body::{
     BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
 };
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
-use crate::fem::{self, RigidBodyModes, CacheContents, CondensationResources};
+use crate::fem::{self, CacheContents, CondensationResources, RigidBodyModes};
 use crate::frame::face_map::covered_cells;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::format_point;
@@ -24,8 +24,8 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::results::near_field::NearFieldRecord;
 use crate::results::truncation::TruncationRecord;
+use crate::scene::plan::{BodyMaterial, BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::frame::FramePoints;
-use crate::scene::plan::{BodyPlan, BodyMaterial, FramePlan, MeshedBodyPlan, Plan};
 
 /// Keys of the two bodies in the scene.
 pub(super) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
@@ -124,7 +124,13 @@ pub(super) struct BuiltBody {
 
 impl BuiltBody {
     fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
-        Self { body: Box::new(body), resident_bytes: held_bytes, near_field: None, truncation: None, warning: None }
+        Self {
+            body: Box::new(body),
+            resident_bytes: held_bytes,
+            near_field: None,
+            truncation: None,
+            warning: None,
+        }
     }
 
     fn with_near_field(self, record: NearFieldRecord) -> Self {
@@ -163,15 +169,17 @@ pub(super) fn build_body(
             memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
             let held = memory::half_space_bytes(plan, frame, &body);
             let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
-            let note = asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
+            let note =
+                asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
             let note = note.map(|note| format!("{key}: {note}"));
             BuiltBody { warning: note, ..BuiltBody::new(body, held) }
         }
         BodyPlan::TruncatedHalfSpace(spec) => {
             let stiffness = spec.material.stiffness_in_frame(0.0);
             let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
-            let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
-                .at(&format!("{key}.truncated"))?;
+            let body =
+                TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
+                    .at(&format!("{key}.truncated"))?;
             let (held, note, record) = (
                 body.held_bytes(),
                 body.cache_warning().map(str::to_owned),
@@ -182,10 +190,13 @@ pub(super) fn build_body(
         BodyPlan::Be(be) => {
             face_map(&be.meshed, index, frame)?;
             let contact = (be.meshed.contact.as_str(), SIDES[index]);
-            let body = BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left)).at(key)?;
+            let body =
+                BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left))
+                    .at(key)?;
             let (held, note) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
             let elastic = &be.meshed.material;
-            let limit = plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
+            let limit =
+                plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
             BuiltBody { warning: note, ..BuiltBody::new(body.with_limit(limit), held) }
         }
         BodyPlan::Fe(fe) => {
@@ -194,8 +205,16 @@ pub(super) fn build_body(
             if let Some(site) = near.half_space_fit() {
                 return build_hybrid(plan, fe, (index, frame, site), left);
             }
-            let keep = if needs_factor_after_condensation(plan, frame) { CacheContents::FlexibilityAndFactor } else { CacheContents::Flexibility };
-            let resources = CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents: keep, memory: left };
+            let keep = if needs_factor_after_condensation(plan, frame) {
+                CacheContents::FlexibilityAndFactor
+            } else {
+                CacheContents::Flexibility
+            };
+            let resources = CondensationResources {
+                cache: plan.flexibility_cache.as_ref(),
+                cache_contents: keep,
+                memory: left,
+            };
             let contact = (fe.contact.as_str(), SIDES[index]);
             let body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::resident_bytes(&body);
@@ -224,14 +243,19 @@ fn build_hybrid(
     left: MemoryLimit,
 ) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
     let key = BODY_KEYS[index];
-    let resources = CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents: CacheContents::Flexibility, memory: left };
+    let resources = CondensationResources {
+        cache: plan.flexibility_cache.as_ref(),
+        cache_contents: CacheContents::Flexibility,
+        memory: left,
+    };
     let contact = (fe.contact.as_str(), SIDES[index]);
     let body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
     if let Some(reason) = indicators.rejection_reason() {
         return Ok(Err(HybridRejected { reason, indicators }));
     }
-    let (held, note, own_error) = (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
+    let (held, note, own_error) =
+        (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
     let body = body.with_limits(plan.strength_limits.clone());
     Ok(Ok(BuiltBody { warning: note, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
@@ -251,8 +275,8 @@ pub(super) fn configured_half_space(
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, SceneError> {
     let stiffness = elastic.stiffness_in_frame(0.0);
-    let body =
-        HalfSpaceBody::with_kernels(&stiffness, SIDES[index], frame, plan.kernel_cache.clone()).at(BODY_KEYS[index])?;
+    let body = HalfSpaceBody::with_kernels(&stiffness, SIDES[index], frame, plan.kernel_cache.clone())
+        .at(BODY_KEYS[index])?;
     let body = body.with_cache(plan.flexibility_cache.clone());
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
@@ -268,7 +292,11 @@ pub(super) fn bare_half_space(
 
 /// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
 /// mistake where it is a grid.
-pub(super) fn face_map(fe: &MeshedBodyPlan, index: usize, frame: &ContactFrame) -> Result<FaceMap, SceneError> {
+pub(super) fn face_map(
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<FaceMap, SceneError> {
     let contact = format!("{}.contact", BODY_KEYS[index]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     if frame.grid.is_some() {

@@ -4,13 +4,13 @@
 //! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
 //! it is nearly always right.
 
-use super::bodies::{BODY_KEYS, surface_distances, face_map, free_motions};
+use super::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
 use super::failure::{AtKey, SceneError};
 use super::near_field::NearFieldModel;
 use crate::frame::{ContactFrame, GapShape};
 use crate::history::step::{Cycles, Normal, Step, Tangential};
-use crate::scene::spec::solver::Coupling;
 use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::solver::Coupling;
 use crate::skip::{OmittableWork, OmittedWork};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
@@ -33,7 +33,8 @@ pub(super) fn with_active_cells(
         return Ok(frame);
     }
     let gap = initial_gap(plan, &frame, near)?;
-    let first = if frame.has_uniform_axes() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
+    let first =
+        if frame.has_uniform_axes() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
     let cells: Vec<bool> = gap.iter().map(|gap| gap - first <= reach).collect();
     let count = cells.iter().filter(|&&is| is).count();
     if count > 0 && (count as f64) < MAX_ACTIVE_SHARE * cells.len() as f64 {
@@ -57,9 +58,13 @@ pub(super) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
 ///
 /// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
-    let condensed = |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
+    let condensed =
+        |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
     let meshed = plan.bodies.iter().zip(near).any(condensed);
-    if !plan.solver.skip.allowed_skips().allows(OmittableWork::OpenCells) || plan.solver.coupling == Coupling::Block || !meshed {
+    if !plan.solver.skip.allowed_skips().allows(OmittableWork::OpenCells)
+        || plan.solver.coupling == Coupling::Block
+        || !meshed
+    {
         return None;
     }
     let mut approach: f64 = 0.0;
@@ -75,7 +80,8 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
         }
     }
     // Where cells are inclined, motion in the frame's plane closes them too.
-    let sideways = if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
+    let sideways =
+        if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
     let needed = MARGIN * approach + sideways;
     (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
@@ -108,7 +114,11 @@ fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-pub(super) fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Result<Vec<f64>, SceneError> {
+pub(super) fn initial_gap(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<f64>, SceneError> {
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {

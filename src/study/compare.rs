@@ -1,6 +1,6 @@
 //! The variants of a scene: each body as it is or as what else may stand for it, on the same frame.
 
-use super::bodies::{BODY_KEYS, SIDES, surface_distances, face_map, contact_frame};
+use super::bodies::{BODY_KEYS, SIDES, contact_frame, face_map, surface_distances};
 use super::failure::SceneError;
 use super::fit;
 use super::forecast::estimate_on_frame;
@@ -43,7 +43,10 @@ impl Variant {
 ///
 /// # Errors
 /// If the frame cannot be made, or the gap of two meshes cannot be taken on it.
-pub fn variants(plan: &Plan, wanted: &[DiscretisationPair]) -> std::result::Result<(ContactFrame, Vec<Variant>), SceneError> {
+pub fn variants(
+    plan: &Plan,
+    wanted: &[DiscretisationPair],
+) -> std::result::Result<(ContactFrame, Vec<Variant>), SceneError> {
     let frame = contact_frame(plan)?;
     let own = own(plan);
     let named = match (wanted, &plan.compare.variants) {
@@ -96,7 +99,12 @@ fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
 }
 
 /// The plan with its bodies as a variant has them, if it can be computed.
-fn variant_plan(plan: &Plan, frame: &ContactFrame, pair: DiscretisationPair, notes: &mut Vec<String>) -> Result<Plan> {
+fn variant_plan(
+    plan: &Plan,
+    frame: &ContactFrame,
+    pair: DiscretisationPair,
+    notes: &mut Vec<String>,
+) -> Result<Plan> {
     let mut changed = plan.clone();
     let mut hint = String::new();
     for (index, kind) in pair.0.into_iter().enumerate() {
@@ -114,7 +122,10 @@ fn variant_plan(plan: &Plan, frame: &ContactFrame, pair: DiscretisationPair, not
                 "points inside {key} (output.inside) are left out where something else stands for it"
             ));
         }
-        if own == FiniteElements && kind == BoundaryElements && plan.compare.alternatives[index].surface.is_none() {
+        if own == FiniteElements
+            && kind == BoundaryElements
+            && plan.compare.alternatives[index].surface.is_none()
+        {
             hint = format!("; compare.{key}.be.mesh gives it a surface mesh of its own");
         }
         if kind == HalfSpace && !replace::is_plane(frame) {

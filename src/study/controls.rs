@@ -5,19 +5,23 @@ use nalgebra::Vector3;
 use super::bodies::{BODY_KEYS, SIDES, free_motions};
 use super::failure::SceneError;
 use super::planes;
-use crate::body::rigid_body_modes::{unconstrained_translations, have_common_motion};
+use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
 use crate::error::Error;
 use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
 use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
-use crate::scene::spec::solver::Coupling;
 use crate::scene::plan::Plan;
+use crate::scene::spec::solver::Coupling;
 
 /// Share of a displacement along a free direction that is rounding.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
-fn refuse_friction_on_unconstrained_be(plan: &Plan, index: usize, motions: &RigidBodyModes) -> Result<(), SceneError> {
+fn refuse_friction_on_unconstrained_be(
+    plan: &Plan,
+    index: usize,
+    motions: &RigidBodyModes,
+) -> Result<(), SceneError> {
     if plan.bodies[index].as_be().is_none() || plan.friction.ellipse().is_none() {
         return Ok(());
     }
@@ -165,7 +169,10 @@ fn rotation_key(step: &Step) -> Option<&'static str> {
 }
 
 /// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.
-fn displacement_along_free_direction(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'static str)> {
+fn displacement_along_free_direction(
+    step: &Step,
+    free: &[Vector3<f64>],
+) -> Option<(&'static str, &'static str)> {
     let along = |direction: Vector3<f64>| {
         free.iter().any(|free| free.dot(&direction).abs() > ROUNDING_SHARE * direction.norm())
     };

@@ -11,7 +11,7 @@ use crate::history::step::Step;
 use crate::mesh::faces::outer_faces;
 use crate::results::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::skip::{OmittableWork, OmittedWork, OmissionKind};
+use crate::skip::{OmissionKind, OmittableWork, OmittedWork};
 
 /// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
@@ -86,7 +86,8 @@ pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
 fn inside_tables(plan: &Plan) -> f64 {
     let of = |index: usize| match &plan.bodies[index] {
         BodyPlan::HalfSpace(elastic)
-            if !elastic.isotropic && plan.interior_requests.iter().any(|request| request.side == SIDES[index]) =>
+            if !elastic.isotropic
+                && plan.interior_requests.iter().any(|request| request.side == SIDES[index]) =>
         {
             let stiffness = elastic.stiffness.voigt().diagonal();
             INSIDE_TABLE * (stiffness.max() / stiffness.min()).sqrt()

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::bodies::{BODY_KEYS, SIDES, surface_distances, face_map};
+use super::bodies::{BODY_KEYS, SIDES, face_map, surface_distances};
 use super::failure::{AtKey, SceneError};
 use super::flat_faces;
 use super::inside;
@@ -18,9 +18,9 @@ use crate::geometry::{Point, format_number};
 use crate::history::step::Normal;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
+use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
 use crate::scene::spec::frame::FramePoints;
-use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::wear::WearLaw;
 
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
@@ -51,7 +51,11 @@ const FIXED_NORMAL_SHARE: f64 = 0.999;
 ///
 /// # Source
 /// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
-pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Result<Vec<String>, SceneError> {
+pub(super) fn check(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<String>, SceneError> {
     inside::check(plan, frame)?;
     let mut notes = Vec::new();
     let mut per_node = [None, None];
@@ -100,7 +104,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
 /// A note if an element (its number among the outer faces, the distance of its nodes over the thickness behind it) is too large for the body
 /// to bend.
 fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<String> {
-    let face = outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
+    let face =
+        outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
     Some(warning(&format!(
         "the nodes of the boundary element {} of {key} lie {} times the thickness of the body behind it apart: thin bodies come out far too stiff (constant, \
          linear elements) or too soft; take elements of at most half of the thickness, or finite elements (kind = \"fe\")",
@@ -116,11 +121,13 @@ fn check_cell_size(
     near: &[NearFieldModel; 2],
     (per_node, aligned): ([Option<f64>; 2], [bool; 2]),
 ) -> Result<Vec<String>, SceneError> {
-    let is_half_space =
-        |index: usize| near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_));
+    let is_half_space = |index: usize| {
+        near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_))
+    };
     let mut why = String::new();
     for (near, (body, key)) in near.iter().zip(plan.bodies.iter().zip(BODY_KEYS)) {
-        let auto = body.as_meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
+        let auto =
+            body.as_meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
         if let (NearFieldModel::Mesh(reason), true) = (near, auto) {
             why.push_str(&format!("; {key} has no place for the near field of a half-space: {reason}"));
         }
@@ -128,7 +135,8 @@ fn check_cell_size(
     if [0, 1].into_iter().any(is_half_space) {
         let doubts = [0, 1].map(|index| {
             let partner = BODY_KEYS[1 - index];
-            per_node[index].and_then(|face| cells_finer_than_faces_warning(plan, frame, (index, partner), face))
+            per_node[index]
+                .and_then(|face| cells_finer_than_faces_warning(plan, frame, (index, partner), face))
         });
         return Ok(doubts.into_iter().flatten().map(|doubt| warning(&(doubt + &why))).collect());
     }
@@ -315,7 +323,12 @@ fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
 }
 
 /// A note if a law takes the body's fibre although elements with another one lie under the frame.
-fn region_fibre_warning(plan: &Plan, fe: &MeshedBodyPlan, index: usize, faces: &[&SurfaceFace]) -> Option<String> {
+fn region_fibre_warning(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    faces: &[&SurfaceFace],
+) -> Option<String> {
     let own = fe.material.fibre?;
     let mut laws = Vec::new();
     if matches!(plan.friction, FrictionLaw::Frp { tilt, .. } if tilt == own.tilt) {

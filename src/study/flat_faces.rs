@@ -118,7 +118,12 @@ pub(super) fn own_load_warning(
     )))
 }
 
-fn faceting_warning(plan: &Plan, key: &str, (cut, lost): (&EdgeSagitta, f64), (depth, bowed): (f64, bool)) -> String {
+fn faceting_warning(
+    plan: &Plan,
+    key: &str,
+    (cut, lost): (&EdgeSagitta, f64),
+    (depth, bowed): (f64, bool),
+) -> String {
     let unit = &plan.units.length;
     let share = 100.0 * lost / depth;
     let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();

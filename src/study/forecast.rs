@@ -1,26 +1,26 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-use super::bodies::{BODY_KEYS, SIDES, face_map, contact_frame, configured_half_space};
+use super::bodies::{BODY_KEYS, SIDES, configured_half_space, contact_frame, face_map};
 use super::candidates::with_active_cells;
 use super::controls::refuse_impossible_controls;
 use super::expected;
 use super::failure::{AtKey, SceneError};
 use super::flat_faces::max_curvature_correction;
-use super::memory::{self, is_compressed, frame_bytes, half_space_bytes};
+use super::memory::{self, frame_bytes, half_space_bytes, is_compressed};
 use super::near_field::{NearFieldModel, choose_near_fields};
 use super::saved::{self, Spent};
-use super::skips::{omitted_factorisation, needs_factor_after_condensation, expected_omitted_work};
+use super::skips::{expected_omitted_work, needs_factor_after_condensation, omitted_factorisation};
 use crate::bem::finite::SolutionMethod;
 use crate::body::hybrid::{Correction, HalfSpaceFit};
 use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
-use crate::fem::{SymbolicAnalysis, FeModel, CondensationMethod, flexibility_bytes};
+use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
-use crate::scene::spec::solver::Coupling;
 use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
+use crate::scene::spec::solver::Coupling;
 use crate::skip::OmittedWork;
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -140,7 +140,9 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     plan.memory_limit.ensure_available(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = expected_omitted_work(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != CacheContent::Insufficient);
-    skipped.extend(whole.map(|index| omitted_factorisation(index, None, bodies[index].cached == CacheContent::FlexibilityAndFactor)));
+    skipped.extend(whole.map(|index| {
+        omitted_factorisation(index, None, bodies[index].cached == CacheContent::FlexibilityAndFactor)
+    }));
     let making: f64 = bodies.iter().map(|body| body.seconds).sum();
     let steps = expected::step_times(plan, &frame, (&near, &bodies), &skipped);
     let solving: f64 = steps.iter().map(|step| step.seconds).sum();
@@ -151,7 +153,14 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
         &Spent { steps, bodies: making, operators: making, share: None },
         &mut skipped,
     );
-    Ok(RunEstimate { n_cells: frame.n_cells(), bodies, n_contact_problems: n_solves, skipped, memory_bytes, seconds })
+    Ok(RunEstimate {
+        n_cells: frame.n_cells(),
+        bodies,
+        n_contact_problems: n_solves,
+        skipped,
+        memory_bytes,
+        seconds,
+    })
 }
 
 fn estimate_body(
@@ -226,7 +235,8 @@ fn truncated(
     let (bytes, n, n_cells) =
         (inputs.bytes(frame).at(&key)?, 3.0 * n_elements as f64, frame.n_cells() as f64);
     let table = if spec.material.isotropic { 0.0 } else { TABLE };
-    let integrals = INFLUENCE_SECONDS_PER_PAIR[usize::from(!spec.material.isotropic)] * (n_elements as f64).powi(2);
+    let integrals =
+        INFLUENCE_SECONDS_PER_PAIR[usize::from(!spec.material.isotropic)] * (n_elements as f64).powi(2);
     let flops = 2.0 / 3.0 * n.powi(3) + 6.0 * n * n * n_cells;
     let what = format!(
         "half-space, {}, {n_elements} elements on its surface as far as {}",
@@ -303,7 +313,8 @@ fn estimate_hybrid(
     let n = frame.n_cells() as f64;
     let columns_bytes = Correction::bytes(&model, columns);
     let tables = if site.isotropic { 0 } else { memory::far_field_table_bytes(plan, frame) };
-    let held_bytes = model.resident_bytes() + columns_bytes / 4 + memory::grid_operator_bytes(plan, frame) + tables;
+    let held_bytes =
+        model.resident_bytes() + columns_bytes / 4 + memory::grid_operator_bytes(plan, frame) + tables;
     let n_free = model.n_free() as f64;
     let bowed = max_curvature_correction(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
         format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
@@ -336,7 +347,11 @@ fn estimate_hybrid(
 }
 
 /// How a body is condensed in words, and seconds.
-fn condensation_cost(model: &FeModel, analysis: &SymbolicAnalysis, method: CondensationMethod) -> (String, f64) {
+fn condensation_cost(
+    model: &FeModel,
+    analysis: &SymbolicAnalysis,
+    method: CondensationMethod,
+) -> (String, f64) {
     match method {
         CondensationMethod::Factorisation => {
             let gflop = analysis.flops() * 1e-9;
@@ -366,7 +381,9 @@ fn finite_elements(
     let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);
     let making = model.assembly_bytes();
     let flexibility = model.resident_bytes() + flexibility_bytes(map.nodes().len());
-    let expected = |method: CondensationMethod| model.cached_factorisation_bytes(map.nodes(), method, plan.flexibility_cache.as_ref()?);
+    let expected = |method: CondensationMethod| {
+        model.cached_factorisation_bytes(map.nodes(), method, plan.flexibility_cache.as_ref()?)
+    };
     let known = expected(CondensationMethod::Factorisation).filter(|&bytes| left.allows(bytes as u128));
     // Fields and loads need to solve all the same.
     let solves = model.has_own_loads() || needs_factor_after_condensation(plan, frame);

@@ -14,7 +14,7 @@ use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
 use crate::history::RunCheckpoint;
 use crate::scene::plan::{FramePlan, Plan};
-use crate::skip::{OmittedWork, OmissionKind};
+use crate::skip::{OmissionKind, OmittedWork};
 
 /// A frame is enlarged so often at most.
 pub const MAX_GROWTHS: usize = 2;
@@ -86,7 +86,11 @@ impl FrameGrowth {
     ///
     /// # Errors
     /// If that is so, or the body is not sound.
-    pub fn ensure_half_spaces_fit(&self, plan: &Plan, frame: &ContactFrame) -> std::result::Result<(), SceneError> {
+    pub fn ensure_half_spaces_fit(
+        &self,
+        plan: &Plan,
+        frame: &ContactFrame,
+    ) -> std::result::Result<(), SceneError> {
         for (index, key) in BODY_KEYS.into_iter().enumerate() {
             let Some(fe) = plan.bodies[index].as_fe().filter(|_| self.half_spaces[index]) else { continue };
             if let Err(Unsuitable(why)) = near_field::fit_half_space(plan, fe, index, frame)? {
@@ -117,7 +121,12 @@ impl FrameGrowth {
         }
         let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
         let places = before.indices_in(&now);
-        ensure_same_gap(&self.gap, &model.initial_gap, &places, OWN_LOAD_GAP_TOLERANCE * study.max_gap_of_own_loads())?;
+        ensure_same_gap(
+            &self.gap,
+            &model.initial_gap,
+            &places,
+            OWN_LOAD_GAP_TOLERANCE * study.max_gap_of_own_loads(),
+        )?;
         let mut snapshot = self.checkpoint.transfer_to(&places, model, &plan.steps, None)?;
         snapshot.add_warning(note(plan, &snapshot, &before, &now));
         Ok((snapshot, places))

@@ -33,7 +33,11 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
 }
 
 /// All points of a rectangle lie on a side of a plane if its corners do.
-fn below(plan: &Plan, frame: &ContactFrame, (key, request): (&str, &InteriorPointRequest)) -> Result<(), SceneError> {
+fn below(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (key, request): (&str, &InteriorPointRequest),
+) -> Result<(), SceneError> {
     for (name, corner) in request.corners() {
         if let Some((_, height)) = first_point_above_surface(request.side, frame, &[corner]).at(key)? {
             let error = Error::input(format!(
@@ -52,7 +56,11 @@ fn below(plan: &Plan, frame: &ContactFrame, (key, request): (&str, &InteriorPoin
     Ok(())
 }
 
-fn refuse_outside_point(plan: &Plan, (key, request): (&str, &InteriorPointRequest), point: &Point) -> Result<(), SceneError> {
+fn refuse_outside_point(
+    plan: &Plan,
+    (key, request): (&str, &InteriorPointRequest),
+    point: &Point,
+) -> Result<(), SceneError> {
     let corners = request.corners();
     let corner = corners.iter().find(|(_, corner)| corner == point);
     let error = Error::input(format!(

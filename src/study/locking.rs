@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::element::ElementKind;
 use crate::error::warning;
-use crate::fem::{HexFormulation, ElementMaterials};
+use crate::fem::{ElementMaterials, HexFormulation};
 use crate::geometry::format_number;
 use crate::material::Stiffness;
 use crate::mesh::Mesh;

@@ -13,8 +13,8 @@ use crate::frame::ContactFrame;
 use crate::history::step::Tilt;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::interior_points::InteriorPointRequest;
-use crate::scene::spec::solver::{Coupling, Method};
 use crate::scene::plan::{BodyPlan, Plan};
+use crate::scene::spec::solver::{Coupling, Method};
 use crate::skip::OmittableWork;
 
 /// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
@@ -38,7 +38,8 @@ struct PerCell {
     fields: usize,
 }
 
-const BYTES_PER_CELL_FRICTIONLESS: PerCell = PerCell { history: 384, solver: 190, operator: 120, fields: 660 };
+const BYTES_PER_CELL_FRICTIONLESS: PerCell =
+    PerCell { history: 384, solver: 190, operator: 120, fields: 660 };
 const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
 const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 2070, operator: 1130, fields: 750 };
 
@@ -145,7 +146,11 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
         cycles => [usize::from(cycles), 0],
     };
     // Without friction one of the three components is transformed, and pressures alone.
-    let of_each = if has_tangential_unknowns(plan) || has_cycles(plan) { OPERATOR_TABLE_BYTES } else { OPERATOR_TABLE_BYTES / 4 };
+    let of_each = if has_tangential_unknowns(plan) || has_cycles(plan) {
+        OPERATOR_TABLE_BYTES
+    } else {
+        OPERATOR_TABLE_BYTES / 4
+    };
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
@@ -158,13 +163,14 @@ fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
         true => SubsurfaceField::expected_bytes(frame.all_corners().map(|corners| corners.len())),
         false => 0,
     };
-    let tabulated = |request: &&InteriorPointRequest| match &plan.bodies[usize::from(request.side == SIDES[1])] {
-        BodyPlan::HalfSpace(elastic) => !elastic.isotropic,
-        _ => false,
-    };
+    let tabulated =
+        |request: &&InteriorPointRequest| match &plan.bodies[usize::from(request.side == SIDES[1])] {
+            BodyPlan::HalfSpace(elastic) => !elastic.isotropic,
+            _ => false,
+        };
     let tables = SUBSURFACE_TABLE_BYTES * plan.interior_requests.iter().filter(tabulated).count().min(2);
-    let states: usize =
-        plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum::<usize>() * size_of::<PointState>();
+    let states: usize = plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum::<usize>()
+        * size_of::<PointState>();
     let writing = plan.interior_requests.iter().map(InteriorPointRequest::writing_bytes).max().unwrap_or(0);
     [tables + states, writing.max(cells)]
 }

@@ -17,7 +17,7 @@ use crate::history::{PreviousModel, RunCheckpoint};
 use crate::mesh::Mesh;
 use crate::results::checkpoint_writer::MeshUpdates;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
-use crate::skip::{OmittedWork, OmissionKind};
+use crate::skip::{OmissionKind, OmittedWork};
 
 /// Meshes of the two bodies, where they have moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
@@ -48,13 +48,20 @@ impl WearBudget {
                 *depth = behind.map(|height| share * height / part).fold(*depth, f64::min);
             }
         }
-        let worn = if moves.wear_depth_at_last_update.is_empty() { vec![0.0; n] } else { moves.wear_depth_at_last_update.clone() };
+        let worn = if moves.wear_depth_at_last_update.is_empty() {
+            vec![0.0; n]
+        } else {
+            moves.wear_depth_at_last_update.clone()
+        };
         Ok(Some(Self { worn_at_last_move: worn, allowed_depth: depth }))
     }
 
     /// Whether the bodies have worn deeper, `worn` being the depth of both, `[N]`, mm.
     pub fn is_exceeded(&self, worn: &[f64]) -> bool {
-        worn.iter().zip(&self.worn_at_last_move).zip(&self.allowed_depth).any(|((worn, before), depth)| worn - before > *depth)
+        worn.iter()
+            .zip(&self.worn_at_last_move)
+            .zip(&self.allowed_depth)
+            .any(|((worn, before), depth)| worn - before > *depth)
     }
 }
 
@@ -117,7 +124,8 @@ impl StiffnessUpdate {
     /// If a body cannot be solved.
     pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<RunCheckpoint> {
         let places: Vec<usize> = (0..self.snapshot.n_cells()).collect();
-        let mut snapshot = self.snapshot.transfer_to(&places, study.model(), &plan.steps, Some(&self.previous))?;
+        let mut snapshot =
+            self.snapshot.transfer_to(&places, study.model(), &plan.steps, Some(&self.previous))?;
         let deepest = snapshot.wear_depth().iter().copied().fold(0.0, f64::max);
         let moved = worn_bodies(plan).map(|(index, _, part)| {
             format!("{} by up to {} {}", BODY_KEYS[index], format_number(part * deepest), plan.units.length)

@@ -6,9 +6,9 @@ use super::moving;
 use crate::body::hybrid::{HalfSpaceFit, Unsuitable};
 use crate::error::Error;
 use crate::frame::ContactFrame;
+use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
 use crate::scene::spec::solver::Coupling;
-use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
 
 /// How a body comes by its flexibility on the frame.
 #[derive(Debug, Clone)]
@@ -47,7 +47,10 @@ impl NearFieldModel {
 ///
 /// # Errors
 /// If a body asks for a half-space that it has no place for, or is not sound.
-pub(super) fn choose_near_fields(plan: &Plan, frame: &ContactFrame) -> Result<[NearFieldModel; 2], SceneError> {
+pub(super) fn choose_near_fields(
+    plan: &Plan,
+    frame: &ContactFrame,
+) -> Result<[NearFieldModel; 2], SceneError> {
     let mut choices = [NearFieldModel::Unmeshed, NearFieldModel::Unmeshed];
     for (index, choice) in choices.iter_mut().enumerate() {
         if matches!(plan.bodies[index], BodyPlan::TruncatedHalfSpace(_)) {
@@ -60,7 +63,12 @@ pub(super) fn choose_near_fields(plan: &Plan, frame: &ContactFrame) -> Result<[N
     Ok(choices)
 }
 
-fn choose_near_field(plan: &Plan, fe: &MeshedBodyPlan, index: usize, frame: &ContactFrame) -> Result<NearFieldModel, SceneError> {
+fn choose_near_field(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<NearFieldModel, SceneError> {
     if plan.bodies[index].as_be().is_some() {
         if plan.solver.coupling == Coupling::Block {
             let error = Error::input(format!(

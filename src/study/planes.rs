@@ -15,8 +15,8 @@ use crate::frame::symmetry::SymmetryNodes;
 use crate::geometry::{Point, Triad, format_number};
 use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::mesh::faces::group_faces;
-use crate::scene::spec::frame::FramePoints;
 use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::frame::FramePoints;
 
 /// Names of the global axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -87,7 +87,8 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     let mut touches = vec![false; body.mesh.points.len()];
     nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
     // Outer faces are looked for in the groups that matter only: it takes time on large meshes.
-    let reaches = |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
+    let reaches =
+        |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
     for support in body.supports.iter().filter(reaches) {
         let Ok(component) = symmetry_component(&body.mesh, &support.group) else { continue };
         let (Some(value), Ok(faces)) = (support.values[component], group_faces(&body.mesh, &support.group))
@@ -116,7 +117,11 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
 /// What the body `other`, whose planes are `planes`, has at a plane.
 fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> OppositePlane {
     if matches!(other, BodyPlan::Rigid) {
-        return if plane.displacement == (0.0, [0.0; 3]) { OppositePlane::SameDisplacement(false) } else { OppositePlane::OtherDisplacement };
+        return if plane.displacement == (0.0, [0.0; 3]) {
+            OppositePlane::SameDisplacement(false)
+        } else {
+            OppositePlane::OtherDisplacement
+        };
     }
     let there: Vec<&SupportPlane> = planes.iter().filter(|other| other.coincides_with(plane)).collect();
     match there.iter().find(|other| other.displacement == plane.displacement) {
@@ -186,7 +191,8 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
     if let Some((body, _)) = nodal_frame(plan) {
         refuse_unmatched_planes(plan, frame, body)?;
     }
-    let bounds = |c: usize| frame.symmetry_bounds[c] || frame.symmetry_planes.iter().flatten().any(|planes| planes[c]);
+    let bounds =
+        |c: usize| frame.symmetry_bounds[c] || frame.symmetry_planes.iter().flatten().any(|planes| planes[c]);
     for component in (0..3).filter(|&c| bounds(c)) {
         if let Some((step, key, what)) = first_step_across(plan, &frame.axes, component) {
             let error = Error::input(format!(
@@ -200,7 +206,9 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
         let oblique = |(cell, planes): (usize, &[bool; 3])| {
             planes[component] && breaks_friction_symmetry(plan, &normal(&frame.triads[cell]))
         };
-        let level = frame.symmetry_bounds[component] && frame.has_uniform_axes() && breaks_friction_symmetry(plan, &normal(&frame.axes));
+        let level = frame.symmetry_bounds[component]
+            && frame.has_uniform_axes()
+            && breaks_friction_symmetry(plan, &normal(&frame.axes));
         if level || frame.symmetry_planes.iter().flatten().enumerate().any(oblique) {
             let error = Error::input(format!(
                 "the axes of the friction ellipse are oblique to the plane of symmetry under the contact whose normal is {}: friction is \
@@ -246,7 +254,11 @@ fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
 }
 
 /// The first step that moves or loads a body across planes with the normal `component`: its index, its key, what it does.
-fn first_step_across(plan: &Plan, axes: &Triad, component: usize) -> Option<(usize, &'static str, &'static str)> {
+fn first_step_across(
+    plan: &Plan,
+    axes: &Triad,
+    component: usize,
+) -> Option<(usize, &'static str, &'static str)> {
     let normal = axes.to_local(&Vector3::ith(component, 1.0));
     let of_step = |(index, step): (usize, &Step)| {
         let (key, what) = control_across_plane(step, &normal)?;
@@ -331,7 +343,13 @@ mod tests {
     }
 
     fn closed(drive: Drive, angle: f64) -> CycleMotion {
-        CycleMotion::ClosedPath(ClosedPath { drive, amplitude: [1.0, 0.0], angle, increments: 1, resolved_cycles: None })
+        CycleMotion::ClosedPath(ClosedPath {
+            drive,
+            amplitude: [1.0, 0.0],
+            angle,
+            increments: 1,
+            resolved_cycles: None,
+        })
     }
 
     /// Truth: a motion or force keeps a plane where it has no part along its normal, a rotation or moment where it has no other part.

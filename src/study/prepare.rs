@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::bodies::{HybridRejected, BODY_KEYS, build_body, contact_frame};
+use super::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
 use super::candidates::{self, with_active_cells};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, SceneError};
@@ -11,8 +11,10 @@ use super::grow::{self, FrameGrowth};
 use super::memory;
 use super::moving::{self, WornMeshes};
 use super::near_field::{NearFieldModel, choose_near_fields};
-use super::settings::{operators, options, coupling_method};
-use super::skips::{omitted_factorisation, omitted_distant_entries, needs_factor_after_condensation, omitted_fields};
+use super::settings::{coupling_method, operators, options};
+use super::skips::{
+    needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields,
+};
 use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::coupling::{couple, surface_distance};
@@ -21,17 +23,17 @@ use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::geometry::Side;
 use crate::history::record::Observer;
-use crate::history::{self, Model, RunResult, RunCheckpoint};
+use crate::history::{self, Model, RunCheckpoint, RunResult};
 use crate::linalg::course::OperatorHistory;
 use crate::results::body_fields::{BodyOutput, RecoveryLocation};
 use crate::results::boundary_elements::BoundaryElementRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
-use crate::results::surface_properties::{SurfaceProperties, SurfaceFibre};
+use crate::results::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::results::truncation::TruncationRecord;
-use crate::scene::spec::body::NearField;
 use crate::scene::plan::{BodyPlan, Plan};
+use crate::scene::spec::body::NearField;
 use crate::skip::OmittedWork;
 
 /// What to do about a half-space that is not good enough.
@@ -96,7 +98,8 @@ pub fn build_with<'p>(
 ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
     let mut timings = Timings::default();
     progress("frame", 0.0);
-    let frame = timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
+    let frame =
+        timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
     let mut near = choose_near_fields(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame, &near)?;
@@ -310,7 +313,8 @@ impl Simulation<'_> {
 
     /// The most that loads of bodies with half-spaces change the gap by, mm.
     pub(super) fn max_gap_of_own_loads(&self) -> f64 {
-        let half_spaces = self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
+        let half_spaces =
+            self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
         let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
@@ -318,7 +322,12 @@ impl Simulation<'_> {
     /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
     pub fn into_frame_growth(self, snapshot: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
-        FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint: snapshot }
+        FrameGrowth {
+            frame: self.model.frame,
+            gap: self.model.initial_gap,
+            half_spaces,
+            checkpoint: snapshot,
+        }
     }
 
     /// Body `index`, if it is meshed.

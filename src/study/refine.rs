@@ -1,7 +1,7 @@
 //! The sizes of the next mesh of a body, from the estimated error of its stress at the ends of the steps.
 
 use crate::error::{Error, Result};
-use crate::fem::{SIZE_RATIO_BOUNDS, ErrorEstimate, size_ratios};
+use crate::fem::{ErrorEstimate, SIZE_RATIO_BOUNDS, size_ratios};
 use crate::mesh::Mesh;
 use crate::mesh::size_field::{SizeBounds, edge_length, nodal_sizes};
 

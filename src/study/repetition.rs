@@ -27,7 +27,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Sc
     if grid.periodic == [true; 2] && whole {
         refuse_complete_contact(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
     }
-    let seams = [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= MIN_CELLS_ALONG_SEAM);
+    let seams =
+        [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= MIN_CELLS_ALONG_SEAM);
     let mut heights = vec![None; grid.cells[0] * grid.cells[1]];
     gap.iter().enumerate().for_each(|(cell, height)| heights[frame.grid_index(cell)] = Some(*height));
     Ok(seams.filter_map(|axis| seam_warning(plan, &grid, axis, &heights)).collect())

@@ -9,9 +9,9 @@ use crate::geometry::{Point, format_point};
 use crate::material::{Orientation, PlacedMaterial, RegionMaterial};
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
-use crate::scene::spec::body::NearField;
-use crate::scene::plan::{BeBodyPlan, BodyPlan, BodyMaterial, MeshedBodyPlan, Plan, PrescribedDisplacement};
 use crate::scene::mean_material::{MeanMaterial, mean_material_of_body, mean_material_under_frame};
+use crate::scene::plan::{BeBodyPlan, BodyMaterial, BodyPlan, MeshedBodyPlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::body::NearField;
 use crate::scene::variant::Discretisation;
 
 /// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
@@ -87,7 +87,12 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
 }
 
 /// The half-space of the material that a meshed body has under the frame.
-fn half_space(plan: &Plan, meshed: &MeshedBodyPlan, index: usize, notes: &mut Vec<String>) -> Result<BodyPlan> {
+fn half_space(
+    plan: &Plan,
+    meshed: &MeshedBodyPlan,
+    index: usize,
+    notes: &mut Vec<String>,
+) -> Result<BodyPlan> {
     let body = BODY_KEYS[index];
     if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
         let names = free.names.join(", ");
@@ -119,7 +124,8 @@ fn half_space(plan: &Plan, meshed: &MeshedBodyPlan, index: usize, notes: &mut Ve
         notes.push(format!("the {} of {body} have no place in a half-space", lost.join(" and ")));
     }
     let whole = mean_material_of_body(meshed).ok().filter(|_| plan.bodies[index].as_fe().is_some());
-    if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > MAX_AXES_SPREAD_DEG) {
+    if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > MAX_AXES_SPREAD_DEG)
+    {
         notes.push(warning(&format!(
             "the half-space in the place of {body} is all of the material under the frame, {}: {body} has others, or other directions, elsewhere",
             elastic.name
@@ -139,7 +145,11 @@ fn boundary_elements(
     if !fe.foundations.is_empty() {
         return Err(Error::input(format!("{body} has foundations, which boundary elements have not")));
     }
-    let elastic = single(mean_material_of_body(fe)?, (body, "in it", "a body of boundary elements"), ROUNDING_SPREAD_DEG)?;
+    let elastic = single(
+        mean_material_of_body(fe)?,
+        (body, "in it", "a body of boundary elements"),
+        ROUNDING_SPREAD_DEG,
+    )?;
     let inner = || format!("{body} of boundary elements can be held and loaded on surfaces only");
     for group in fe.groups() {
         group_faces(&fe.mesh, group).context(inner)?;
@@ -152,7 +162,14 @@ fn boundary_elements(
         None => Arc::new(skin(&fe.mesh).context(|| body.to_owned())?),
     };
     let near_field = NearField::Mesh;
-    let meshed = MeshedBodyPlan { material: elastic, mesh, regions: Vec::new(), element: None, near_field, ..fe.clone() };
+    let meshed = MeshedBodyPlan {
+        material: elastic,
+        mesh,
+        regions: Vec::new(),
+        element: None,
+        near_field,
+        ..fe.clone()
+    };
     let solids = Some(fe.mesh.clone());
     Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
 }

@@ -5,7 +5,7 @@ use crate::frame::ContactFrame;
 use crate::history::record::IncrementRecord;
 use crate::history::step::{CycleMotion, Step};
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::skip::{Basis, Saved, OmittableWork, OmittedWork, OmissionKind};
+use crate::skip::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
 
 /// Time of contact problems without the skip over that with it: medians over the scenes of docs/skips.md.
 const TANGENTIAL_UNKNOWNS: f64 = 1.9;
@@ -72,7 +72,8 @@ impl Spent {
 /// Says of the entries of `ledger` what they save, where that is not known yet.
 pub fn estimate(plan: &Plan, frame: &ContactFrame, spent: &Spent, ledger: &mut [OmittedWork]) {
     // Meshes that move are factorised anew, whatever the cache had.
-    let making = ledger.iter().filter(|entry| !matches!(entry.kind, OmissionKind::CommonSteps | OmissionKind::Image));
+    let making =
+        ledger.iter().filter(|entry| !matches!(entry.kind, OmissionKind::CommonSteps | OmissionKind::Image));
     let measured: f64 = making.filter_map(|entry| entry.saved).map(|saved| saved.seconds).sum();
     for entry in ledger.iter_mut().filter(|entry| entry.saved.is_none()) {
         let seconds = match entry.kind {

@@ -5,8 +5,8 @@ use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, HalfSpaceOperators};
 use crate::frame::ContactFrame;
 use crate::linalg::precision::Precision;
-use crate::scene::spec::solver;
 use crate::scene::plan::Plan;
+use crate::scene::spec::solver;
 use crate::skip::OmittableWork;
 
 /// How the bodies are tied to the frame.
@@ -25,7 +25,8 @@ pub(super) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOp
 
 /// Whether half-space operators on `frame` leave out what vanishes or is distant.
 pub(super) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
-    let skip = if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
+    let skip =
+        if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
     if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 

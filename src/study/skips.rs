@@ -19,23 +19,29 @@ use crate::coupling;
 use crate::frame::ContactFrame;
 use crate::history::ledger::{OperatorOmissions, omitted_contact_work};
 use crate::results::field_writer::FieldKind;
-use crate::scene::spec::solver::Coupling;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::skip::{Basis, Saved, OmittableWork, OmittedWork, OmissionKind};
+use crate::scene::spec::solver::Coupling;
+use crate::skip::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
 
 /// The ledger that the run of `plan` on `frame` will have, in its order.
 ///
 /// # Errors
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.
-pub(super) fn expected_omitted_work(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Result<Vec<OmittedWork>, SceneError> {
+pub(super) fn expected_omitted_work(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<OmittedWork>, SceneError> {
     let mut skipped = Vec::new();
-    let half_space =
-        |(body, near): (&BodyPlan, &NearFieldModel)| matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some();
+    let half_space = |(body, near): (&BodyPlan, &NearFieldModel)| {
+        matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some()
+    };
     let half_spaces = plan.bodies.iter().zip(near).all(half_space);
     let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace) && half_spaces;
     if plan.solver.coupling == Coupling::Schur {
         let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodyPlan::Rigid));
-        skipped = coupling::omitted_work(rigid, summed, bodies_couple_normal_tangential(plan, frame, summed)?);
+        skipped =
+            coupling::omitted_work(rigid, summed, bodies_couple_normal_tangential(plan, frame, summed)?);
     }
     let on_grid = on_grid(plan, frame, near);
     let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
@@ -65,10 +71,12 @@ pub(super) fn expected_omitted_work(plan: &Plan, frame: &ContactFrame, near: &[N
 /// block path have none.
 pub(super) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> bool {
     let elastic = || plan.bodies.iter().zip(near).filter(|(body, _)| !matches!(body, BodyPlan::Rigid));
-    let one = elastic().count() == 1 || plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
+    let one =
+        elastic().count() == 1 || plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
     plan.solver.coupling == Coupling::Schur
         && frame.grid.is_some_and(|grid| grid.periodic == [false; 2])
-        && elastic().all(|(body, near)| matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some())
+        && elastic()
+            .all(|(body, near)| matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some())
         && one
 }
 
@@ -120,7 +128,9 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
         return Vec::new();
     };
     let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].as_fe().is_some());
-    meshed.map(|index| OmittedWork::new(OmissionKind::Other, format!("{what} of body {}", index + 1), why)).collect()
+    meshed
+        .map(|index| OmittedWork::new(OmissionKind::Other, format!("{what} of body {}", index + 1), why))
+        .collect()
 }
 
 /// Whether fields are written that need the factors of meshed bodies.
@@ -144,9 +154,15 @@ pub(super) fn omitted_factorisation(index: usize, seconds: Option<f64>, solves: 
 }
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.
-fn bodies_couple_normal_tangential(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, SceneError> {
-    let meshed =
-        plan.bodies.iter().any(|body| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_)));
+fn bodies_couple_normal_tangential(
+    plan: &Plan,
+    frame: &ContactFrame,
+    summed: bool,
+) -> Result<bool, SceneError> {
+    let meshed = plan
+        .bodies
+        .iter()
+        .any(|body| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_)));
     // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
     if meshed || (frame.grid.is_some() && cross_blocks(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);

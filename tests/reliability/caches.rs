@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use orthowear::fem::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
+use orthowear::fem::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
 use orthowear::linalg::cache::CachedList;
 use orthowear::linalg::dense::SymmetricDense;
 use orthowear::linalg::sparse::SymmetricTriplets;
@@ -36,7 +36,12 @@ impl Place {
         for i in 0..N * N {
             flexibility.values_mut()[i] = 1.0 / (1.0 + (i / N + i % N) as f64);
         }
-        let entry = FlexibilityEntry { flexibility, residual: 1e-15, computing_seconds: 2.5, factorisation_bytes: 77 };
+        let entry = FlexibilityEntry {
+            flexibility,
+            residual: 1e-15,
+            computing_seconds: 2.5,
+            factorisation_bytes: 77,
+        };
         let list: Vec<f64> = (0..30).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
         cache.write(&key, &entry).expect("a file");
         cache.write_list(&key, "list", &list).expect("a file");
@@ -52,7 +57,8 @@ impl Place {
     /// Puts `bytes` in the place of both files: whether what is read is what was written, or refused.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
-        let _found = (self.cache.has_list(&self.key, "list"), self.cache.peek_factorisation_bytes(&self.key, N));
+        let _found =
+            (self.cache.has_list(&self.key, "list"), self.cache.peek_factorisation_bytes(&self.key, N));
         let list = self.cache.read_list(&self.key, "list").expect("memory");
         let entry = self.cache.read(&self.key, N).expect("memory");
         if !sealed {

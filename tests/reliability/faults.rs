@@ -189,7 +189,7 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
         assert!(is_whole, "operation {at}: half of {name}");
     }
     let found = checkpoint::read(&job.out).unwrap_or_else(|error| panic!("operation {at}: {error}"));
-    assert!(found.is_none_or(|found| found.notes.is_empty()), "operation {at}: a damaged checkpoint");
+    assert!(found.is_none_or(|found| found.warnings.is_empty()), "operation {at}: a damaged checkpoint");
 }
 
 /// Truth (rel-disk-full): whichever file operation fails, once or from then on, is told with path, reason and exit code 4, or does not

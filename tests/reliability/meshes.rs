@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use orthowear::mesh::structured::{GradedBlock, BlockElements};
-use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, faces, gmsh, quality, closed_surface};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
+use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, closed_surface, faces, gmsh, quality};
 
 use crate::harness::Reader;
 
@@ -270,8 +270,12 @@ fn examine(bytes: &[u8]) -> String {
     let outcome = |ended: Result<String, orthowear::error::Error>| ended.unwrap_or_else(|e| e.to_string());
     let checked = quality::check(&mesh).map(|found| format!("{:?}", found.warnings()));
     write!(text, " {}", outcome(checked)).expect("a text");
-    write!(text, " {}", outcome(closed_surface::orient_outward(&mesh).map(|(_, notes)| format!("{notes:?}"))))
-        .expect("a text");
+    write!(
+        text,
+        " {}",
+        outcome(closed_surface::orient_outward(&mesh).map(|(_, notes)| format!("{notes:?}")))
+    )
+    .expect("a text");
     let _outer = faces::outer_faces(&mesh);
     for group in &mesh.groups {
         let faces = faces::group_faces(&mesh, &group.name).map(|faces| format!("{} faces", faces.len()));

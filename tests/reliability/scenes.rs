@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use orthowear::linalg::memory::MemoryLimit;
-use orthowear::scene::document::{Document, TomlValue};
 use orthowear::scene::diagnostic::Location;
+use orthowear::scene::document::{Document, TomlValue};
 use orthowear::scene::{self, Plan};
 
 use crate::harness::{Reader, not_finite, put};

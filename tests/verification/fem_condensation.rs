@@ -2,7 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
-use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, CondensationMethod, CondensationResources, Support};
+use orthowear::fem::{
+    CondensationMethod, CondensationResources, CondensedBody, FeModel, FlexibilityCache, HexFormulation,
+    Support,
+};
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::linalg::two_level::TwoLevelSolver;
 
@@ -209,7 +212,11 @@ fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     let needed = model.analyse(&contact).unwrap().factorisation_peak_bytes();
     let memory = MemoryLimit::of_scene(needed as u64 - 1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| model.condense_with(&contact, &CondensationResources { memory, ..CondensationResources::default() }).unwrap())
+    pool.install(|| {
+        model
+            .condense_with(&contact, &CondensationResources { memory, ..CondensationResources::default() })
+            .unwrap()
+    })
 }
 
 /// Truth: the inverse of K does not depend on how it is computed. Tolerance 1e-9 of the largest entry: the columns are

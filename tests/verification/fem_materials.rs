@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::element::ElementKind::Hex8;
-use orthowear::fem::{FeModel, FeSpec, HexFormulation, ElementMaterials, Support, check_materials};
+use orthowear::fem::{ElementMaterials, FeModel, FeSpec, HexFormulation, Support, check_materials};
 use orthowear::geometry::fibre_axes;
-use orthowear::material::{ElementAxes, Orientation, PlacedMaterial, RegionMaterial, Ply, Winding, WoundLayer};
+use orthowear::material::{
+    ElementAxes, Orientation, PlacedMaterial, Ply, RegionMaterial, Winding, WoundLayer,
+};
 use orthowear::mesh::Mesh;
 
 use crate::common::assert_order;
@@ -262,8 +264,9 @@ fn plies_that_do_not_fit_the_mesh_are_found() {
         z_range: [low, high],
         material: placed(Orientation::Uniform(Matrix3::identity())),
     };
-    let findings =
-        |plies: Vec<Ply>| check_materials(&body(mesh(), RegionMaterial::Layup(plies), vec![])).unwrap().remove(0);
+    let findings = |plies: Vec<Ply>| {
+        check_materials(&body(mesh(), RegionMaterial::Layup(plies), vec![])).unwrap().remove(0)
+    };
     let short = findings(vec![ply(0.0, 0.5), ply(0.5, 0.75)]);
     assert!(short.errors[0].contains("outside all plies (4 elements in all)"), "{short:?}");
     let thin = findings(vec![ply(0.0, 0.1), ply(0.1, 1.0)]);

@@ -1,14 +1,14 @@
 //! Elastic foundations, planes of symmetry and far-field displacements.
 
 use orthowear::element::ElementKind::Hex8;
-use orthowear::fem::{FoundationStiffness, CondensedBody, FeModel, FeSpec, Foundation, Support};
+use orthowear::fem::{CondensedBody, FeModel, FeSpec, Foundation, FoundationStiffness, Support};
 use orthowear::fem::{HexFormulation::Enhanced, find_rigid_body_modes, symmetry_component};
 use orthowear::material::Stiffness;
 
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{block, rough, wavy};
 
-fn bedded(group: &str, bedding: FoundationStiffness) -> Vec<Foundation> {
+fn bedded(group: &str, stiffness: FoundationStiffness) -> Vec<Foundation> {
     vec![Foundation { group: group.into(), stiffness }]
 }
 
@@ -32,7 +32,8 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
             let mut body = spec(mesh, isotropic(), formulation, vec![]);
             body.pressures = vec![("z1".into(), p)];
             body.foundations = bedded("z0", bedding);
-            let names = find_rigid_body_modes(&body).expect("sound supports").expect("free along its base").names;
+            let names =
+                find_rigid_body_modes(&body).expect("sound supports").expect("free along its base").names;
             assert_eq!(names.join(", "), "translation x, translation y, rotation about z");
             let (solved, u) = solved(body);
             for (x, u) in solved.model().mesh().points.iter().zip(&u) {

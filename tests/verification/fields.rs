@@ -17,15 +17,15 @@ use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome}
 use orthowear::linalg::operator::Flexibility;
 use orthowear::mesh::{CellBlock, Mesh};
 use orthowear::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
+use orthowear::results::cell_locator::{CellLocator, SurfacePoint};
 use orthowear::results::field_writer::{FieldKind, FieldWriter};
 use orthowear::results::frame_fields::{FrameMesh, frame_grid};
-use orthowear::results::cell_locator::{CellLocator, SurfacePoint};
 use orthowear::results::output_dir::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
 use orthowear::results::surface_properties::SurfaceProperties;
 use orthowear::results::volume::volume_grid;
-use orthowear::results::vtu::{DataArray, UnstructuredGrid, ArrayValues};
+use orthowear::results::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
 /// A body whose displacement is the affine field of [`displacement`], whatever the tractions.
 struct AffineBody(Vec<[f64; 3]>);
@@ -61,8 +61,11 @@ impl ElasticBody for AffineBody {
         let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
         let n = self.0.len();
         // The meshes of these tests are one cell.
-        let points =
-            RecoveryPoints { mesh_nodes: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
+        let points = RecoveryPoints {
+            mesh_nodes: (0..n).collect(),
+            cell_points: (0..n).collect(),
+            offsets: vec![0, n],
+        };
         Ok(Some(StressField {
             points: Arc::new(points),
             stress: self.0.iter().map(stress).collect(),
@@ -142,7 +145,8 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
-    let grid = frame_grid(&frame, (&FrameMesh::new(&frame), &SurfaceProperties::default()), &state).expect("a grid");
+    let grid =
+        frame_grid(&frame, (&FrameMesh::new(&frame), &SurfaceProperties::default()), &state).expect("a grid");
     assert_eq!((grid.points.len(), grid.types.as_slice()), (12, [9; 6].as_slice()), "shared corners");
     let (s, c) = 30_f64.to_radians().sin_cos();
     let traction = reals(&grid.cell_data, "traction");
@@ -222,7 +226,9 @@ fn json_fields(arrays: &[DataArray]) -> serde_json::Value {
         .map(|array| {
             let width = array.components.len();
             let values = match &array.values {
-                ArrayValues::Float64(v) if width > 0 => serde_json::json!(v.chunks(width).collect::<Vec<_>>()),
+                ArrayValues::Float64(v) if width > 0 => {
+                    serde_json::json!(v.chunks(width).collect::<Vec<_>>())
+                }
                 ArrayValues::Float64(v) => serde_json::json!(v),
                 ArrayValues::Int64(v) => serde_json::json!(v),
                 ArrayValues::UInt8(v) => serde_json::json!(v),

@@ -5,7 +5,7 @@ use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
 use orthowear::history::step::{Integrator, Rolling, Step};
 use orthowear::history::{Model, RunResult};
-use orthowear::skip::{OmittableWork, AllowedOmissions};
+use orthowear::skip::{AllowedOmissions, OmittableWork};
 use orthowear::wear::WearLaw;
 
 use crate::common::{
@@ -47,8 +47,8 @@ fn same(model: &Model, steps: &[Step], across: usize) {
 
 /// Compares a run on halves with one on all cells, to a share of the largest.
 fn compare(model: &Model, steps: &[Step], across: usize, share: f64) {
-    let [half, whole] =
-        [AllowedOmissions::ALL, AllowedOmissions::ALL.without(OmittableWork::MirrorHalf)].map(|skip| solve(model, steps, skip));
+    let [half, whole] = [AllowedOmissions::ALL, AllowedOmissions::ALL.without(OmittableWork::MirrorHalf)]
+        .map(|skip| solve(model, steps, skip));
     assert_eq!([told(&half).len(), told(&whole).len()], [1, 0]);
     assert!(is_image(model, &half, across));
     let last = whole.records.last().expect("steps");

@@ -20,7 +20,8 @@ pub fn repeated(
     (half_width, cells, periodic): ([f64; 2], [usize; 2], [bool; 2]),
     gap: impl Fn(f64, f64) -> f64,
 ) -> Model {
-    let frame = ContactFrame::grid(half_width, cells, [0.0; 2], 0.0).expect("a grid").with_periodicity(periodic);
+    let frame =
+        ContactFrame::grid(half_width, cells, [0.0; 2], 0.0).expect("a grid").with_periodicity(periodic);
     let grid = frame.grid.expect("a grid frame");
     let greens: Vec<SurfaceGreen> = [Side::Lower, Side::Upper]
         .into_iter()
@@ -178,7 +179,8 @@ fn partial_slip_of_a_line_contact() {
 /// Truth: shapes stand at their nearest image, so a sphere off the middle by a third of a period is the middle one moved on.
 #[test]
 fn shapes_stand_at_their_nearest_image() {
-    let frame = ContactFrame::grid([1.5; 2], [6; 2], [0.0; 2], 0.0).expect("a grid").with_periodicity([true, true]);
+    let frame =
+        ContactFrame::grid([1.5; 2], [6; 2], [0.0; 2], 0.0).expect("a grid").with_periodicity([true, true]);
     let at = |offset| {
         let gap = InitialGap { offset, ..InitialGap::from(GapShape::Sphere { radius: 10.0 }) };
         gap.evaluate(&frame).expect("a gap")

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer};
-use orthowear::history::{RunResult, RunCheckpoint};
+use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer};
+use orthowear::history::{RunCheckpoint, RunResult};
 use orthowear::linalg::course::OperatorHistory;
 use orthowear::linalg::operator::Flexibility;
 use orthowear::results::checkpoint;

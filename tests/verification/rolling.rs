@@ -233,7 +233,11 @@ fn rolling_with_little_friction_across() {
     model.friction = FrictionLaw::Elliptic { mu: [0.3, 0.0009], angle: 77_f64.to_radians() };
     let steps = [press(50.0), roll(0, [0.001, 0.0], 0.0)];
     let windows = converged(&model, &steps);
-    let whole = solve_with(&model, &steps, &SolverOptions { skip: AllowedOmissions::NONE, ..SolverOptions::default() });
+    let whole = solve_with(
+        &model,
+        &steps,
+        &SolverOptions { skip: AllowedOmissions::NONE, ..SolverOptions::default() },
+    );
     assert_eq!(whole.outcome, Outcome::Converged);
     let [a, b] = [&windows, &whole].map(|result| result.records[1].tangential_force);
     assert!((0..2).all(|k| (a[k] - b[k]).abs() < 1e-6 * a[0].hypot(a[1])), "{a:?} {b:?}");

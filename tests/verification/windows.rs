@@ -74,8 +74,8 @@ fn pressures_first_change_nothing() {
     ];
     same(&model, &steps, Method::Newton);
     let options = SolverOptions::default();
-    let [apart, whole] =
-        [AllowedOmissions::ALL, AllowedOmissions::NONE].map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
+    let [apart, whole] = [AllowedOmissions::ALL, AllowedOmissions::NONE]
+        .map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
     let told = |run: &orthowear::history::RunResult| {
         run.skipped.iter().filter(|skip| skip.what.starts_with("normal components")).count()
     };

@@ -5,7 +5,9 @@ use nalgebra::DMatrix;
 use super::elements::BoundaryElements;
 use super::influence::Influence;
 use super::system::BoundaryValueProblem;
-use crate::linalg::hierarchical::{ClusterTree, CollocationKernel, CollocationLayout, BoundingBox, ElementNumbering};
+use crate::linalg::hierarchical::{
+    BoundingBox, ClusterTree, CollocationKernel, CollocationLayout, ElementNumbering,
+};
 
 /// Most elements of a leaf of the tree.
 const LEAF: usize = 8;
@@ -44,7 +46,9 @@ pub(super) struct SummedColumns {
 
 impl SummedColumns {
     pub fn count(&self) -> usize {
-        3 * usize::from(self.prescribed_translations) + usize::from(self.boundary_value_scale.is_some()) + self.motions.1
+        3 * usize::from(self.prescribed_translations)
+            + usize::from(self.boundary_value_scale.is_some())
+            + self.motions.1
     }
 }
 
@@ -64,14 +68,17 @@ impl TreeOrder {
 
 impl CollocationKernel for BoundaryKernel<'_> {
     fn entries(&self, node: usize, element: usize, values: &mut [f64]) {
-        let BoundaryValueProblem { elements, displacement_known: held, boundary_values: known, .. } = self.problem;
+        let BoundaryValueProblem { elements, displacement_known: held, boundary_values: known, .. } =
+            self.problem;
         let element = self.order.elements[element];
         let influence = influence(elements, self.order.node_locations[node], element);
         let nodes = elements.nodes_of(element);
         let (values, summed) = values.split_at_mut(9 * nodes.len());
         summed.fill(0.0);
-        let (translations, summed) = summed.split_at_mut(if self.summed_columns.prescribed_translations { 9 } else { 0 });
-        let (of_known, of_motions) = summed.split_at_mut(if self.summed_columns.boundary_value_scale.is_some() { 3 } else { 0 });
+        let (translations, summed) =
+            summed.split_at_mut(if self.summed_columns.prescribed_translations { 9 } else { 0 });
+        let (of_known, of_motions) =
+            summed.split_at_mut(if self.summed_columns.boundary_value_scale.is_some() { 3 } else { 0 });
         for (a, node) in nodes.enumerate() {
             let (single, double) = (&influence.single_layer[a], &influence.double_layer[a]);
             for c in 0..3 {

@@ -8,17 +8,19 @@ use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::collocation::{BoundaryKernel, TreeOrder, SummedColumns, influence, layout};
+use super::collocation::{BoundaryKernel, SummedColumns, TreeOrder, influence, layout};
 use super::elements::BoundaryElements;
-use super::system::{Domain, BoundaryValueProblem};
+use super::system::{BoundaryValueProblem, Domain};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::gmres::{KrylovOptions, KrylovReport};
 use crate::linalg::gmres_multi_rhs::{MultiRhsSystem, solve_multi_rhs};
-use crate::linalg::hierarchical::{DiagonalAndBorder, CollocationMatrix, CoarseBlockJacobi, CollocationUnknowns};
+use crate::linalg::hierarchical::{
+    CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
+};
 
 /// Error of an entry over the tolerance times the root of the number of unknowns: rows of such errors stay below the tolerance beside
 /// the free terms 1/2.
@@ -88,9 +90,13 @@ impl CompressedEquations {
             )));
         }
         let (scale, motions) = (problem.traction_scale(), problem.motions());
-        let size = problem.boundary_values.iter().zip(problem.displacement_known).fold(0.0_f64, |size, (value, held)| {
-            size.max(value.abs() * if *held { 1.0 } else { 1.0 / scale })
-        });
+        let size = problem
+            .boundary_values
+            .iter()
+            .zip(problem.displacement_known)
+            .fold(0.0_f64, |size, (value, held)| {
+                size.max(value.abs() * if *held { 1.0 } else { 1.0 / scale })
+            });
         let areas = problem.elements.areas();
         let area: f64 = areas.iter().sum();
         let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
@@ -101,7 +107,13 @@ impl CompressedEquations {
         };
         let layout = layout(problem.elements, with.count());
         let order = TreeOrder::new(problem.elements, &layout.tree().order);
-        let kernel = BoundaryKernel { problem, order: &order, traction_scale: scale, motions: &motions, summed_columns: with };
+        let kernel = BoundaryKernel {
+            problem,
+            order: &order,
+            traction_scale: scale,
+            motions: &motions,
+            summed_columns: with,
+        };
         let n = 3 * order.nodes.len();
         let error = tolerance * ENTRY_ERROR_SHARE / (n as f64).sqrt();
         let (matrix, sums) = layout.fill(&kernel, error)?;
@@ -139,9 +151,21 @@ impl CompressedEquations {
             }
         }
         let additions = DiagonalAndBorder { blocks: &own, columns: &columns, rows: &rows };
-        let inverse =
-            CoarseBlockJacobi::new(&matrix, &additions, CollocationUnknowns { positions: &positions, is_traction: &held })?;
-        Ok(Self { tolerance, matrix, order, diagonal_blocks: own, columns, rows, boundary_value_side: right, preconditioner: inverse })
+        let inverse = CoarseBlockJacobi::new(
+            &matrix,
+            &additions,
+            CollocationUnknowns { positions: &positions, is_traction: &held },
+        )?;
+        Ok(Self {
+            tolerance,
+            matrix,
+            order,
+            diagonal_blocks: own,
+            columns,
+            rows,
+            boundary_value_side: right,
+            preconditioner: inverse,
+        })
     }
 
     /// Bytes that making and solving such equations takes, right sides included: near blocks counted, far ones by the ranks that are usual.
@@ -150,7 +174,8 @@ impl CompressedEquations {
         let [near, far] = layout.storage_counts();
         let [making, held] = CoarseBlockJacobi::expected_bytes(&layout);
         let (n, columns) = (3 * elements.n_nodes(), 3 * n_loaded + 1);
-        let blocks = 4 * near + (FAR_BYTES_PER_LINE_AND_DIGIT2 * tolerance.log10().powi(2) * far as f64) as usize;
+        let blocks =
+            4 * near + (FAR_BYTES_PER_LINE_AND_DIGIT2 * tolerance.log10().powi(2) * far as f64) as usize;
         let sides = rayon::current_num_threads().min(columns.div_ceil(RIGHT_SIDES_PER_BLOCK));
         let iteration = 8 * n * RIGHT_SIDES_PER_BLOCK.min(columns) * (TYPICAL_GMRES_PRODUCTS + 7);
         let parts = blocks + making.max(held + 8 * n * (columns + 12) + sides * iteration);

@@ -5,7 +5,9 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::influence::{ElementView, Influence, InfluenceIntegrator, NodalState, PreparedElement, DisplacementGradient};
+use super::influence::{
+    DisplacementGradient, ElementView, Influence, InfluenceIntegrator, NodalState, PreparedElement,
+};
 use super::interpolation::{ElementNodes, Interpolation};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
@@ -55,7 +57,12 @@ impl BoundaryElements {
         }
         let ready = panels.into_par_iter().map(|panel| {
             let nodes = &nodes[usize::from(!panel.is_triangle())];
-            PreparedElement::new(&kernels, panel.with_second_order_nodes(interpolation), nodes, interpolation.degree())
+            PreparedElement::new(
+                &kernels,
+                panel.with_second_order_nodes(interpolation),
+                nodes,
+                interpolation.degree(),
+            )
         });
         let ready = ready.collect();
         Self { kernels, interpolation, prepared: ready, nodes, first }
@@ -118,14 +125,16 @@ impl BoundaryElements {
 
     /// Areas of the nodes, ∫ N_a dS by the rule whose points they are, mm².
     pub fn areas(&self) -> Vec<f64> {
-        self.each_node(|panel, node, nodes| nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm())
+        self.each_node(|panel, node, nodes| {
+            nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm()
+        })
     }
 
     /// The element whose nodes lie farthest apart beside the thickness of the body behind its middle, and distance over thickness; `None`
     /// for an open surface.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
-            let places = &panel.kind.face_places()[..panel.kind.n_corners()];
+            let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];
             places.iter().map(|xi| panel.position(*xi)).collect()
         };
         let all: Vec<Vec<Point>> = self.prepared.iter().map(|ready| corners(&ready.panel)).collect();
@@ -162,7 +171,13 @@ impl BoundaryElements {
     }
 
     /// Adds what the `nodal` state of element `i` does at a point that is not on it, with the gradient.
-    pub(super) fn add_field(&self, i: usize, y: &Point, nodal: &[NodalState], sum: &mut DisplacementGradient) {
+    pub(super) fn add_field(
+        &self,
+        i: usize,
+        y: &Point,
+        nodal: &[NodalState],
+        sum: &mut DisplacementGradient,
+    ) {
         self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 

@@ -10,7 +10,7 @@ use super::interpolation::{ElementNodes, MOST_NODES};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
 use crate::bem::half_space::TractionOperator;
-use crate::bem::quadrature_order::{QuadratureOrder, Parallelogram};
+use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
@@ -255,14 +255,24 @@ impl InfluenceIntegrator {
     }
 
     /// Adds to `sum` what tractions and displacements of the nodes of an element do at a point `y` off it.
-    pub fn add_field(&self, element: ElementView, y: &Point, nodal: &[NodalState], sum: &mut DisplacementGradient) {
+    pub fn add_field(
+        &self,
+        element: ElementView,
+        y: &Point,
+        nodal: &[NodalState],
+        sum: &mut DisplacementGradient,
+    ) {
         self.each_sample(element, y, &mut |sample| {
             let (mut traction, mut displacement) = (Point::zeros(), Point::zeros());
             for (node, value) in nodal.iter().zip(&sample.shape_values) {
                 traction += node.traction * *value;
                 displacement += node.displacement * *value;
             }
-            let layer = DoubleLayer { kernels: self, traction_operator: &sample.traction_operator, density: displacement };
+            let layer = DoubleLayer {
+                kernels: self,
+                traction_operator: &sample.traction_operator,
+                density: displacement,
+            };
             layer.add(&(sample.at - y), (traction, sample.area), sum);
         });
     }
@@ -306,7 +316,12 @@ impl InfluenceIntegrator {
     }
 
     /// Adds the part of a side.
-    fn add_edge_principal_value(&self, seen: &PrincipalValuePoint, (from, to, divisions): (Point, Point, usize), sum: &mut Matrix3<f64>) {
+    fn add_edge_principal_value(
+        &self,
+        seen: &PrincipalValuePoint,
+        (from, to, divisions): (Point, Point, usize),
+        sum: &mut Matrix3<f64>,
+    ) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let n = self.quadrature_order.points_along(&middle, &half, &seen.y);
         // The logarithm is singular where the kernel is.
@@ -332,7 +347,10 @@ impl InfluenceIntegrator {
         visit: &mut impl FnMut(&QuadraturePoint),
     ) {
         let panel = &element.prepared.panel;
-        let n = self.quadrature_order.points(&part.linearised_on(panel), y).map(|n| n.max(element.prepared.min_points));
+        let n = self
+            .quadrature_order
+            .points(&part.linearised_on(panel), y)
+            .map(|n| n.max(element.prepared.min_points));
         if n.is_none() && divisions > 0 {
             for quarter in part.quarters() {
                 self.divide(element, y, (quarter, divisions - 1), visit);
@@ -459,7 +477,11 @@ mod tests {
             ([3.0, -2.0, 0.5], 0.0),
         ];
         for (y, flux) in cases {
-            let at = |ready| kernels.off_element(ElementView { prepared: ready, nodes: &nodes }, &Point::from(y)).double_layer[0];
+            let at = |ready| {
+                kernels
+                    .off_element(ElementView { prepared: ready, nodes: &nodes }, &Point::from(y))
+                    .double_layer[0]
+            };
             let sum: Matrix3<f64> = panels.iter().map(at).sum();
             let error = (sum - Matrix3::identity() * flux).amax();
             assert!(error < 2e-8, "{y:?}: {error:e}");

@@ -6,7 +6,7 @@
 use nalgebra::Matrix3;
 
 use super::elements::BoundaryElements;
-use super::influence::{NodalState, DisplacementGradient};
+use super::influence::{DisplacementGradient, NodalState};
 use super::surface_solution::SurfaceSolution;
 use super::system::{Domain, SurfaceState};
 use crate::bem::PointState;
@@ -108,7 +108,8 @@ impl BoundaryElements {
         let on = |i: usize| {
             let (middle, radius) = self.bounding_sphere(i);
             let near = (y - middle).norm() <= radius * (1.0 + SURFACE_TOLERANCE);
-            near.then(|| self.nearest_point_on(i, y)).filter(|foot| foot.distance <= SURFACE_TOLERANCE * radius)
+            near.then(|| self.nearest_point_on(i, y))
+                .filter(|foot| foot.distance <= SURFACE_TOLERANCE * radius)
         };
         (0..self.n_elements()).filter_map(on).collect()
     }

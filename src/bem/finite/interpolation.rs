@@ -179,8 +179,12 @@ mod tests {
                             assert!((sum - exact).abs() < 1e-11, "{interpolation:?} {xi:?} {d}");
                         }
                     }
-                    let found: f64 =
-                        nodes.reference_points().iter().zip(nodes.weights()).map(|(x, w)| f(*x).powi(2) * w).sum();
+                    let found: f64 = nodes
+                        .reference_points()
+                        .iter()
+                        .zip(nodes.weights())
+                        .map(|(x, w)| f(*x).powi(2) * w)
+                        .sum();
                     let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
                     let exact = if triangle {
                         factorial(2 * a) * factorial(2 * b) / factorial(2 * a + 2 * b + 2)

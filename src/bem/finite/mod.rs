@@ -20,14 +20,14 @@ mod solution;
 mod system;
 mod body_force;
 
+pub use body_force::BodyForceSolution;
 pub use compressed::{CompressedEquations, CompressionReport};
 pub use elements::BoundaryElements;
 pub use influence::Influence;
-pub use interior_solution::{NearestPoint, InteriorSolution};
+pub use interior_solution::{InteriorSolution, NearestPoint};
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
-pub use surface_solution::SurfaceSolution;
 pub use panel::Panel;
 pub use plane::PlaneResponse;
 pub use solution::{BoundarySolution, SurfaceState};
-pub use system::{MAX_DENSE_UNKNOWNS, Domain, SolutionMethod, BoundaryValueProblem, DEFAULT_TOLERANCE};
-pub use body_force::BodyForceSolution;
+pub use surface_solution::SurfaceSolution;
+pub use system::{BoundaryValueProblem, DEFAULT_TOLERANCE, Domain, MAX_DENSE_UNKNOWNS, SolutionMethod};

@@ -42,13 +42,13 @@ impl Panel {
         if interpolation != Interpolation::Quadratic || self.kind == kind {
             return self;
         }
-        let nodes = kind.face_places().iter().map(|xi| self.position(*xi)).collect();
+        let nodes = kind.face_reference_nodes().iter().map(|xi| self.position(*xi)).collect();
         Self { kind, nodes }
     }
 
     /// Corners of the reference element.
     pub(super) fn corners(&self) -> &'static [[f64; 2]] {
-        &self.kind.face_places()[..self.kind.n_corners()]
+        &self.kind.face_reference_nodes()[..self.kind.n_corners()]
     }
 
     /// Whether its tangents are the same everywhere.
@@ -59,6 +59,6 @@ impl Panel {
             let other = self.tangents(*xi);
             (0..2).all(|axis| (first[axis] - other[axis]).norm() <= 1e-9 * size)
         };
-        self.kind.face_places().iter().all(same)
+        self.kind.face_reference_nodes().iter().all(same)
     }
 }

@@ -11,8 +11,8 @@ use super::interpolation::Interpolation;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu::DenseLu;
+use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Nodes whose rows are made side by side.
 const BATCH: usize = 64;
@@ -39,7 +39,8 @@ impl BoundaryElements {
             if interrupt::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
-            let influence = if i == node { self.influence_on_element(i, 0) } else { self.influence_off_element(i, &y) };
+            let influence =
+                if i == node { self.influence_on_element(i, 0) } else { self.influence_off_element(i, &y) };
             (influence.double_layer[0], influence.single_layer[0])
         };
         let (mut h, g): Rows = (0..self.n_elements()).map(of).unzip();

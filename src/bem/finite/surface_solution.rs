@@ -10,11 +10,11 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix2, Matrix3};
 
+use super::body_force::inverse_acoustic_tensor;
 use super::elements::BoundaryElements;
 use super::interpolation::Interpolation;
 use super::panel::Panel;
 use super::system::SurfaceState;
-use super::body_force::inverse_acoustic_tensor;
 use crate::geometry::Point;
 
 /// Cosine of the largest angle between neighbours over which displacement is smooth: 45 degrees.
@@ -35,7 +35,11 @@ impl BoundaryElements {
     /// The displacement and traction of `state` between the nodes.
     pub fn surface_solution<'a>(&'a self, state: &'a SurfaceState) -> SurfaceSolution<'a> {
         let constant = self.interpolation() == Interpolation::Constant;
-        SurfaceSolution { elements: self, state, slopes: if constant { self.fit_constant_gradients(state) } else { Vec::new() } }
+        SurfaceSolution {
+            elements: self,
+            state,
+            slopes: if constant { self.fit_constant_gradients(state) } else { Vec::new() },
+        }
     }
 
     /// Surface gradients in the middle of elements with one node: linear functions fitted to what is around.
@@ -75,7 +79,10 @@ impl SurfaceSolution<'_> {
     /// Nodal values at `xi` of element `i`.
     pub fn interpolate(&self, values: &[[f64; 3]], i: usize, xi: [f64; 2]) -> Point {
         let nodes = self.elements.nodes_of(i);
-        nodes.zip(self.elements.reference_nodes_of(i).values(xi)).map(|(node, n)| Point::from(values[node]) * n).sum()
+        nodes
+            .zip(self.elements.reference_nodes_of(i).values(xi))
+            .map(|(node, n)| Point::from(values[node]) * n)
+            .sum()
     }
 
     /// Displacement at `xi` of element `i`, mm.

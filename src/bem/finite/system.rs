@@ -18,8 +18,8 @@ use crate::error::{Error, Result};
 use crate::fem::RigidBodyModes;
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu::{self, DenseLu};
+use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Nodes whose rows are made side by side.
 const BATCH: usize = 64;
@@ -89,7 +89,11 @@ impl BoundaryElements {
         let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
         let y = self.panel(element).position(self.reference_nodes_of(element).reference_points()[node]);
         for i in 0..self.n_elements() {
-            let influence = if i == element { self.influence_on_element(i, node) } else { self.influence_off_element(i, &y) };
+            let influence = if i == element {
+                self.influence_on_element(i, node)
+            } else {
+                self.influence_off_element(i, &y)
+            };
             for (a, column) in self.nodes_of(i).enumerate() {
                 g[column] = influence.single_layer[a];
                 h[column] = influence.double_layer[a];
@@ -156,7 +160,8 @@ impl BoundaryValueProblem<'_> {
                 for (node, (h, g)) in h.iter().zip(g).enumerate() {
                     for c in 0..3 {
                         let column = 3 * node + c;
-                        let (unknown, with) = if self.displacement_known[column] { (-g * scale, -h) } else { (*h, *g) };
+                        let (unknown, with) =
+                            if self.displacement_known[column] { (-g * scale, -h) } else { (*h, *g) };
                         left.column_mut(column)[row..row + 3].copy_from_slice(unknown.column(c).as_slice());
                         known += with.column(c) * self.boundary_values[column];
                     }
@@ -181,7 +186,8 @@ impl BoundaryValueProblem<'_> {
             for dof in (0..n).filter(|&dof| !self.displacement_known[dof]) {
                 left.column_mut(dof)[n + j] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
-            right.column_mut(0)[n + j] = self.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+            right.column_mut(0)[n + j] =
+                self.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
         }
         Ok((left, right))
     }
@@ -191,7 +197,11 @@ impl BoundaryValueProblem<'_> {
         let Some(free) = self.free_motions else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
         let positions = self.elements.positions();
         DMatrix::from_fn(3 * positions.len(), free.n_modes(), |dof, j| {
-            if self.displacement_known[dof] { 0.0 } else { free.displacement(&positions[dof / 3], j)[dof % 3] }
+            if self.displacement_known[dof] {
+                0.0
+            } else {
+                free.displacement(&positions[dof / 3], j)[dof % 3]
+            }
         })
     }
 
@@ -244,7 +254,11 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    fn solution(&self, unknown: DenseMatrix, compression: Option<CompressionReport>) -> Result<BoundarySolution> {
+    fn solution(
+        &self,
+        unknown: DenseMatrix,
+        compression: Option<CompressionReport>,
+    ) -> Result<BoundarySolution> {
         let mut solution = BoundarySolution {
             displacement_known: self.displacement_known.to_vec(),
             boundary_values: self.boundary_values.to_vec(),

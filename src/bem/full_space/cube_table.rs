@@ -257,14 +257,22 @@ impl CubeTable {
             if ![0.0, 1.0, 2.0].contains(&face) || !place.into_iter().all(inside) {
                 return None;
             }
-            covered.push(FaceSquare { face: face as usize, level: halvings, place: place.map(|k| k as usize) });
+            covered.push(FaceSquare {
+                face: face as usize,
+                level: halvings,
+                place: place.map(|k| k as usize),
+            });
             area += 1.0 / (scale * scale);
             let coefficients = values[4..].chunks_exact(N_ENTRIES).map(|used| {
                 let mut entries = [0.0; PADDED_LEN];
                 entries[..N_ENTRIES].copy_from_slice(used);
                 entries
             });
-            patches.push(ChebyshevPatch { middle: [u, v], inverse_half_side: scale, coefficients: coefficients.collect() });
+            patches.push(ChebyshevPatch {
+                middle: [u, v],
+                inverse_half_side: scale,
+                coefficients: coefficients.collect(),
+            });
         }
         (area == 3.0).then(|| Self { error, ..Self::of(patches, &covered) })
     }
@@ -281,7 +289,10 @@ impl CubeTable {
         let place = (face * self.squares + square(u)) * self.squares + square(v);
         let patch = &self.patches[self.patch_of[place] as usize];
         let mut sums = [0.0; PADDED_LEN];
-        let [s, t] = [(u - patch.middle[0]) * patch.inverse_half_side, (v - patch.middle[1]) * patch.inverse_half_side];
+        let [s, t] = [
+            (u - patch.middle[0]) * patch.inverse_half_side,
+            (v - patch.middle[1]) * patch.inverse_half_side,
+        ];
         weigh(&patch.coefficients, s, t, &mut sums);
         let matrix = |part: usize, factor: f64| {
             let [xx, yy, zz, yz, xz, xy] = std::array::from_fn(|k| factor * sums[6 * part + k]);

@@ -165,7 +165,10 @@ fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<
 }
 
 /// Values at `count` equidistant angles of the real series with the given harmonics.
-pub(super) fn evaluate_series(count: usize, harmonics: impl Iterator<Item = (usize, Complex<f64>)>) -> Vec<f64> {
+pub(super) fn evaluate_series(
+    count: usize,
+    harmonics: impl Iterator<Item = (usize, Complex<f64>)>,
+) -> Vec<f64> {
     let fft = RealFftPlanner::new().plan_fft_inverse(count);
     let (mut spectrum, mut values) = (fft.make_input_vec(), fft.make_output_vec());
     for (order, harmonic) in harmonics {

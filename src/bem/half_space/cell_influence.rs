@@ -14,12 +14,12 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::rectangle_expansion::KernelComponent;
 use super::green::{SurfaceGreen, assemble};
 use super::patch::PatchIntegrator;
 use super::polygon;
-use super::polygon_multipole::{MAX_ORDER, PolygonMultipole};
 use super::polygon_moments::{PolygonMoments, n_moments};
+use super::polygon_multipole::{MAX_ORDER, PolygonMultipole};
+use super::rectangle_expansion::KernelComponent;
 
 /// Accuracy of the integrals beyond that of the operator.
 const INTEGRAL_TOLERANCE_SHARE: f64 = 0.1;
@@ -101,16 +101,27 @@ impl CellInfluence {
         let decade = |share: f64| (-share.log10()).ceil().clamp(0.0, most) as u8;
         let decades: Vec<u8> = tolerance_shares(&areas).into_iter().map(decade).collect();
         let finer = decades.iter().copied().max().unwrap_or(0);
-        let short = green.clone().truncated_at(HARMONIC_CUTOFF_SHARE * INTEGRAL_TOLERANCE_SHARE * tolerance * 0.1f64.powi(finer.into()));
-        let far = PolygonMultipole::new(&short, &components, INTEGRAL_TOLERANCE_SHARE * tolerance, finer.into());
+        let short = green.clone().truncated_at(
+            HARMONIC_CUTOFF_SHARE * INTEGRAL_TOLERANCE_SHARE * tolerance * 0.1f64.powi(finer.into()),
+        );
+        let far =
+            PolygonMultipole::new(&short, &components, INTEGRAL_TOLERANCE_SHARE * tolerance, finer.into());
         let integrator = PatchIntegrator::new(&short);
         let rule = PolygonMoments::new(far.order());
         let over_area =
             |cell: &Cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area).collect();
         let of_cells: Vec<Vec<f64>> = cells.par_iter().map(over_area).collect();
         let moments = of_cells.concat();
-        let mut pairs =
-            Self { cells, moments, green: green.clone(), integrator, components, far, extra_decades: decades, scale: 1.0 };
+        let mut pairs = Self {
+            cells,
+            moments,
+            green: green.clone(),
+            integrator,
+            components,
+            far,
+            extra_decades: decades,
+            scale: 1.0,
+        };
         // Entries of the order of 1, whatever the units.
         let own = (0..pairs.cells.len()).into_par_iter();
         let own = own.map(|cell| pairs.matrix(cell, cell).amax() / pairs.cells[cell].area);
@@ -318,7 +329,10 @@ mod tests {
                         assert!(pairs.far.order_at(r / a.radius.max(b.radius), 0).is_some());
                         let expected = pairs.block_by_integration(&integrator, 0, 1);
                         let error = (pairs.matrix(0, 1) - expected).amax() / expected.amax();
-                        assert!(error < INTEGRAL_TOLERANCE_SHARE * tolerance, "{tolerance} {r} {angle}: {error}");
+                        assert!(
+                            error < INTEGRAL_TOLERANCE_SHARE * tolerance,
+                            "{tolerance} {r} {angle}: {error}"
+                        );
                         if distance < 1.1 {
                             nearest = nearest.max(error);
                         }
@@ -346,7 +360,10 @@ mod tests {
                         for (i, j) in [(0, 1), (1, 0)] {
                             let expected = pairs.block_by_integration(&integrator, i, j);
                             let error = (pairs.matrix(i, j) - expected).amax() / expected.amax();
-                            assert!(error < INTEGRAL_TOLERANCE_SHARE * tolerance, "{tolerance} {size} {x} {y}: {error}");
+                            assert!(
+                                error < INTEGRAL_TOLERANCE_SHARE * tolerance,
+                                "{tolerance} {size} {x} {y}: {error}"
+                            );
                         }
                     }
                 }

@@ -7,14 +7,16 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::cell_influence::{Cell, CellInfluence, row_and_column, tolerance_shares};
 use super::dense::validate_cells;
-use super::rectangle_expansion::KernelComponent;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
+use super::rectangle_expansion::KernelComponent;
 use crate::error::{Error, Result};
 use crate::linalg::PerCell;
-use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::hierarchical::{ClusterTree, BoundingBox, HierarchicalMatrix, BlockLayout, ComponentProduct};
 use crate::linalg::additive_schwarz::AdditiveSchwarz;
+use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::hierarchical::{
+    BlockLayout, BoundingBox, ClusterTree, ComponentProduct, HierarchicalMatrix,
+};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::{EntryAccess, Flexibility};
 
@@ -124,7 +126,8 @@ impl CompressedFlexibility {
         };
         let all: Vec<ComponentProduct> = components.iter().enumerate().flat_map(uses).collect();
         let normal = all.iter().filter(|one| (one.source_plane, one.target_plane) == (2, 2));
-        let normal = normal.map(|one| ComponentProduct { source_plane: 0, target_plane: 0, ..*one }).collect();
+        let normal =
+            normal.map(|one| ComponentProduct { source_plane: 0, target_plane: 0, ..*one }).collect();
         let signs = components.iter().map(|c| if matches!(c, KernelComponent::Odd(_)) { -1.0 } else { 1.0 });
         let matrix = layout.fill(&entries, signs.collect(), tolerance)?;
         let n = centers.len();
@@ -150,7 +153,11 @@ impl CompressedFlexibility {
     ) -> usize {
         let layout = layout(centers, cells, areas);
         auxiliary_bytes(centers.len(), cells.iter().map(Vec::len).sum())
-            + layout.estimated_bytes(green.nonzero_components().len(), tolerance, FAR_BYTES_PER_LINE_AND_DIGIT2)
+            + layout.estimated_bytes(
+                green.nonzero_components().len(),
+                tolerance,
+                FAR_BYTES_PER_LINE_AND_DIGIT2,
+            )
     }
 
     /// Seconds that making it of `n` cells usually takes, good to a factor of two or so.
@@ -166,7 +173,8 @@ impl CompressedFlexibility {
 
     /// Bytes that it holds so far; approximate inverses are made when they are first asked for.
     pub fn bytes(&self) -> usize {
-        let inverses: usize = self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
+        let inverses: usize =
+            self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
@@ -203,7 +211,12 @@ impl CompressedFlexibility {
     }
 
     /// S⁻¹ = A⁻¹ F⁻¹, nearly.
-    fn apply_approximate_inverse(&self, (which, uses): (usize, &[ComponentProduct]), x: &[f64], y: &mut [f64]) {
+    fn apply_approximate_inverse(
+        &self,
+        (which, uses): (usize, &[ComponentProduct]),
+        x: &[f64],
+        y: &mut [f64],
+    ) {
         let (scale, n) = (self.pairs.scale(), self.place_and_area.len());
         let make = || {
             let mut weights = vec![0.0; n];
@@ -223,7 +236,8 @@ fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Block
         [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
     };
     let extents: Vec<BoundingBox> = cells.iter().map(extent).collect();
-    BlockLayout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY).with_tolerance_shares(&tolerance_shares(areas))
+    BlockLayout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY)
+        .with_tolerance_shares(&tolerance_shares(areas))
 }
 
 /// Bytes of what is kept beside the blocks of `n` cells with so many corners together.

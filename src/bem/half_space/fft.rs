@@ -5,15 +5,15 @@ use std::sync::{Arc, Mutex, OnceLock};
 use nalgebra::{Matrix3, Vector3};
 
 use super::admittance::Admittance;
-use super::fft_plan::{PaddedGridBuffers, PaddedGridPlan, ConvolutionPlan, fast_size};
-use super::spectral_filter::{SpectralFilter, ComponentSet};
+use super::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
 use super::green::SurfaceGreen;
 use super::grid_symbol::GridSymbol;
-use super::kernel_cache::{GridKernel, KernelCache};
 use super::half_grid::HalfGridFlexibility;
-use super::toeplitz_entries;
-use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
+use super::kernel_cache::{GridKernel, KernelCache};
 use super::preconditioner::inverse_filter;
+use super::spectral_filter::{ComponentSet, SpectralFilter};
+use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
+use super::toeplitz_entries;
 use crate::error::{Error, Result};
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
@@ -195,7 +195,13 @@ impl Flexibility for FftFlexibility {
     }
 
     fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        let make = || SpectralFilter::new(PaddedGridPlan::new(self.cells()), ComponentSet::Normal, &[self.symbol.normal()]);
+        let make = || {
+            SpectralFilter::new(
+                PaddedGridPlan::new(self.cells()),
+                ComponentSet::Normal,
+                &[self.symbol.normal()],
+            )
+        };
         self.normal_single.get_or_init(make).apply(pressure, normal_gap);
     }
 
@@ -283,7 +289,8 @@ impl Flexibility for FftFlexibility {
                 across,
             ))
         };
-        self.is_mirror_symmetric(across).then(|| self.half_grids[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
+        self.is_mirror_symmetric(across)
+            .then(|| self.half_grids[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
     }
 
     /// Which of the operators on smaller grids serve a window depends on the windows before it.
@@ -296,7 +303,11 @@ impl Flexibility for FftFlexibility {
 
     fn replay(&self, course: &OperatorHistory) -> Result<()> {
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
-        *kept = course.restricted_grids.iter().map(|&(cells, factor)| self.on_smaller_grid(cells, factor)).collect();
+        *kept = course
+            .restricted_grids
+            .iter()
+            .map(|&(cells, factor)| self.on_smaller_grid(cells, factor))
+            .collect();
         kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.replay(course))
     }
 
@@ -321,7 +332,13 @@ impl TangentialFlexibility for FftFlexibility {
     }
 
     fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        let make = || SpectralFilter::new(PaddedGridPlan::new(self.cells()), ComponentSet::Tangential, &[self.symbol.other_planes()]);
+        let make = || {
+            SpectralFilter::new(
+                PaddedGridPlan::new(self.cells()),
+                ComponentSet::Tangential,
+                &[self.symbol.other_planes()],
+            )
+        };
         self.tangential_single.get_or_init(make).apply(tractions, gap);
     }
 

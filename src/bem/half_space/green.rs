@@ -153,7 +153,8 @@ impl SurfaceGreen {
     /// The entries that do not vanish.
     pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
         let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
-        let even = (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Even);
+        let even =
+            (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Even);
         let odd = (0..3).filter(|&c| self.odd.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Odd);
         even.chain(odd).collect()
     }

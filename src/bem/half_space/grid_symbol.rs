@@ -27,7 +27,14 @@ impl GridSymbol {
     /// Of the kernel in `table` on `cells` whose sides are `factor` of its own.
     pub(super) fn new(cells: [usize; 2], (table, factor): (Arc<KernelTable>, usize), coupled: bool) -> Self {
         let plan = PaddedGridPlan::new(cells);
-        Self { plan, table, coarsening: factor, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
+        Self {
+            plan,
+            table,
+            coarsening: factor,
+            coupled,
+            normal: OnceLock::new(),
+            other_planes: OnceLock::new(),
+        }
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
@@ -56,7 +63,8 @@ impl GridSymbol {
 
     /// The other planes of the symbol.
     pub(super) fn other_planes(&self) -> &[f64] {
-        self.other_planes.get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
+        self.other_planes
+            .get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
     /// The P planes of one k_y.
@@ -86,8 +94,10 @@ impl GridSymbol {
         let mut symbol = vec![0.0; count * px * self.plan.half_spectrum()];
         let mixed = |k: usize| vec![KernelComponent::Even(3 + k), KernelComponent::Odd(k)];
         // Those of a group are tabulated together.
-        let groups =
-            [vec![vec![KernelComponent::Even(0)], vec![KernelComponent::Even(1)], mixed(0)], vec![mixed(1), mixed(2)]];
+        let groups = [
+            vec![vec![KernelComponent::Even(0)], vec![KernelComponent::Even(1)], mixed(0)],
+            vec![mixed(1), mixed(2)],
+        ];
         let mut first = 0;
         for group in &groups[..if count == COUPLED { 2 } else { 1 }] {
             let planes = self.table.planes(self.plan.cells, &group.concat());

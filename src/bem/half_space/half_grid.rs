@@ -6,11 +6,11 @@ use nalgebra::{Complex, Matrix3};
 
 use super::admittance::Admittance;
 use super::fft_plan::{ConvolutionPlan, fast_size};
-use super::spectral_filter::{SpectralFilter, ComponentSet};
 use super::grid_symbol::GridSymbol;
 use super::half_grid_plan::{HalfGridBuffers, HalfGridPlan, fold};
-use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
 use super::preconditioner::inverse_symbol;
+use super::spectral_filter::{ComponentSet, SpectralFilter};
+use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
 use crate::linalg::PerCell;
 use crate::linalg::operator::{Flexibility, TangentialFlexibility};
 
@@ -98,7 +98,9 @@ impl HalfGridFlexibility {
             match parts {
                 ComponentSet::Normal => SpectralFilter::new(plan, parts, &[self.normal()]),
                 ComponentSet::Tangential => SpectralFilter::new(plan, parts, &[self.other_planes()]),
-                ComponentSet::Uncoupled | ComponentSet::Coupled => SpectralFilter::new(plan, parts, &[self.normal(), self.other_planes()]),
+                ComponentSet::Uncoupled | ComponentSet::Coupled => {
+                    SpectralFilter::new(plan, parts, &[self.normal(), self.other_planes()])
+                }
             }
         })
     }

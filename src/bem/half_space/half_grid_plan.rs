@@ -14,7 +14,7 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::fft_plan::{FftReal, TASKS, ConvolutionPlan};
+use super::fft_plan::{ConvolutionPlan, FftReal, TASKS};
 
 /// Columns, and rows on the way back, gathered at once: their numbers share a cache line.
 const BLOCK: usize = 8;
@@ -121,7 +121,8 @@ impl<T: FftReal> HalfGridPlan<T> {
             .process_with_scratch(&mut scratch.real, &mut scratch.spectrum, &mut scratch.fft)
             .expect("buffers of the planned lengths");
         let (lows, highs) = row.split_at_mut(self.harmonics / 2 + 1);
-        let turned = || scratch.spectrum.iter().zip(&self.half_sample_phases).map(|(value, turn)| *value * *turn);
+        let turned =
+            || scratch.spectrum.iter().zip(&self.half_sample_phases).map(|(value, turn)| *value * *turn);
         // Sines are the cosines of the field with every second sign changed, backwards.
         for ((low, high), value) in lows.iter_mut().zip(highs.iter_mut().rev()).zip(turned()) {
             (*low, *high) = if odd { (-value.im, value.re) } else { (value.re, -value.im) };
@@ -296,8 +297,11 @@ impl<T: FftReal> ConvolutionPlan<T> for HalfGridPlan<T> {
         let turned = &mut turned[..C * n];
         self.backward_rows::<C>(columns, turned, tasks);
         for (plane, output) in turned.chunks_exact(n).zip(output.chunks_exact_mut(n)) {
-            let (line, [from, step]) =
-                if self.mirror_axis == 1 { (self.cells_across, [self.cells_across, 1]) } else { (self.cells_along, [1, self.cells_across]) };
+            let (line, [from, step]) = if self.mirror_axis == 1 {
+                (self.cells_across, [self.cells_across, 1])
+            } else {
+                (self.cells_along, [1, self.cells_across])
+            };
             output.par_chunks_mut(line).enumerate().for_each(|(k, output)| {
                 let values = plane[k * from..].iter().step_by(step);
                 output.iter_mut().zip(values).for_each(|(value, real)| *value = after * real.to_double());

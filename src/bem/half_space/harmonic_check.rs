@@ -38,8 +38,10 @@ impl RootsOfUnity {
 /// Numbers of waves along a periodic direction of `count` cells that are each a harmonic of their own: neither uniform nor of two
 /// cells; ascending.
 fn checked_wave_counts(count: usize) -> Vec<i64> {
-    let mut waves: Vec<i64> =
-        [1, 2].into_iter().chain(CHECKED_WAVES_PER_MILLE.map(|share| (share * count as i64 + 999) / 1000)).collect();
+    let mut waves: Vec<i64> = [1, 2]
+        .into_iter()
+        .chain(CHECKED_WAVES_PER_MILLE.map(|share| (share * count as i64 + 999) / 1000))
+        .collect();
     waves.retain(|wave| 2 * wave < count as i64);
     waves.sort_unstable();
     waves.dedup();
@@ -118,7 +120,9 @@ impl PeriodicState<'_> {
         let targets: Vec<usize> =
             (0..targets).map(|k| loaded[(2 * k + 1) * loaded.len() / (2 * targets)]).collect();
         for wave in [0].into_iter().chain(checked_wave_counts(count)) {
-            if wave > 0 && loaded.len() * line.wraparound_free_period(line.wavenumber(wave as usize, count)) > TERMS {
+            if wave > 0
+                && loaded.len() * line.wraparound_free_period(line.wavenumber(wave as usize, count)) > TERMS
+            {
                 continue;
             }
             let [found, load] = [self.displacements, self.tractions]
@@ -141,7 +145,12 @@ impl PeriodicState<'_> {
     }
 
     /// The weighted means along the other axis than `axis`, for each cell along that one.
-    fn row_harmonics(&self, values: &[f64], axis: usize, weight: impl Fn(usize) -> Complex<f64>) -> Vec<Vector> {
+    fn row_harmonics(
+        &self,
+        values: &[f64],
+        axis: usize,
+        weight: impl Fn(usize) -> Complex<f64>,
+    ) -> Vec<Vector> {
         let (n, ny) = (self.n(), self.cells[1]);
         let mut sums = vec![ZERO; self.cells[axis]];
         for cell in 0..n {

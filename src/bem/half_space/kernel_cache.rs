@@ -157,7 +157,8 @@ mod tests {
         ] {
             let green = green(e);
             let alone = FftFlexibility::new(cells, [h; 2], &green, CrossBlocks::Keep).expect("an operator");
-            let shared = FftFlexibility::with_kernel_cache(cells, [h; 2], &green, CrossBlocks::Keep, Some(&kernels));
+            let shared =
+                FftFlexibility::with_kernel_cache(cells, [h; 2], &green, CrossBlocks::Keep, Some(&kernels));
             assert_eq!(product(&shared.expect("an operator")), product(&alone), "{e} {cells:?} {h}");
         }
         assert_eq!(kernels.kept.lock().expect("no panic").len(), 4);

@@ -3,10 +3,10 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-pub(super) use super::rectangle_expansion::KernelComponent;
-use super::rectangle_expansion::RectangleExpansion;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
+pub(super) use super::rectangle_expansion::KernelComponent;
+use super::rectangle_expansion::RectangleExpansion;
 use crate::interrupt;
 
 /// Rows and columns of the components of the even (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).

@@ -55,7 +55,15 @@ impl<'a> OpenDirection<'a> {
         (admittance, clearance): (&'a Admittance, f64),
     ) -> Self {
         let datum = 0.5 * cells[axis] as f64 * spacing[axis];
-        Self { admittance, axis, cells: cells[axis], padded: padded[axis], spacing, datum, singularity_distance: clearance }
+        Self {
+            admittance,
+            axis,
+            cells: cells[axis],
+            padded: padded[axis],
+            spacing,
+            datum,
+            singularity_distance: clearance,
+        }
     }
 
     /// The transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
@@ -69,7 +77,8 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
         }
-        let wide: Vec<Hermitian> = (0..period).map(|j| self.sum_over_aliases(j, period, (k, paired))).collect();
+        let wide: Vec<Hermitian> =
+            (0..period).map(|j| self.sum_over_aliases(j, period, (k, paired))).collect();
         let kernel = kernel_from_symbol(&wide);
         self.transformed(|d| kernel[d.rem_euclid(period as isize) as usize])
     }
@@ -81,8 +90,11 @@ impl<'a> OpenDirection<'a> {
 
     /// Cells after which the line may repeat itself without K returning, for the wavenumber `k`, not zero.
     pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
-        fast_size((self.cells as f64 + LN_MAX_WRAPAROUND / (self.singularity_distance * k * self.spacing[self.axis])).ceil()
-            as usize)
+        fast_size(
+            (self.cells as f64
+                + LN_MAX_WRAPAROUND / (self.singularity_distance * k * self.spacing[self.axis]))
+                .ceil() as usize,
+        )
     }
 
     /// Sum over the aliases of wavenumber `j` of `period` cells; at k itself, or the mean of k and -k where the two are one
@@ -95,7 +107,8 @@ impl<'a> OpenDirection<'a> {
         let half = 0.5 * kappa * h;
         self.add((kappa, k, paired), if half == 0.0 { 1.0 } else { half.sin() / half }, &mut sum);
         if half != 0.0 {
-            let plain = ALIASES + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
+            let plain = ALIASES
+                + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
             let mut weight = 2.0 / h * half.sin();
             // Weights 2^-J Σ_{m >= j} C(J, m) of the last terms.
             let (mut tail, mut binomial) = (1.0, 0.5_f64.powi(N_EULER_TERMS as i32));

@@ -18,15 +18,15 @@ use nalgebra::{Complex, Matrix3};
 
 use super::admittance::Admittance;
 use super::fft::{CrossBlocks, validate_grid};
-use super::fft_plan::{PaddedGridBuffers, PaddedGridPlan, ConvolutionPlan, fast_size};
-use super::spectral_filter::{SpectralFilter, ComponentSet};
+use super::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
 use super::green::SurfaceGreen;
 use super::harmonic_check::{Harmonics, PeriodicState};
 use super::open_direction::OpenDirection;
-use super::toeplitz_entries;
 use super::periodic_symbol::{PLANES, doubly_periodic_symbol, singly_periodic_symbol};
-use super::symbol::{multiply_coupled, multiply_uncoupled};
 use super::preconditioner::inverse_filter;
+use super::spectral_filter::{ComponentSet, SpectralFilter};
+use super::symbol::{multiply_coupled, multiply_uncoupled};
+use super::toeplitz_entries;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::PerCell;
@@ -79,9 +79,12 @@ impl PeriodicFlexibility {
         let admittance = Admittance::new(green);
         let symbol = match periodic {
             [true, true] => doubly_periodic_symbol(&convolution, spacing, &admittance),
-            _ => {
-                singly_periodic_symbol(&convolution, spacing, usize::from(periodic[0]), (&admittance, green.singularity_distance()))
-            }
+            _ => singly_periodic_symbol(
+                &convolution,
+                spacing,
+                usize::from(periodic[0]),
+                (&admittance, green.singularity_distance()),
+            ),
         };
         interrupt::check()?;
         let buffers = Mutex::new(convolution.buffers(3));
@@ -200,16 +203,28 @@ impl Flexibility for PeriodicFlexibility {
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make =
-            || inverse_filter(ComponentSet::Normal, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance);
+        let make = || {
+            inverse_filter(
+                ComponentSet::Normal,
+                PaddedGridPlan::padded(cells, cells),
+                self.spacing,
+                &self.admittance,
+            )
+        };
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make =
-            || inverse_filter(ComponentSet::Coupled, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance);
+        let make = || {
+            inverse_filter(
+                ComponentSet::Coupled,
+                PaddedGridPlan::padded(cells, cells),
+                self.spacing,
+                &self.admittance,
+            )
+        };
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }

@@ -13,7 +13,11 @@ use crate::interrupt;
 pub(super) const PLANES: usize = 9;
 
 /// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
-pub(super) fn doubly_periodic_symbol(convolution: &PaddedGridPlan, spacing: [f64; 2], admittance: &Admittance) -> Vec<f64> {
+pub(super) fn doubly_periodic_symbol(
+    convolution: &PaddedGridPlan,
+    spacing: [f64; 2],
+    admittance: &Admittance,
+) -> Vec<f64> {
     let [nx, ny] = convolution.padded;
     let lowest = [2.0 * PI / (nx as f64 * spacing[0]), 2.0 * PI / (ny as f64 * spacing[1])];
     filled(convolution, |kx, ky| {
@@ -43,8 +47,10 @@ pub(super) fn singly_periodic_symbol(
 ) -> Vec<f64> {
     let line = OpenDirection::new(axis, (convolution.cells, convolution.padded), spacing, material);
     let count = convolution.padded[1 - axis];
-    let harmonics: Vec<Vec<Hermitian>> =
-        (0..count / 2 + 1).into_par_iter().map(|index| symbol_unless_cancelled(&line, index, count)).collect();
+    let harmonics: Vec<Vec<Hermitian>> = (0..count / 2 + 1)
+        .into_par_iter()
+        .map(|index| symbol_unless_cancelled(&line, index, count))
+        .collect();
     if axis == 0 {
         return filled(convolution, |kx, ky| harmonics[ky][kx]);
     }

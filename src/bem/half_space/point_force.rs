@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::boussinesq::Boussinesq;
 use super::green::SurfaceGreen;
-use super::point_force_integral::PointForceIntegral;
 use super::green_tensor::GreenTensor;
+use super::point_force_integral::PointForceIntegral;
 use super::point_force_table::PointForceTable;
 use super::surface_point_force::SurfacePointForce;
 use crate::error::Result;
@@ -139,7 +139,8 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         // A mark in the file tells what is read from what is made anew.
         let list = |error: f64| {
-            let CachedList::Hit(mut values) = cache.read_list(&key(&stiffness), CACHE_EXTENSION).unwrap() else {
+            let CachedList::Hit(mut values) = cache.read_list(&key(&stiffness), CACHE_EXTENSION).unwrap()
+            else {
                 panic!("no list")
             };
             values[1] = error;

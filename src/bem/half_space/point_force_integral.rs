@@ -77,8 +77,9 @@ impl PointForceIntegral {
         let contract = |j: usize, l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, j, k, l));
         let admittance = green.admittance_series();
         let count = AngularTable::count(admittance.order());
-        let coupling = [0, 1, 2]
-            .map(|c| evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c]))));
+        let coupling = [0, 1, 2].map(|c| {
+            evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
+        });
         let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
         // Features of the integrand have the width of the square root of ratios of stiffnesses.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
@@ -135,7 +136,12 @@ impl PointForceIntegral {
     /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
     /// points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
     /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
-    fn integrate<const GRADIENT: bool>(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (GreenTensor, f64) {
+    fn integrate<const GRADIENT: bool>(
+        &self,
+        rule: &mut DirectionRule,
+        phi: f64,
+        change: f64,
+    ) -> (GreenTensor, f64) {
         let mut sums = GreenTensorSums { value: [0.0; 9], gradient: [[0.0; 9]; 3] };
         let phi = phi - 2.0 * PI * (phi / (2.0 * PI)).round();
         let (mut coarse, mut before): (Option<GreenTensor>, f64) = (None, f64::INFINITY);
@@ -149,7 +155,8 @@ impl PointForceIntegral {
             let fine = sums.field(rule.depth, points);
             let last = coarse.map_or(f64::INFINITY, |coarse| {
                 let value = (fine.value - coarse.value).amax() / fine.value.amax();
-                let steep = if GRADIENT { fine.max_gradient_difference(&coarse) / fine.max_gradient() } else { 0.0 };
+                let steep =
+                    if GRADIENT { fine.max_gradient_difference(&coarse) / fine.max_gradient() } else { 0.0 };
                 value.max(steep)
             });
             if last <= change && before <= 10.0 * change.sqrt() || points >= POINTS[1] {
@@ -168,7 +175,8 @@ impl PointForceIntegral {
         if level == rule.levels.len() {
             let stride = POINTS[1] / points;
             let (from, step) = if level == 0 { (0, stride) } else { (stride, 2 * stride) };
-            let at = (from..POINTS[1]).step_by(step).map(|k| RuleNode::new(self.circle[k], rule.pole_stretch));
+            let at =
+                (from..POINTS[1]).step_by(step).map(|k| RuleNode::new(self.circle[k], rule.pole_stretch));
             rule.levels.push(at.collect());
         }
         points
@@ -263,7 +271,8 @@ fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
     let largest = stiffness.voigt().amax();
     let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
     let odd = indices().filter(|indices| indices.iter().filter(|i| **i == axis).count() % 2 == 1);
-    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs()).all(|c| c <= ZERO_STIFFNESS_TOLERANCE * largest)
+    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs())
+        .all(|c| c <= ZERO_STIFFNESS_TOLERANCE * largest)
 }
 
 /// L and 1/d of a positive definite L diag(d) Lᵀ.

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::angular_table::{NODES, lagrange_with_derivative, lagrange_over_distance};
-use super::point_force_integral::{PointForceIntegral, DirectionRule};
+use super::angular_table::{NODES, lagrange_over_distance, lagrange_with_derivative};
 use super::green_tensor::GreenTensor;
+use super::point_force_integral::{DirectionRule, PointForceIntegral};
 use super::surface_point_force::SurfacePointForce;
 use crate::error::Result;
 use crate::interrupt;
@@ -52,7 +52,10 @@ impl PointForceTable {
     pub(super) fn new(interior: &PointForceIntegral, surface: &SurfacePointForce) -> Result<Self> {
         let mut angles = ANGLES[0];
         let compared = COMPARED / MirrorPlanes(interior.mirrors()).count();
-        let spread = reference_values(low_discrepancy_points().take(compared).map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
+        let spread = reference_values(
+            low_discrepancy_points().take(compared).map(|[a, b]| [2.0 * PI * a, b]).collect(),
+            interior,
+        );
         loop {
             let mut table = Self::sampled(angles, interior, surface);
             table.error = table.measure_error(&spread, interior, surface);
@@ -175,7 +178,13 @@ impl PointForceTable {
         } else {
             across.map(|w| w / t)
         };
-        let weights = StencilWeights { angle_weights: along, angle_slopes: slope, row_weights: across, row_slopes: steep, row_weights_over_t: over_t };
+        let weights = StencilWeights {
+            angle_weights: along,
+            angle_slopes: slope,
+            row_weights: across,
+            row_slopes: steep,
+            row_weights_over_t: over_t,
+        };
         let mut sums = [[0.0; 9]; 3];
         weigh(&self.entries[(row * around + angle) * 9..], around * 9, &weights, &mut sums);
         sums[1].iter_mut().for_each(|sum| *sum *= self.rows as f64);
@@ -191,12 +200,21 @@ impl PointForceTable {
 
     /// Largest difference of the gradient from the direct integral in evenly spread directions, on the surface, and where the
     /// interpolation is expected to be worst, over its largest entry there.
-    fn measure_error(&self, spread: &[ReferenceValue], interior: &PointForceIntegral, surface: &SurfacePointForce) -> f64 {
+    fn measure_error(
+        &self,
+        spread: &[ReferenceValue],
+        interior: &PointForceIntegral,
+        surface: &SurfacePointForce,
+    ) -> f64 {
         let cell = 2.0 * PI / self.angles as f64;
         let on_surface: Vec<ReferenceValue> = (0..4 * self.angles)
             .map(|k| {
                 let phi = 0.25 * k as f64 * cell;
-                ReferenceValue { place: [phi, 1.0], field: surface.at(phi.cos(), phi.sin()), error_bound: 0.0 }
+                ReferenceValue {
+                    place: [phi, 1.0],
+                    field: surface.at(phi.cos(), phi.sin()),
+                    error_bound: 0.0,
+                }
             })
             .collect();
         let mut found = vec![self.apart(spread), self.apart(&on_surface)];
@@ -205,12 +223,14 @@ impl PointForceTable {
             apart / steepest
         };
         if error(&found) <= ERROR || self.angles >= ANGLES[1] {
-            let rough = self.least_resolved_nodes(MirrorPlanes(interior.mirrors())).into_iter().zip(low_discrepancy_points()).map(
-                |([phi, t], [a, b])| {
+            let rough = self
+                .least_resolved_nodes(MirrorPlanes(interior.mirrors()))
+                .into_iter()
+                .zip(low_discrepancy_points())
+                .map(|([phi, t], [a, b])| {
                     let t = t + (b - 0.5) / self.rows as f64;
                     [phi + (a - 0.5) * cell, t.clamp(0.0, 1.0 - 0.1 / self.rows as f64)]
-                },
-            );
+                });
             found.push(self.apart(&reference_values(rough.collect(), interior)));
         }
         error(&found)
@@ -230,8 +250,9 @@ impl PointForceTable {
         let expected = |row: usize, angle: usize| {
             let t = row as f64 / self.rows as f64;
             let half = 0.5 * (1.0 + t * t);
-            let around =
-                difference(&|k| (row + N_GHOST_ROWS) * stride + (angle + self.angles + k - 4) % self.angles * 9);
+            let around = difference(&|k| {
+                (row + N_GHOST_ROWS) * stride + (angle + self.angles + k - 4) % self.angles * 9
+            });
             let slope = SLOPES[usize::from(row + 4 > self.rows)];
             let first = (row + N_GHOST_ROWS - 4).min(self.rows + N_GHOST_ROWS - 8);
             let down = difference(&|k| (first + k) * stride + angle * 9);
@@ -306,7 +327,11 @@ fn low_discrepancy_points() -> impl Iterator<Item = [f64; 2]> {
 fn reference_values(places: Vec<[f64; 2]>, interior: &PointForceIntegral) -> Vec<ReferenceValue> {
     let at = |place: [f64; 2]| {
         let (field, change) = interior.gradient(&mut rule_at(place[1]), place[0], MAX_INTEGRAL_CHANGE);
-        ReferenceValue { place, field, error_bound: if change > MAX_INTEGRAL_CHANGE { change * field.max_gradient() } else { 0.0 } }
+        ReferenceValue {
+            place,
+            field,
+            error_bound: if change > MAX_INTEGRAL_CHANGE { change * field.max_gradient() } else { 0.0 },
+        }
     };
     places.into_par_iter().map(at).collect()
 }
@@ -342,7 +367,8 @@ fn weigh_inline(entries: &[f64], stride: usize, weights: &StencilWeights, sums: 
                 turned[c] += slope * node[c];
             }
         }
-        let (across, steep, over_t) = (weights.row_weights[j], weights.row_slopes[j], weights.row_weights_over_t[j]);
+        let (across, steep, over_t) =
+            (weights.row_weights[j], weights.row_slopes[j], weights.row_weights_over_t[j]);
         for c in 0..9 {
             values[c] += across * value[c];
             steeps[c] += steep * value[c];

@@ -12,9 +12,9 @@ use std::f64::consts::PI;
 use nalgebra::Complex;
 
 use super::angular_table::evaluate_series;
-use super::rectangle_expansion::KernelComponent;
 use super::green::SurfaceGreen;
 use super::polygon_moments::{n_moments, powers};
+use super::rectangle_expansion::KernelComponent;
 use crate::linalg::simd::wide;
 
 /// Highest order of moments.
@@ -49,7 +49,8 @@ impl PolygonMultipole {
     /// For an error of `accuracy` relative to the largest component, and of up to so many decades less.
     pub fn new(green: &SurfaceGreen, components: &[KernelComponent], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + MAX_ORDER + 1)).next_power_of_two().max(ANGLES);
-        let fits = |order: &usize| n_moments(*order) * components.len() * (angles / 2 + NODES) <= MAX_TABLE_LEN;
+        let fits =
+            |order: &usize| n_moments(*order) * components.len() * (angles / 2 + NODES) <= MAX_TABLE_LEN;
         let order = (1..=MAX_ORDER).rev().find(fits).unwrap_or(0);
         let stride = n_moments(order) * components.len();
         let mut table = vec![0.0; stride * (angles / 2 + NODES)];
@@ -92,7 +93,13 @@ impl PolygonMultipole {
             from
         });
         let from = from.collect();
-        Self { table, n_components: components.len(), per_radian: angles as f64 / (2.0 * PI), stride, min_ratio: from }
+        Self {
+            table,
+            n_components: components.len(),
+            per_radian: angles as f64 / (2.0 * PI),
+            stride,
+            min_ratio: from,
+        }
     }
 
     /// Highest order of the moments that are used.
@@ -216,7 +223,9 @@ fn derivative(
         terms[(n - a as isize + b as isize + reach) as usize] += harmonic * factor;
     };
     let harmonics: Vec<(isize, Complex<f64>)> = match component {
-        KernelComponent::Even(c) => green.even().iter().enumerate().map(|(k, h)| (2 * k as isize, h[c])).collect(),
+        KernelComponent::Even(c) => {
+            green.even().iter().enumerate().map(|(k, h)| (2 * k as isize, h[c])).collect()
+        }
         KernelComponent::Odd(c) => {
             green.odd().iter().enumerate().map(|(k, h)| (2 * k as isize + 1, h[c])).collect()
         }

@@ -14,7 +14,7 @@ use nalgebra::{Complex, Matrix3};
 
 use super::admittance::{Admittance, Hermitian, hermitian};
 use super::fft_plan::PaddedGridPlan;
-use super::spectral_filter::{SpectralFilter, ComponentSet};
+use super::spectral_filter::{ComponentSet, SpectralFilter};
 
 /// The zero wavenumber counts as this share of the lowest.
 const ZERO_WAVENUMBER_SHARE: f64 = 0.5;

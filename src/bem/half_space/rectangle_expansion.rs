@@ -200,7 +200,11 @@ impl RectangleExpansion {
         let term =
             |m: usize| components.iter().map(move |component| self.planes[component.index()][m].clone());
         let functions: Vec<Vec<f64>> = (0..TERMS).flat_map(term).collect();
-        RectangleExpansionTable { table: AngularTable::new(&functions), count: components.len(), min_distance: self.min_distance }
+        RectangleExpansionTable {
+            table: AngularTable::new(&functions),
+            count: components.len(),
+            min_distance: self.min_distance,
+        }
     }
 }
 

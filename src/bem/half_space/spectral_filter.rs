@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use nalgebra::Complex;
 
-use super::fft_plan::{PaddedGridPlan, ConvolutionPlan};
+use super::fft_plan::{ConvolutionPlan, PaddedGridPlan};
 use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
 
 /// Numbers compared side by side.

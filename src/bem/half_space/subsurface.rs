@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 
 use super::point_force::PointForceField;
 use crate::bem::PointState;
-use crate::bem::quadrature_order::{QuadratureOrder, Parallelogram};
+use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
@@ -138,7 +138,11 @@ impl<'a> SubsurfaceField<'a> {
         // A group that is divided leaves more than half of FEW parts in each half.
         let groups = 2 * parts / MAX_LEAF_QUADS.div_ceil(2) + 1;
         parts * size_of::<LoadedQuad>()
-            + groups * (size_of::<CellCluster>() + EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE * size_of::<([f64; 2], Point)>())
+            + groups
+                * (size_of::<CellCluster>()
+                    + EQUIVALENT_FORCES_PER_SIDE
+                        * EQUIVALENT_FORCES_PER_SIDE
+                        * size_of::<([f64; 2], Point)>())
     }
 
     /// Under the tractions (MPa, on the body) of cells by their corners in the plane; `field` is that of the material of this `stiffness` in
@@ -151,7 +155,8 @@ impl<'a> SubsurfaceField<'a> {
         let parts = loaded.flat_map(|(corners, traction)| split_polygon(&corners, traction)).collect();
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
         let nearness = QuadratureOrder::new(stiffness, RELATIVE_TOLERANCE, MOST_POINTS);
-        let mut made = Self { field, stiffness, quadrature_order: nearness, rules, quads: parts, clusters: Vec::new() };
+        let mut made =
+            Self { field, stiffness, quadrature_order: nearness, rules, quads: parts, clusters: Vec::new() };
         if !made.quads.is_empty() {
             made.build_cluster(0..made.quads.len());
         }
@@ -217,8 +222,12 @@ impl<'a> SubsurfaceField<'a> {
                 }
             }
         }
-        let place =
-            |k: usize| [middle[0] + half[0] * rule[k / EQUIVALENT_FORCES_PER_SIDE].0, middle[1] + half[1] * rule[k % EQUIVALENT_FORCES_PER_SIDE].0];
+        let place = |k: usize| {
+            [
+                middle[0] + half[0] * rule[k / EQUIVALENT_FORCES_PER_SIDE].0,
+                middle[1] + half[1] * rule[k % EQUIVALENT_FORCES_PER_SIDE].0,
+            ]
+        };
         sums.into_iter().enumerate().map(|(k, sum)| (place(k), sum)).collect()
     }
 
@@ -234,7 +243,12 @@ impl<'a> SubsurfaceField<'a> {
     fn add_group(&self, number: usize, y: &Point, sum: &mut DisplacementGradient) {
         let group = &self.clusters[number];
         match &group.members {
-            ClusterMembers::Children(_) if self.quadrature_order.points(&group.patch, y).is_some_and(|n| 2 * n <= EQUIVALENT_FORCES_PER_SIDE) => {
+            ClusterMembers::Children(_)
+                if self
+                    .quadrature_order
+                    .points(&group.patch, y)
+                    .is_some_and(|n| 2 * n <= EQUIVALENT_FORCES_PER_SIDE) =>
+            {
                 group.forces.iter().for_each(|(x, force)| self.add(*x, force, y, sum));
             }
             ClusterMembers::Children(halves) => halves.iter().for_each(|&half| self.add_group(half, y, sum)),
@@ -309,7 +323,8 @@ mod tests {
             [radius * angle.cos(), radius * angle.sin()]
         };
         let cell = (0..n as usize).map(corner).collect();
-        let below = SubsurfaceField::new((&stiffness, &field), std::iter::once((cell, Point::new(0.0, 0.0, -p))));
+        let below =
+            SubsurfaceField::new((&stiffness, &field), std::iter::once((cell, Point::new(0.0, 0.0, -p))));
         for depth in [0.01, 0.1, 0.5, 1.0, 3.0] {
             let found = below.at(&Point::new(0.0, 0.0, -depth)).stress;
             let zeta = depth / f64::hypot(1.0, depth);
@@ -346,7 +361,8 @@ mod tests {
                 [9.0, 2.0, -5.0],
             ] {
                 let y = Point::from(y);
-                let mut sum = DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+                let mut sum =
+                    DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
                 for k in 0..n * n {
                     let [x0, y0] = place(k);
                     let far = (x0 - y.x).hypot(y0 - y.y).hypot(y.z) > 0.3;

@@ -11,7 +11,11 @@ pub(super) const COUPLED: usize = 8;
 pub(super) const UNCOUPLED: usize = 4;
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(super) fn multiply_coupled<T: FftReal>(nn: &[T], rest: [&[T]; COUPLED], [x, y, n]: [&mut [Complex<T>]; 3]) {
+pub(super) fn multiply_coupled<T: FftReal>(
+    nn: &[T],
+    rest: [&[T]; COUPLED],
+    [x, y, n]: [&mut [Complex<T>]; 3],
+) {
     let [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = rest;
     for i in 0..x.len() {
         let (a, b, c) = (x[i], y[i], n[i]);

@@ -14,13 +14,14 @@ use std::sync::Arc;
 use faer::Par;
 use nalgebra::Matrix3;
 
-use self::symmetrize::Symmetrization;
 use self::spec::{NodalConditions, build_face_map, refuse_crossing, refuse_held};
+use self::symmetrize::Symmetrization;
 use super::condensed_flexibility::CondensedFlexibility;
-use super::rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
+use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, PointState, StressField};
 use crate::bem::finite::{
-    BoundaryElements, CompressionReport, Domain, Interpolation, BoundaryValueProblem, BoundarySolution, SurfaceState, BodyForceSolution,
+    BodyForceSolution, BoundaryElements, BoundarySolution, BoundaryValueProblem, CompressionReport, Domain,
+    Interpolation, SurfaceState,
 };
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -162,7 +163,12 @@ impl BeBody {
     }
 
     /// The free motions as the frame sees them.
-    fn modes_from_free_motions(&self, free: &RigidBodyModes, known: &NodalConditions, frame: &ContactFrame) -> UnconstrainedModes {
+    fn modes_from_free_motions(
+        &self,
+        free: &RigidBodyModes,
+        known: &NodalConditions,
+        frame: &ContactFrame,
+    ) -> UnconstrainedModes {
         let sign = self.side.gap_sign();
         let (positions, areas) = (self.elements.positions(), self.elements.areas());
         let motion = |j: usize| {
@@ -243,7 +249,7 @@ impl BeBody {
         let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
         for (i, face) in outer_faces(&self.mesh).iter().enumerate() {
             let nodes = self.elements.reference_nodes_of(i);
-            for (&point, xi) in face.nodes.iter().zip(face.kind.face_places()) {
+            for (&point, xi) in face.nodes.iter().zip(face.kind.face_reference_nodes()) {
                 let values = nodes.values(*xi);
                 let u: Point = self
                     .elements

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::bem::finite::{
-    BoundaryElements, CompressedEquations, SolutionMethod, Interpolation, Panel, BoundaryValueProblem, BodyForceSolution,
+    BodyForceSolution, BoundaryElements, BoundaryValueProblem, CompressedEquations, Interpolation, Panel,
+    SolutionMethod,
 };
 use crate::bem::full_space::FullSpaceField;
 use crate::error::{Context, Error, Result};
@@ -16,8 +17,8 @@ use crate::geometry::{Point, format_point};
 use crate::interrupt;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
-use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::{CellRef, Mesh};
 
 /// Accuracy of the integrals, over the largest values: far below what elements leave.
@@ -214,7 +215,11 @@ impl BeSpec {
             own.all(|other| Some(other) == first)
         };
         let aligned = (0..map.n_cells()).all(of_cell);
-        Ok(FrameFit { n_nodes: map.nodes().len(), cells_within_elements: aligned, thinnest_element: elements.max_spacing_to_thickness() })
+        Ok(FrameFit {
+            n_nodes: map.nodes().len(),
+            cells_within_elements: aligned,
+            thinnest_element: elements.max_spacing_to_thickness(),
+        })
     }
 
     /// The first of some points that lies outside of the body.
@@ -250,9 +255,11 @@ impl BeSpec {
     pub fn bytes(&self, n_loaded: usize) -> Result<u128> {
         let equations = match self.solved_by() {
             SolutionMethod::Dense => BoundaryValueProblem::dense_bytes(self.n_nodes(), n_loaded),
-            SolutionMethod::Compressed(tolerance) => {
-                CompressedEquations::expected_bytes(&self.with_unit_material()?.elements(None)?.0, n_loaded, tolerance)
-            }
+            SolutionMethod::Compressed(tolerance) => CompressedEquations::expected_bytes(
+                &self.with_unit_material()?.elements(None)?.0,
+                n_loaded,
+                tolerance,
+            ),
         };
         Ok(equations + 9 * 8 * (n_loaded as u128).pow(2))
     }
@@ -283,7 +290,8 @@ pub(super) fn build_face_map(
     let faces: Vec<SurfaceFace> = faces.iter().map(raised).collect();
     let values = |face: usize, local: usize| {
         let element = number[&faces[face].owner];
-        let values = elements.reference_nodes_of(element).values(faces[face].kind.face_places()[local]);
+        let values =
+            elements.reference_nodes_of(element).values(faces[face].kind.face_reference_nodes()[local]);
         elements.nodes_of(element).zip(values).collect()
     };
     FaceMap::with_basis(frame, &mesh, (side, &faces), values)

@@ -8,7 +8,7 @@ use super::BeBody;
 use crate::bem::finite::Domain;
 use crate::body::{PointState, StressField};
 use crate::error::Result;
-use crate::fem::{FaceContribution, FaceAverages, RecoveryPoints, exposures};
+use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::mesh::faces::outer_faces;
@@ -32,13 +32,17 @@ impl BeBody {
         let mut in_contact: Vec<_> = self.faces.iter().map(|face| face.owner).collect();
         in_contact.sort_unstable();
         let stiffness = self.elements.stiffness().voigt();
-        let (mut whole, mut contact) = (FaceAverages::new(points.n_points()), FaceAverages::new(points.n_points()));
+        let (mut whole, mut contact) =
+            (FaceAverages::new(points.n_points()), FaceAverages::new(points.n_points()));
         for (i, face) in faces.iter().enumerate() {
             let panel = self.elements.panel(i);
-            let areas: Vec<Point> = face.kind.face_places().iter().map(|xi| panel.area_vector(*xi)).collect();
+            let areas: Vec<Point> =
+                face.kind.face_reference_nodes().iter().map(|xi| panel.area_vector(*xi)).collect();
             let weight = areas.len() as f64 / areas.iter().map(|area| area.norm()).sum::<f64>();
             let touches = in_contact.binary_search(&face.owner).is_ok();
-            for ((&point, xi), area) in points.points_of_cell(i).iter().zip(face.kind.face_places()).zip(areas) {
+            for ((&point, xi), area) in
+                points.points_of_cell(i).iter().zip(face.kind.face_reference_nodes()).zip(areas)
+            {
                 let mut gradient = field.surface_gradient(i, *xi);
                 let mut load = field.traction(i, *xi);
                 if let Some(of_weight) = &self.weight {

@@ -20,11 +20,11 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::correction::AppliedLoadResponse;
+use super::face_outline::outline_loops;
 use super::face_quadrature::{FacePoint, FaceRules};
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::forces::{FaceId, PatchForces};
-use super::face_outline::outline_loops;
 use super::patch::ContactPatch;
 use crate::bem::half_space::{GreenTensor, SurfaceGreen, TractionOperator, polygon};
 use crate::error::Result;
@@ -169,7 +169,8 @@ impl AppliedLoadDisplacement {
             others.push((face, in_plane));
         }
         let pads = PatchLoad::all(model.mesh(), &loaded, &forces.patch);
-        let (near, far): (Vec<PatchLoad>, Vec<PatchLoad>) = pads.into_iter().partition(|pad| pad.is_near(&forces.patch));
+        let (near, far): (Vec<PatchLoad>, Vec<PatchLoad>) =
+            pads.into_iter().partition(|pad| pad.is_near(&forces.patch));
         let mut at_nodes = own.work.clone();
         let mut remainder = vec![0.0; at_nodes.len()];
         for batch in others.chunks(FACES_PER_BATCH) {
@@ -294,11 +295,13 @@ impl<'a> FaceLoads<'a> {
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
         // Where only some nodes are prescribed the loads of u_c count what is missing here.
-        let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
+        let held = [0, 1, 2]
+            .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);
         // In the plane G has no traction, and loads there are pads.
         let load = self.loads.get(&(face.owner, face.local_face)).filter(|_| !in_plane);
-        let moves: Vec<Point> = face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
+        let moves: Vec<Point> =
+            face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
         let acts = load.is_some() || self.weight != none || moves.iter().any(|u| *u != none);
         if !is_held && (*in_plane || !acts) {
             return [work, rest];

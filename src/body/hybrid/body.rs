@@ -5,21 +5,21 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
 
-use super::polynomial_order::{self, PatchHalfSpace, AppliedLoadError};
+use super::applied_loads::AppliedLoadDisplacement;
+use super::corrected_flexibility::build_corrected_flexibility;
 use super::correction::Correction;
-use super::traction_tree::TractionTree;
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
+use super::half_space_fit::HalfSpaceFit;
 use super::inclusions::strain;
 use super::indicators::Indicators;
-use super::corrected_flexibility::build_corrected_flexibility;
-use super::applied_loads::AppliedLoadDisplacement;
 use super::patch::ContactPatch;
-use super::half_space_fit::HalfSpaceFit;
+use super::polynomial_order::{self, AppliedLoadError, PatchHalfSpace};
+use super::traction_tree::TractionTree;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
 use crate::error::{Context, Error, Result};
-use crate::fem::{FeModel, FeSpec, CondensationResources, StressRecovery, surface_stress_points};
+use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery, surface_stress_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
@@ -169,7 +169,12 @@ impl HybridBody {
     /// Root of twice the strain energy under tractions on body 2.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let cells = (&self.grid, self.grid_indices.as_deref());
-        let operator = build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, (CrossBlocks::Keep, None))?;
+        let operator = build_corrected_flexibility(
+            &self.green,
+            vec![self.far_field.clone()],
+            cells,
+            (CrossBlocks::Keep, None),
+        )?;
         let mut gap = vec![0.0; tractions.len()];
         operator.apply(tractions, &mut gap);
         let area = self.grid.spacing[0] * self.grid.spacing[1];
@@ -261,7 +266,12 @@ impl ElasticBody for HybridBody {
             return Err(Error::numerical("the flexibility of a body was taken twice"));
         }
         let cells = (&self.grid, self.grid_indices.as_deref());
-        Ok(Some(build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, (cross, None))?))
+        Ok(Some(build_corrected_flexibility(
+            &self.green,
+            vec![self.far_field.clone()],
+            cells,
+            (cross, None),
+        )?))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
@@ -319,7 +329,9 @@ impl ElasticBody for HybridBody {
             (0..6).for_each(|k| stress[k] += near[k]);
         });
         let mut contact = surface_stress_points(&self.model, points, &self.faces, &correction);
-        contact.par_iter_mut().for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));
+        contact
+            .par_iter_mut()
+            .for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));
         Ok(Some(StressField::new((&self.model, points), (stress, error), contact, &self.limits)))
     }
 }

@@ -6,11 +6,11 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::face_quadrature::{FacePoint, FaceRules};
-use super::forces::{FaceId, PatchForces, ForceSet, put};
+use super::forces::{FaceId, ForceSet, PatchForces, put};
 use super::patch_coupling;
 use crate::bem::half_space::TractionOperator;
 use crate::error::Result;
-use crate::fem::{FoundationStiffness, FeModel};
+use crate::fem::{FeModel, FoundationStiffness};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::dense_matrix::DenseMatrix;
@@ -60,7 +60,8 @@ impl BoundaryFaces {
             model.faces_on_foundations().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
         let own_faces: Vec<_> = sources.0.iter().map(|forces| forces.own_faces(mesh)).collect();
         let faces = outer_faces(mesh).into_iter().map(|face| {
-            let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
+            let held = [0, 1, 2]
+                .map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
             let bedding = bedded.get(&(face.owner, face.local_face)).copied();
             let own = own_faces.iter().map(|own| own(&face)).collect();
             BoundaryFace { face, on_patch_surface: own, fixed: held, bedding }
@@ -78,7 +79,8 @@ impl BoundaryFaces {
                 let mut flux = vec![Matrix3::zeros(); forces.points.len()];
                 for point in rules.points(mesh, &face.face, &|x| forces.distance(x), ratio) {
                     let local = forces.patch.local(&point.at);
-                    let map = TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&point.area));
+                    let map =
+                        TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&point.area));
                     for (i, flux) in flux.iter_mut().enumerate() {
                         *flux += map.apply(&forces.field.at(&forces.vector_from(i, &local)));
                     }
@@ -210,8 +212,9 @@ impl Fields {
         let n_nodes = face.nodes.len();
         let axes = forces.patch.axes.0;
         let flat = points.windows(2).all(|pair| pair[0].area.cross(&pair[1].area).norm() == 0.0);
-        let map_of =
-            |area: &Point| TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
+        let map_of = |area: &Point| {
+            TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()))
+        };
         let common = points.first().filter(|_| flat).map(|point| map_of(&point.area));
         for (p, point) in points.iter().enumerate() {
             let local = forces.patch.local(&point.at);

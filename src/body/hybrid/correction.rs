@@ -9,12 +9,12 @@
 //! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the held boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //! b = f_f - K_fb g: symmetric, and of twice the order of the displacements at the nodes.
 
+use super::applied_loads::PrescribedMotion;
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
-use super::forces::{PatchForces, ForceSet};
+use super::forces::{ForceSet, PatchForces};
+use super::half_space_fit::HalfSpaceFit;
 use super::inclusions;
 use super::locate::PatchFaceLocator;
-use super::applied_loads::PrescribedMotion;
-use super::half_space_fit::HalfSpaceFit;
 use crate::error::Result;
 use crate::fem::{ColumnSolver, FeModel, SolverInfo};
 use crate::geometry::Point;
@@ -79,7 +79,9 @@ impl Correction {
             // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
             for (patch, forces) in forces.iter().enumerate() {
                 let outermost = (patch, &forces.outermost());
-                while faces.imbalance(model.mesh(), outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE && ratio > FACE_RATIO_RANGE[1]
+                while faces.imbalance(model.mesh(), outermost, ratio)
+                    > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
+                    && ratio > FACE_RATIO_RANGE[1]
                 {
                     ratio *= FACE_RATIO_FACTOR;
                 }
@@ -127,7 +129,10 @@ impl Correction {
         let reactions_of_held = DenseMatrix::from_values(prescribed.len(), n, reactions.on_prescribed_dofs);
         let (free_loads, held_loads) = split(model, &prescribed, &boundary.loads)?;
         let mut rhs = free_loads;
-        rhs.values_mut().iter_mut().zip(&reactions.on_free_dofs).for_each(|(load, reaction)| *load -= reaction);
+        rhs.values_mut()
+            .iter_mut()
+            .zip(&reactions.on_free_dofs)
+            .for_each(|(load, reaction)| *load -= reaction);
         let mut columns = rhs.values().to_vec();
         if model.has_own_loads() {
             columns.extend(model.load_vector());
@@ -154,7 +159,14 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
         let fields = expand_to_all_dofs(model, &prescribed, (&displacement, &held))?;
-        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads: own, solved: solver.info() })
+        Ok(Self {
+            matrix,
+            fields,
+            imbalance: boundary.imbalance,
+            asymmetry,
+            applied_loads: own,
+            solved: solver.info(),
+        })
     }
 
     /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
@@ -249,7 +261,11 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
 }
 
 /// Displacement of all dofs, zero on no solid.
-fn expand_to_all_dofs(model: &FeModel, prescribed: &[usize], (free, held): (&DenseMatrix, &DenseMatrix)) -> Result<DenseMatrix> {
+fn expand_to_all_dofs(
+    model: &FeModel,
+    prescribed: &[usize],
+    (free, held): (&DenseMatrix, &DenseMatrix),
+) -> Result<DenseMatrix> {
     let n_rows = 3 * model.mesh().n_points();
     let mut all = DenseMatrix::zeros(n_rows, free.n_columns())?;
     for (column, values) in all.values_mut().chunks_exact_mut(n_rows).enumerate() {

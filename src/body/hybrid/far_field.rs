@@ -1,7 +1,7 @@
 //! The correction of a body as the frame sees it: a polynomial in the places of force and displacement.
 
-use super::patch::ContactPatch;
 use super::chebyshev::Chebyshev;
+use super::patch::ContactPatch;
 use crate::geometry::Side;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::simd::wide;
@@ -182,7 +182,11 @@ impl Chebyshev {
 impl FarFieldScratch {
     pub fn new(grid: &FarFieldOnGrid) -> Self {
         let n = 3 * grid.nodes_per_side[0] * grid.nodes_per_side[1];
-        Self { rows: vec![0.0; grid.cells[0] * grid.nodes_per_side[1]], forces: vec![0.0; n], gaps: vec![0.0; n] }
+        Self {
+            rows: vec![0.0; grid.cells[0] * grid.nodes_per_side[1]],
+            forces: vec![0.0; n],
+            gaps: vec![0.0; n],
+        }
     }
 }
 

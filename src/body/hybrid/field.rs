@@ -30,7 +30,8 @@ impl HalfSpaceField {
             point_force: points,
             patch_integrals: PatchIntegrator::new(green),
             tangential: [contract(0), contract(1)],
-            inverse_normal: normal.ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
+            inverse_normal: normal
+                .ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
         })
     }
 

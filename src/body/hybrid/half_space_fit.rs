@@ -10,7 +10,7 @@ use nalgebra::Matrix6;
 
 use crate::bem::half_space::SurfaceGreen;
 use crate::error::Result;
-use crate::fem::{FeSpec, ElementMaterials, find_rigid_body_modes};
+use crate::fem::{ElementMaterials, FeSpec, find_rigid_body_modes};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_number};
 use crate::material::Stiffness;
@@ -103,7 +103,8 @@ impl HalfSpaceFit {
         // The tangent plane of a curved surface.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
         let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
-        let surface = if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
+        let surface =
+            if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
         if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
         }
@@ -136,7 +137,15 @@ impl HalfSpaceFit {
         if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
             return unsuited(error.message());
         }
-        Ok(Ok(Self { patch, stiffness, isotropic, distance, limited_by_material: to_others == distance, rise, curved_faces: surface }))
+        Ok(Ok(Self {
+            patch,
+            stiffness,
+            isotropic,
+            distance,
+            limited_by_material: to_others == distance,
+            rise,
+            curved_faces: surface,
+        }))
     }
 }
 
@@ -206,7 +215,11 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
 
 /// The faces of a curved surface within half a side about the patch: those of the contact group, and those that go on from them with
 /// the same curvature, whatever their group.
-fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], (patch, rise): (&ContactPatch, f64)) -> Vec<FaceId> {
+fn curved_surface_faces(
+    mesh: &Mesh,
+    faces: &[SurfaceFace],
+    (patch, rise): (&ContactPatch, f64),
+) -> Vec<FaceId> {
     let group: HashSet<FaceId> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
     // A parabola falls nine times as far over three times the length.
     let deepest = -9.0 * rise * patch.size();
@@ -248,7 +261,12 @@ fn distance(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f
 }
 
 /// Distance from the patch to elements of another material than that under it; infinite if there are none.
-fn distance_to_others(regions: &ElementMaterials, own: &Matrix6<f64>, mesh: &Mesh, patch: &ContactPatch) -> f64 {
+fn distance_to_others(
+    regions: &ElementMaterials,
+    own: &Matrix6<f64>,
+    mesh: &Mesh,
+    patch: &ContactPatch,
+) -> f64 {
     let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
     // The box around an element, in the axes of the patch.
     let distance = |i: usize| {

@@ -124,8 +124,9 @@ impl Inclusion<'_> {
             return;
         }
         // The other kinds are collapsed cubes, whose weights vary.
-        let lines =
-            edges.map(|edge| &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]);
+        let lines = edges.map(|edge| {
+            &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]
+        });
         for &(u, by_u) in lines[0] {
             for &(v, by_v) in lines[1] {
                 for &(w, by_w) in lines[2] {

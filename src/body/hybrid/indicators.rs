@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::far_field::FarField;
-use super::patch::ContactPatch;
-use super::half_space_fit::HalfSpaceFit;
 use super::chebyshev::Chebyshev;
+use super::far_field::FarField;
+use super::half_space_fit::HalfSpaceFit;
+use super::patch::ContactPatch;
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
 use crate::geometry::Side;
@@ -169,7 +169,9 @@ fn on_polynomials(
     });
     let polynomial = |k: usize| -> Vec<f64> {
         let (a, b) = (k / m[1], k % m[1]);
-        (0..cells).map(|cell| x[cell / COMPARISON_CELLS * m[0] + a] * y[cell % COMPARISON_CELLS * m[1] + b]).collect()
+        (0..cells)
+            .map(|cell| x[cell / COMPARISON_CELLS * m[0] + a] * y[cell % COMPARISON_CELLS * m[1] + b])
+            .collect()
     };
     let polynomials: Vec<Vec<f64>> = (0..nodes).map(polynomial).collect();
     let area = spacing[0] * spacing[1];

@@ -86,7 +86,9 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
         }
     }
     let inside = if triangle {
-        xi[0] >= -REFERENCE_TOLERANCE && xi[1] >= -REFERENCE_TOLERANCE && xi[0] + xi[1] <= 1.0 + REFERENCE_TOLERANCE
+        xi[0] >= -REFERENCE_TOLERANCE
+            && xi[1] >= -REFERENCE_TOLERANCE
+            && xi[0] + xi[1] <= 1.0 + REFERENCE_TOLERANCE
     } else {
         xi.iter().all(|x| x.abs() <= 1.0 + REFERENCE_TOLERANCE)
     };

@@ -22,13 +22,13 @@ mod multi_patch_body;
 mod half_space_fit;
 mod chebyshev;
 
-pub use polynomial_order::AppliedLoadError;
 pub use body::HybridBody;
+pub use polynomial_order::AppliedLoadError;
 
 pub use correction::Correction;
 pub use far_field::FarField;
 pub use forces::{FaceId, PatchForces};
-pub use indicators::Indicators;
-pub use patch::ContactPatch;
-pub use multi_patch_body::{MultiFrameFlexibility, FaceContact, MultiPatchBody};
 pub use half_space_fit::{HalfSpaceFit, Unsuitable};
+pub use indicators::Indicators;
+pub use multi_patch_body::{FaceContact, MultiFrameFlexibility, MultiPatchBody};
+pub use patch::ContactPatch;

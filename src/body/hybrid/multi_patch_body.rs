@@ -8,15 +8,15 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::polynomial_order::{self, PatchHalfSpace};
+use super::corrected_flexibility::build_corrected_flexibility;
 use super::correction::Correction;
 use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch, by_planes};
+use super::half_space_fit::{HalfSpaceFit, MIN_EDGE_DISTANCE};
 use super::indicators::Indicators;
-use super::corrected_flexibility::build_corrected_flexibility;
-use super::half_space_fit::{MIN_EDGE_DISTANCE, HalfSpaceFit};
+use super::polynomial_order::{self, PatchHalfSpace};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::{Context, Error, Result};
-use crate::fem::{FeModel, FeSpec, CondensationResources, StressRecovery};
+use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery};
 use crate::frame::{ContactFrame, Grid, Side};
 use crate::geometry::{Point, format_number};
 use crate::linalg::PerCell;
@@ -78,7 +78,8 @@ impl MultiPatchBody {
         let recovery = StressRecovery::new(&model)?;
         let nears: Vec<PatchHalfSpace> =
             sites.iter().map(|site| Ok(PatchHalfSpace::new(site, resources)?.0)).collect::<Result<_>>()?;
-        let (correction, indicators) = polynomial_order::adaptive_correction(&model, &recovery, &nears, &resources.memory)?;
+        let (correction, indicators) =
+            polynomial_order::adaptive_correction(&model, &recovery, &nears, &resources.memory)?;
         if correction.applied_loads.is_some() {
             return Err(Error::input(
                 "loads and prescribed displacements of a body in contact on several patches are not taken into account: leave them \
@@ -132,7 +133,12 @@ impl MultiPatchBody {
     /// If memory does not suffice.
     pub fn flexibility(&self, cross: CrossBlocks) -> Result<MultiFrameFlexibility> {
         let own = self.patches.iter().map(|patch| {
-            build_corrected_flexibility(&patch.green, vec![patch.far.clone()], (&patch.grid, None), (cross, None))
+            build_corrected_flexibility(
+                &patch.green,
+                vec![patch.far.clone()],
+                (&patch.grid, None),
+                (cross, None),
+            )
         });
         let mut whole = MultiFrameFlexibility::new(own.collect::<Result<_>>()?);
         let mut firsts = vec![0];
@@ -187,7 +193,9 @@ fn ensure_apart(sites: &[HalfSpaceFit]) -> Result<()> {
                 spread(b).iter().map(|x| a.patch.distance(&a.patch.local(x))).fold(f64::INFINITY, f64::min)
             };
             let apart = from(site, other).min(from(other, site));
-            let least = |site: &HalfSpaceFit| MIN_EDGE_DISTANCE * site.patch.half_width[0].min(site.patch.half_width[1]);
+            let least = |site: &HalfSpaceFit| {
+                MIN_EDGE_DISTANCE * site.patch.half_width[0].min(site.patch.half_width[1])
+            };
             let least = least(site).max(least(other));
             if apart < least {
                 return Err(Error::input(format!(

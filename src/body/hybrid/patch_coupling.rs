@@ -8,8 +8,8 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::boundary_terms::BoundaryFace;
-use super::forces::{PatchForces, ForceSet};
 use super::face_outline::{edges, outline_loops};
+use super::forces::{ForceSet, PatchForces};
 use crate::bem::half_space::TractionOperator;
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
@@ -27,13 +27,20 @@ const MAX_BISECTIONS: usize = 10;
 
 /// Adds, between forces y on one patch and x on another, the displacement at y by x in its half-space and -∫ u_y·t_x over the free surface of
 /// y's half-space; rows y, columns x.
-pub(super) fn add_patch_coupling(mesh: &Mesh, sources: ForceSet, faces: &[BoundaryFace], work: &mut DenseMatrix) {
+pub(super) fn add_patch_coupling(
+    mesh: &Mesh,
+    sources: ForceSet,
+    faces: &[BoundaryFace],
+    work: &mut DenseMatrix,
+) {
     let patches: Vec<(usize, &PatchForces)> = sources.patches().collect();
     let line: Vec<(f64, f64)> =
         gauss_legendre(GAUSS_POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
     for (p, &(first_y, by)) in patches.iter().enumerate() {
         for (q, &(first_x, bx)) in patches.iter().enumerate().filter(|(q, _)| *q != p) {
-            let on_surface = faces.iter().filter(|face| face.on_patch_surface[p] && !face.on_patch_surface[q] && face.is_free());
+            let on_surface = faces
+                .iter()
+                .filter(|face| face.on_patch_surface[p] && !face.on_patch_surface[q] && face.is_free());
             let edges = edges(&outline_loops(mesh, on_surface.map(|face| &face.face), &by.patch));
             let pair = PatchPair { row_forces: by, column_forces: bx, edges: &edges, line: &line };
             let rows: Vec<Vec<Matrix3<f64>>> =

@@ -1,14 +1,14 @@
 //! The correction with as many nodes on each patch as it needs.
 
+use super::chebyshev::Chebyshev;
 use super::correction::Correction;
 use super::field::HalfSpaceField;
 use super::forces::PatchForces;
-use super::indicators::{Indicators, PatchCorrection, TARGET_TAIL};
 use super::half_space_fit::HalfSpaceFit;
-use super::chebyshev::Chebyshev;
+use super::indicators::{Indicators, PatchCorrection, TARGET_TAIL};
 use crate::bem::half_space::{PointForceField, SurfaceGreen};
 use crate::error::Result;
-use crate::fem::{ColumnSolver, FeModel, CondensationResources, StressRecovery};
+use crate::fem::{ColumnSolver, CondensationResources, FeModel, StressRecovery};
 use crate::geometry::Side;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
@@ -82,8 +82,9 @@ pub(super) fn adaptive_correction(
         for ((near, forces), m) in nears.iter().zip(&forces).zip(&m) {
             let columns = first..first + 3 * forces.points.len();
             let direct = correction.at_mesh_nodes(model, forces)?;
-            let mesh_error =
-                |uniform: &[f64]| squared_stress_error(model, recovery, &correction, (columns.start, uniform));
+            let mesh_error = |uniform: &[f64]| {
+                squared_stress_error(model, recovery, &correction, (columns.start, uniform))
+            };
             let judged = PatchCorrection {
                 matrix: &correction.matrix.block(columns.clone(), columns.clone())?,
                 direct: &direct.block(0..columns.len(), columns.clone())?,

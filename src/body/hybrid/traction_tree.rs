@@ -8,8 +8,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::field::HalfSpaceField;
 use super::chebyshev::Chebyshev;
+use super::field::HalfSpaceField;
 use crate::bem::half_space::{GreenTensor, PointForceField};
 use crate::geometry::Point;
 
@@ -80,7 +80,9 @@ impl TractionTree {
                 }
             });
         } else {
-            root.for_each_force(x, &field.point_force, &mut |point, force| sum.displacement += point.value * force);
+            root.for_each_force(x, &field.point_force, &mut |point, force| {
+                sum.displacement += point.value * force
+            });
         }
         let shallow = 0.5 * self.spacing[0].min(self.spacing[1]);
         let share = (-x.z / shallow).min(1.0);
@@ -167,8 +169,14 @@ impl CellCluster {
         let nodes = Self::nodes(half);
         let means = [0, 1].map(|axis| nodes[axis].means(1, 2.0 * half[axis], -half[axis], false));
         let area = 4.0 * half[0] * half[1];
-        let force = |k: usize| traction * (area * means[0][k / NODES_PER_SIDE] * means[1][k % NODES_PER_SIDE]);
-        Self { middle, half, forces: (0..NODES_PER_SIDE * NODES_PER_SIDE).map(force).collect(), children: Vec::new() }
+        let force =
+            |k: usize| traction * (area * means[0][k / NODES_PER_SIDE] * means[1][k % NODES_PER_SIDE]);
+        Self {
+            middle,
+            half,
+            forces: (0..NODES_PER_SIDE * NODES_PER_SIDE).map(force).collect(),
+            children: Vec::new(),
+        }
     }
 
     fn of_children(middle: [f64; 2], half: [f64; 2], children: Vec<Self>) -> Self {
@@ -196,7 +204,12 @@ impl CellCluster {
     }
 
     /// Calls `with` for each of the point forces that stand for the block at `x`.
-    fn for_each_force(&self, x: &Point, field: &PointForceField, with: &mut dyn FnMut(&GreenTensor, &Vector3<f64>)) {
+    fn for_each_force(
+        &self,
+        x: &Point,
+        field: &PointForceField,
+        with: &mut dyn FnMut(&GreenTensor, &Vector3<f64>),
+    ) {
         if self.is_far(x) {
             self.for_each_own_force(x, field, with);
             return;
@@ -210,7 +223,9 @@ impl CellCluster {
     /// The same at a point of the surface, with whole cells where it is near.
     fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(SurfaceSource)) {
         if self.is_far(x) {
-            self.for_each_own_force(x, &field.point_force, &mut |point, force| with(SurfaceSource::PointForce(point, force)));
+            self.for_each_own_force(x, &field.point_force, &mut |point, force| {
+                with(SurfaceSource::PointForce(point, force))
+            });
         } else if self.children.is_empty() {
             with(SurfaceSource::UniformCell(self));
         } else {
@@ -229,7 +244,12 @@ impl CellCluster {
         2.0 * self.half[0].max(self.half[1]) <= MAX_SIZE_TO_DISTANCE * distance
     }
 
-    fn for_each_own_force(&self, x: &Point, field: &PointForceField, with: &mut dyn FnMut(&GreenTensor, &Vector3<f64>)) {
+    fn for_each_own_force(
+        &self,
+        x: &Point,
+        field: &PointForceField,
+        with: &mut dyn FnMut(&GreenTensor, &Vector3<f64>),
+    ) {
         let nodes = Self::nodes(self.half);
         for (k, force) in self.forces.iter().enumerate() {
             let (u, v) = (nodes[0].nodes()[k / NODES_PER_SIDE], nodes[1].nodes()[k % NODES_PER_SIDE]);

@@ -217,7 +217,12 @@ impl Balance {
     /// The balance of the same motions and works on some of the cells.
     pub(super) fn restricted_to(&self, cells: &[usize]) -> Self {
         let columns = cells.iter().flat_map(|&cell| self.row(cell)).copied().collect();
-        Self { columns, motions: self.motions.clone(), unresisted_motions: self.unresisted_motions.clone(), ..*self }
+        Self {
+            columns,
+            motions: self.motions.clone(),
+            unresisted_motions: self.unresisted_motions.clone(),
+            ..*self
+        }
     }
 
     /// Defect of the balance for hatted tractions `[3, N]`, relative to the works wanted and done.
@@ -238,7 +243,12 @@ impl Balance {
 
     /// Writes the projected tractions that do the wanted works to `out`, and returns the motion that makes them.
     /// Does not allocate.
-    pub(super) fn project(&self, cells: BalanceCells, from: ProjectionStart, out: &mut [f64]) -> (RigidMotion, Option<BalanceFailure>) {
+    pub(super) fn project(
+        &self,
+        cells: BalanceCells,
+        from: ProjectionStart,
+        out: &mut [f64],
+    ) -> (RigidMotion, Option<BalanceFailure>) {
         let n = cells.areas.len();
         let mut rho = MotionValues::zeros();
         let old = &from.hatted[2 * n..];
@@ -272,7 +282,11 @@ impl Balance {
 }
 
 /// Gap per unit of each wanted motion, `[N, m]`.
-fn raw_columns(cells: BalanceCells, gap: impl Fn(usize, usize) -> [f64; 3], wanted: &[BalanceConstraint]) -> Vec<[f64; 3]> {
+fn raw_columns(
+    cells: BalanceCells,
+    gap: impl Fn(usize, usize) -> [f64; 3],
+    wanted: &[BalanceConstraint],
+) -> Vec<[f64; 3]> {
     let mut raw = Vec::with_capacity(cells.areas.len() * wanted.len());
     for cell in 0..cells.areas.len() {
         for BalanceConstraint { motion, .. } in wanted {

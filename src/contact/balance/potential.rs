@@ -2,7 +2,10 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{Balance, MOTION_COMPONENTS, BalanceCells, BalanceFailure, ProjectionStart, MotionValues, with_unit_maximum};
+use super::{
+    Balance, BalanceCells, BalanceFailure, MOTION_COMPONENTS, MotionValues, ProjectionStart,
+    with_unit_maximum,
+};
 use crate::contact::projection::StepSizes;
 
 /// Newton steps for one set of radii.
@@ -46,7 +49,11 @@ impl Balance {
         friction: FrictionBound,
         rho: &mut MotionValues,
     ) -> Result<(), MotionValues> {
-        let fixed = if let FrictionBound::Saturated(_, d) = friction { Some((d, self.normal_motion_projector(cells))) } else { None };
+        let fixed = if let FrictionBound::Saturated(_, d) = friction {
+            Some((d, self.normal_motion_projector(cells)))
+        } else {
+            None
+        };
         // What pressures balance besides the sliding motion.
         let across = |v: MotionValues| match fixed {
             None => v,
@@ -72,7 +79,8 @@ impl Balance {
             let Some(factor) = matrix.cholesky() else { break };
             let direction = across(-factor.solve(&gradient));
             last = Some(direction.normalize());
-            if fixed.is_none() && step > 4 && self.is_unbounded_along(cells, friction, &direction.normalize()) {
+            if fixed.is_none() && step > 4 && self.is_unbounded_along(cells, friction, &direction.normalize())
+            {
                 return Err(direction.normalize());
             }
             let slope = -direction.dot(&gradient);
@@ -116,7 +124,13 @@ impl Balance {
         })
     }
 
-    fn point(&self, cells: BalanceCells, from: ProjectionStart, friction: FrictionBound, rho: &MotionValues) -> PotentialValue {
+    fn point(
+        &self,
+        cells: BalanceCells,
+        from: ProjectionStart,
+        friction: FrictionBound,
+        rho: &MotionValues,
+    ) -> PotentialValue {
         let n = cells.areas.len();
         let StepSizes { normal, tangential } = from.steps;
         let mut point = PotentialValue {
@@ -154,7 +168,14 @@ impl Balance {
         point
     }
 
-    fn add_work(&self, cell: usize, area: f64, force: [f64; 3], stiffness: [[f64; 3]; 3], point: &mut PotentialValue) {
+    fn add_work(
+        &self,
+        cell: usize,
+        area: f64,
+        force: [f64; 3],
+        stiffness: [[f64; 3]; 3],
+        point: &mut PotentialValue,
+    ) {
         let row = self.row(cell);
         for (j, c) in row.iter().enumerate() {
             let work = area * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
@@ -172,7 +193,12 @@ impl Balance {
     }
 
     /// Potential of a predictor (Huber's, or the work of a traction that is given), the traction it returns, and its derivatives.
-    fn tangential(&self, cell: usize, star: [f64; 2], friction: FrictionBound) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+    fn tangential(
+        &self,
+        cell: usize,
+        star: [f64; 2],
+        friction: FrictionBound,
+    ) -> (f64, [f64; 2], [[f64; 2]; 2]) {
         let norm = star[0].hypot(star[1]);
         let radius = match friction {
             FrictionBound::Stick => f64::INFINITY,
@@ -203,7 +229,12 @@ impl Balance {
     }
 
     /// Whether the potential falls for ever along `direction`: no cell closes, and friction cannot stop it.
-    fn is_unbounded_along(&self, cells: BalanceCells, friction: FrictionBound, direction: &MotionValues) -> bool {
+    fn is_unbounded_along(
+        &self,
+        cells: BalanceCells,
+        friction: FrictionBound,
+        direction: &MotionValues,
+    ) -> bool {
         let driven = -self.target_work.dot(direction);
         let (mut resisted, mut closing, mut largest) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
@@ -211,7 +242,9 @@ impl Balance {
             let size = gap[0].hypot(gap[1]);
             resisted += match friction {
                 FrictionBound::Radius(radii) => area * radii[cell] * size,
-                FrictionBound::Stick | FrictionBound::Saturated(..) if cells.hat.is_some() && size > 0.0 => return false,
+                FrictionBound::Stick | FrictionBound::Saturated(..) if cells.hat.is_some() && size > 0.0 => {
+                    return false;
+                }
                 FrictionBound::Stick | FrictionBound::Saturated(..) => 0.0,
             };
             closing = closing.min(gap[2]);
@@ -221,7 +254,12 @@ impl Balance {
     }
 
     /// The endless direction and what is told of it.
-    pub(super) fn failure(&self, cells: BalanceCells, radii: &[f64], direction: &MotionValues) -> (MotionValues, BalanceFailure) {
+    pub(super) fn failure(
+        &self,
+        cells: BalanceCells,
+        radii: &[f64],
+        direction: &MotionValues,
+    ) -> (MotionValues, BalanceFailure) {
         let (mut resisted, mut opening, mut sliding) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, direction);
@@ -239,7 +277,12 @@ impl Balance {
     }
 
     /// Pressures of the motion `rho`; whether they are those already there, to rounding.
-    pub(super) fn write_pressures(&self, from: ProjectionStart, rho: &MotionValues, pressures: &mut [f64]) -> bool {
+    pub(super) fn write_pressures(
+        &self,
+        from: ProjectionStart,
+        rho: &MotionValues,
+        pressures: &mut [f64],
+    ) -> bool {
         let n = pressures.len();
         let (mut change, mut largest) = (0.0f64, 0.0f64);
         for (cell, pressure) in pressures.iter_mut().enumerate() {
@@ -330,7 +373,9 @@ mod tests {
         (0..3).for_each(|j| direction[j] = number(j + 2));
         let mut rho = MotionValues::zeros();
         (0..3).for_each(|j| rho[j] = 0.1 * number(23 * j + 1));
-        for friction in [FrictionBound::Stick, FrictionBound::Radius(&radii), FrictionBound::Saturated(&radii, direction)] {
+        for friction in
+            [FrictionBound::Stick, FrictionBound::Radius(&radii), FrictionBound::Saturated(&radii, direction)]
+        {
             let here = balance.point(cells, from, friction, &rho);
             for j in 0..3 {
                 let h = 1e-5;

@@ -3,9 +3,9 @@
 //! state is kept.
 
 use super::super::projection::StepSizes;
-use super::super::{Increment, ContactState};
+use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{SolveReport, IncrementSolver, SolverOptions, IterationCallback};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions};
 
 const MAX_STEP_RATIO: f64 = 1e3;
 
@@ -17,7 +17,12 @@ struct BarzilaiBorweinRule {
 }
 
 /// s·s, s·y, y·y in the area-weighted product over the planes `planes` of every end.
-fn products(problem: &Increment, old: &ContactState, new: &ContactState, planes: std::ops::Range<usize>) -> [f64; 3] {
+fn products(
+    problem: &Increment,
+    old: &ContactState,
+    new: &ContactState,
+    planes: std::ops::Range<usize>,
+) -> [f64; 3] {
     let n = problem.n();
     let mut sums = [0.0; 3];
     for end in 0..problem.path_points.len() {
@@ -57,7 +62,8 @@ fn add_balanced(
     let floating = std::array::from_fn(|k| new.mode_amplitudes[end][k] - old.mode_amplitudes[end][k]);
     for i in 0..n {
         let mut shift = problem.rigid_gap(i, rigid, &floating);
-        let tangential = problem.friction_scaling().map_or([0.0; 2], |hat| hat.scaled_slip([shift[0], shift[1]]));
+        let tangential =
+            problem.friction_scaling().map_or([0.0; 2], |hat| hat.scaled_slip([shift[0], shift[1]]));
         (shift[0], shift[1]) = (tangential[0], tangential[1]);
         for plane in planes.clone() {
             let k = end * 3 * n + plane * n + i;
@@ -128,7 +134,12 @@ impl IncrementSolver for BarzilaiBorwein {
         problem.evaluate(it);
         let (normal, tangential) = spectral_bounds(problem, it);
         let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
-        let mut rule = BarzilaiBorweinRule { shortest, longest: MAX_STEP_RATIO, current: shortest, use_long_step: false };
+        let mut rule = BarzilaiBorweinRule {
+            shortest,
+            longest: MAX_STEP_RATIO,
+            current: shortest,
+            use_long_step: false,
+        };
         run_projected_gradient(problem, it, options, &mut rule, watch)
     }
 }

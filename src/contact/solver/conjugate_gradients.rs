@@ -10,8 +10,8 @@
 //! conjugate gradient techniques"; with a preconditioner: Vollebregt 2014.
 
 use super::super::projection::{RigidMotions, StepSizes, project};
-use super::super::{Increment, ContactState, NormalControl, TangentialControl};
-use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
+use super::super::{ContactState, Increment, NormalControl, TangentialControl};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
 
 /// Iterations without a new best residual after which another method has to go on.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
@@ -280,7 +280,8 @@ fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace,
             pressures.iter_mut().for_each(|p| *p *= force / sum);
         }
         problem.flexibility.apply_normal(pressures, &mut it.elastic[normal.clone()]);
-        if products == MAX_BACKTRACKS || energy(pressures, &it.elastic[normal.clone()], gap, before) <= start {
+        if products == MAX_BACKTRACKS || energy(pressures, &it.elastic[normal.clone()], gap, before) <= start
+        {
             return products;
         }
         length *= BACKTRACK_FACTOR;

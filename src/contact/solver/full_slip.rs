@@ -4,9 +4,9 @@
 //! pressures alone (docs/theory-contact.md); its answer gives the next slip. The natural residual of the whole increment is what
 //! ends that, so that no cell that ought to stick is overlooked: where one does, or the slip does not settle, Newton's method goes on.
 
-use super::super::{PathPoint, Increment, ContactState, Pressures, SlipReference, TangentialControl};
+use super::super::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
 use super::newton::Newton;
-use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::skip::OmittableWork;
 
 /// Times that the slip is taken anew, at most.
@@ -64,7 +64,8 @@ impl IncrementSolver for FullSlip {
 
     fn is_applicable(&self, problem: &Increment) -> bool {
         let closed = |end: &PathPoint| {
-            let steady = matches!(end.reference, SlipReference::PreviousPoint { .. } | SlipReference::Prescribed(_));
+            let steady =
+                matches!(end.reference, SlipReference::PreviousPoint { .. } | SlipReference::Prescribed(_));
             steady && end.balance.is_none() && end.tangential == TangentialControl::Shift
         };
         problem.skip.allows(OmittableWork::SlidingFriction)
@@ -165,10 +166,15 @@ impl PressureProblem {
             reference: SlipReference::Prescribed(it.slip[2 * k * n..2 * (k + 1) * n].to_vec()),
             fixed_normal_offset: Some(self.lifted[k].clone()),
         });
-        let alone =
-            Increment { friction: None, scales: problem.scales.clone(), path_points: ends.collect(), ..*problem };
+        let alone = Increment {
+            friction: None,
+            scales: problem.scales.clone(),
+            path_points: ends.collect(),
+            ..*problem
+        };
         self.it.copy_unknowns(it);
-        (self.it.rigid_motion, self.it.mode_amplitudes) = (it.rigid_motion.clone(), it.mode_amplitudes.clone());
+        (self.it.rigid_motion, self.it.mode_amplitudes) =
+            (it.rigid_motion.clone(), it.mode_amplitudes.clone());
         self.it.scaled.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
         let report = Newton.solve(&alone, &mut self.it, options, watch);
         it.rigid_motion.clone_from(&self.it.rigid_motion);

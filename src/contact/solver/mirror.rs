@@ -3,9 +3,11 @@
 //! The unknowns of the half are those of its own cells, under half of each prescribed force; the operator adds what the images
 //! do. The answer is put together on all cells and judged there.
 
-use super::super::window::{WindowOperator, WindowProblem, Window};
-use super::super::{PathPoint, Increment, ContactState, NormalControl, Pressures, SlipReference, TangentialControl};
-use super::{Method, SolveReport, SolverOptions, IterationCallback};
+use super::super::window::{Window, WindowOperator, WindowProblem};
+use super::super::{
+    ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl,
+};
+use super::{IterationCallback, Method, SolveReport, SolverOptions};
 use crate::friction::FrictionEllipse;
 use crate::skip::OmittableWork;
 use crate::wear::SpecificWearRate;
@@ -126,8 +128,9 @@ impl Halves {
         // Of pressures alone what happens in the surface is no matter.
         let bare = problem.normal_only() && problem.wear.is_none();
         let gap = |gap: &[f64]| even(&gap[2 * n..]) && (bare || self.is_alike(&gap[..2 * n]));
-        let turns =
-            |(k, floating): (usize, &Vec<f64>)| it.mode_amplitudes.iter().all(|f| f[k] == 0.0) || gap(floating);
+        let turns = |(k, floating): (usize, &Vec<f64>)| {
+            it.mode_amplitudes.iter().all(|f| f[k] == 0.0) || gap(floating)
+        };
         laws.iter().flatten().all(LawAxes::mirror)
             && even(problem.areas)
             && gap(problem.initial_gap)
@@ -164,8 +167,9 @@ impl Halves {
         along
             && match &end.reference {
                 SlipReference::Previous(at) | SlipReference::Prescribed(at) => self.is_alike(at),
-                SlipReference::PreviousPoint { stuck, at } => {
-                    self.pairs().all(|[cell, image]| stuck[cell] == stuck[image]) && self.is_alike(at)
+                SlipReference::PreviousPoint { stick_mask, stick_gap } => {
+                    self.pairs().all(|[cell, image]| stick_mask[cell] == stick_mask[image])
+                        && self.is_alike(stick_gap)
                 }
                 SlipReference::Upstream(upstream) => {
                     let from = &upstream.source_cell;
@@ -184,7 +188,8 @@ impl Halves {
         it.scaled.chunks_exact(3 * n).all(|planes| {
             for i in 0..n {
                 let hatted = [planes[i], planes[n + i]];
-                [physical[i], physical[n + i]] = problem.friction_scaling().map_or(hatted, |hat| hat.physical_traction(hatted));
+                [physical[i], physical[n + i]] =
+                    problem.friction_scaling().map_or(hatted, |hat| hat.physical_traction(hatted));
             }
             let (x, y) = physical.split_at(n);
             self.are_alike([(&planes[2 * n..], 1.0)], share) && self.are_alike([(x, sx), (y, sy)], START)

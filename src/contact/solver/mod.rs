@@ -12,19 +12,19 @@ mod full_slip;
 mod pressures_first;
 mod uzawa;
 
+pub use coarse_to_fine::solves_windows;
 pub use gauss_seidel::entries_bytes;
 pub use mirror::{LawAxes, has_no_component_across, is_even, on_halves};
-pub use coarse_to_fine::solves_windows;
 pub use report::{SolveReport, StopReason};
 
-use super::{Increment, ContactState, NormalControl};
+use super::{ContactState, Increment, NormalControl};
 use crate::linalg::precision::Precision;
 use crate::skip::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
-use gauss_seidel::{SweepGoal, GaussSeidel};
-use newton::Newton;
 use full_slip::FullSlip;
+use gauss_seidel::{GaussSeidel, SweepGoal};
+use newton::Newton;
 use uzawa::Uzawa;
 
 /// Which solver.
@@ -105,8 +105,12 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<&'static dyn Incr
     match method {
         Method::Auto => {
             let pressures = krylov.is_applicable(problem).then_some(krylov);
-            let blocks: [&dyn IncrementSolver; 2] = [&GaussSeidel { goal: SweepGoal::ConvergeIfFewCells }, &GaussSeidel { goal: SweepGoal::StartNewton }];
-            let blocks = blocks.into_iter().filter(|solver| pressures.is_none() && solver.is_applicable(problem));
+            let blocks: [&dyn IncrementSolver; 2] = [
+                &GaussSeidel { goal: SweepGoal::ConvergeIfFewCells },
+                &GaussSeidel { goal: SweepGoal::StartNewton },
+            ];
+            let blocks =
+                blocks.into_iter().filter(|solver| pressures.is_none() && solver.is_applicable(problem));
             let sliding: &dyn IncrementSolver = &FullSlip;
             let sliding = sliding.is_applicable(problem).then_some(sliding);
             let first = pressures.into_iter().chain(sliding).chain(blocks).chain([newton]);

@@ -7,8 +7,8 @@
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
 
-use super::super::{PathPoint, Increment, ContactState, Pressures, TangentialControl};
-use super::{Method, SolveReport, SolverOptions, StopReason, IterationCallback};
+use super::super::{ContactState, Increment, PathPoint, Pressures, TangentialControl};
+use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
 use crate::skip::OmittableWork;
 
 /// Share of the tolerance that each part may use: an error of the pressures is one of the limits as well.
@@ -16,7 +16,8 @@ const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
 
 /// How each part is solved: the increment, the state it is in, its settings, its watch.
-type InnerSolver<'a> = dyn FnMut(&Increment, &mut ContactState, &SolverOptions, &mut IterationCallback) -> SolveReport + 'a;
+type InnerSolver<'a> =
+    dyn FnMut(&Increment, &mut ContactState, &SolverOptions, &mut IterationCallback) -> SolveReport + 'a;
 
 /// Whether the increment falls apart.
 pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
@@ -64,7 +65,11 @@ pub(super) fn solve(
         ..*problem
     };
     let max_iterations = options.max_iterations.saturating_sub(first.iterations);
-    let part = SolverOptions { tolerance: TANGENTIAL_TOLERANCE_SHARE * options.tolerance, max_iterations, ..*options };
+    let part = SolverOptions {
+        tolerance: TANGENTIAL_TOLERANCE_SHARE * options.tolerance,
+        max_iterations,
+        ..*options
+    };
     let mut told = |iterations: usize, residual: f64| watch(first.iterations + iterations, residual);
     let second = inner(&sheared, it, &part, &mut told);
     first.joined_with(second)

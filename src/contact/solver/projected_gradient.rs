@@ -1,8 +1,8 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
 use super::super::projection::{Equilibrium, RigidMotions, StepSizes, project};
-use super::super::{Increment, ContactState, Unknowns};
-use super::{SolveReport, SolverOptions, StopReason, IterationCallback};
+use super::super::{ContactState, Increment, Unknowns};
+use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {
@@ -27,7 +27,8 @@ pub(super) fn spectral_bounds(problem: &Increment, it: &ContactState) -> (f64, f
     let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
     let (scales, operator, areas) = (&problem.scales, problem.flexibility, problem.areas);
     let normal = scales.max_normal_eigenvalue(operator, areas);
-    let tangential = problem.friction_scaling().map_or(0.0, |hat| scales.max_tangential_eigenvalue(operator, areas, &hat));
+    let tangential =
+        problem.friction_scaling().map_or(0.0, |hat| scales.max_tangential_eigenvalue(operator, areas, &hat));
     (normal + ends * problem.slip_repeats * diagonal, ends * tangential)
 }
 
@@ -94,7 +95,8 @@ pub(super) fn run_projected_gradient(
         steps = rule.next(problem, it, &next);
         std::mem::swap(it, &mut next);
     }
-    let as_it_is = matches!(report.stop, StopReason::GrossSliding | StopReason::ContactLost | StopReason::NotFinite);
+    let as_it_is =
+        matches!(report.stop, StopReason::GrossSliding | StopReason::ContactLost | StopReason::NotFinite);
     if !as_it_is && best.iteration < report.iterations {
         best.unknowns.restore_into(it);
         problem.evaluate(it);
@@ -123,7 +125,11 @@ impl BestState {
 }
 
 /// Whether the iteration is over: converged, or sliding at pressures that are right.
-fn stop_reason(it: &ContactState, tolerance: f64, (sliding, normal, residual): (bool, f64, f64)) -> Option<StopReason> {
+fn stop_reason(
+    it: &ContactState,
+    tolerance: f64,
+    (sliding, normal, residual): (bool, f64, f64),
+) -> Option<StopReason> {
     if sliding && normal <= tolerance {
         let n = it.wear_rate.len();
         let contact = it.scaled.chunks(3 * n).all(|planes| planes[2 * n..].iter().any(|p| *p > 0.0));

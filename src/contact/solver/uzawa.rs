@@ -5,9 +5,9 @@
 //! r = 1.8 / λ_max, constant; the rate is 1 - O(h/L), so it is slow on fine frames.
 
 use super::super::projection::StepSizes;
-use super::super::{Increment, ContactState};
+use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{SolveReport, IncrementSolver, SolverOptions, IterationCallback};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions};
 
 const RELAXATION: f64 = 1.8;
 

@@ -3,8 +3,8 @@
 use super::CondensedBody;
 use crate::error::Result;
 use crate::fem::model::FeModel;
-use crate::linalg::dense::try_zeroed;
 use crate::linalg::cholesky::SymmetricSolver;
+use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
@@ -108,7 +108,9 @@ impl CondensedBody {
         let (n, solver) = (self.model.n_free(), self.solver()?);
         let mut rows = try_zeroed(dofs.len() * targets.len())?;
         let mut columns = try_zeroed(n * dofs.len().min(COLUMNS_PER_SOLVE))?;
-        for (dofs, rows) in dofs.chunks(COLUMNS_PER_SOLVE).zip(rows.chunks_mut((COLUMNS_PER_SOLVE * targets.len()).max(1))) {
+        for (dofs, rows) in
+            dofs.chunks(COLUMNS_PER_SOLVE).zip(rows.chunks_mut((COLUMNS_PER_SOLVE * targets.len()).max(1)))
+        {
             let columns = &mut columns[..n * dofs.len()];
             columns.fill(0.0);
             for (column, dof) in columns.chunks_exact_mut(n).zip(dofs) {

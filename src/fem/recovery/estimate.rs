@@ -56,7 +56,8 @@ impl ErrorEstimate {
 
     /// The fewest cells that hold `share` (0..1) of the squared error, worst first; none without error.
     pub fn worst_cells(&self, share: f64) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
+        let mut order: Vec<usize> =
+            (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
         order.sort_by(|&a, &b| self.cell_errors[b].total_cmp(&self.cell_errors[a]).then(a.cmp(&b)));
         let wanted = share * self.error_norm().powi(2);
         let mut sum = 0.0;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::points::RecoveryPoints;
-use crate::material::strength::{FailureCriterion, StressExposure, MaterialStrength, stress_in_axes};
+use crate::material::strength::{FailureCriterion, MaterialStrength, StressExposure, stress_in_axes};
 
 /// Exposure by one criterion.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,9 @@ pub(crate) fn exposures<'a>(
                 at_points[point] = at_points[point].max(exposure);
             }
         }
-        let cells = at_nodes.into_iter().map(|found| found.into_iter().fold(StressExposure::ZERO, StressExposure::max));
+        let cells = at_nodes
+            .into_iter()
+            .map(|found| found.into_iter().fold(StressExposure::ZERO, StressExposure::max));
         ExposureField { criterion, points: at_points, cells: cells.collect() }
     };
     criteria.into_iter().map(field).collect()

@@ -119,12 +119,14 @@ mod tests {
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
-        let patch = PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
+        let patch =
+            PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
         for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
             let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
             assert!((found - value).abs() < 1e-12, "{found}");
         }
-        let alone = PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
+        let alone =
+            PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
         assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
     }
 }

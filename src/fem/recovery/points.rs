@@ -92,7 +92,7 @@ impl RecoveryPoints {
 
 /// Unit normal of a face at its node `k`; zero where it has none.
 fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
-    let gradients = face.kind.face_gradients(face.kind.face_places()[k]);
+    let gradients = face.kind.face_gradients(face.kind.face_reference_nodes()[k]);
     let tangent = |axis: usize| -> Vector3<f64> {
         face.nodes.iter().zip(&gradients).map(|(&node, g)| Vector3::from(mesh.points[node]) * g[axis]).sum()
     };
@@ -133,10 +133,18 @@ pub(super) struct PointTopology {
 }
 
 impl PointTopology {
-    pub fn new(elements: ElementContext, class: &[usize], faces: &[SolidFace], points: &RecoveryPoints) -> Self {
+    pub fn new(
+        elements: ElementContext,
+        class: &[usize],
+        faces: &[SolidFace],
+        points: &RecoveryPoints,
+    ) -> Self {
         let n = points.n_points();
-        let mut topology =
-            Self { cells_at: vec![Vec::new(); n], is_vertex: vec![false; n], on_material_border: vec![false; n] };
+        let mut topology = Self {
+            cells_at: vec![Vec::new(); n],
+            is_vertex: vec![false; n],
+            on_material_border: vec![false; n],
+        };
         for (i, &cell) in elements.regions.cells.iter().enumerate() {
             let corners = elements.mesh.kind(cell).n_corners();
             for (local, &point) in points.points_of_cell(i).iter().enumerate() {

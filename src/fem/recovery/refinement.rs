@@ -21,8 +21,13 @@ pub const SIZE_RATIO_BOUNDS: [f64; 2] = [0.25, 2.0];
 pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<f64> {
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);
-    let ratio =
-        |c: f64, e: f64| if e > 0.0 { (c / e).powf(exponent).clamp(SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]) } else { SIZE_RATIO_BOUNDS[1] };
+    let ratio = |c: f64, e: f64| {
+        if e > 0.0 {
+            (c / e).powf(exponent).clamp(SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1])
+        } else {
+            SIZE_RATIO_BOUNDS[1]
+        }
+    };
     let squared =
         |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
@@ -46,7 +51,12 @@ mod tests {
 
     fn estimate(element: Vec<f64>) -> ErrorEstimate {
         let n = element.len();
-        ErrorEstimate { cell_errors: element, cell_volumes: vec![1.0; n], cell_centres: vec![[0.0; 3]; n], stress_norm: 10.0 }
+        ErrorEstimate {
+            cell_errors: element,
+            cell_volumes: vec![1.0; n],
+            cell_centres: vec![[0.0; 3]; n],
+            stress_norm: 10.0,
+        }
     }
 
     /// Truths: the predicted error is the wanted one; the predicted elements have equal errors.
@@ -57,7 +67,8 @@ mod tests {
             let wanted = 0.6 * estimate.relative_error();
             let ratios = size_ratios(&estimate, degree, wanted);
             let p = degree as i32;
-            let total: f64 = estimate.cell_errors.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p)).sum();
+            let total: f64 =
+                estimate.cell_errors.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p)).sum();
             assert!((total.sqrt() / (wanted * estimate.norm_squared().sqrt()) - 1.0).abs() < 1e-12);
             let each: Vec<f64> =
                 estimate.cell_errors.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p + 3)).collect();

@@ -67,7 +67,9 @@ fn point_stresses(
     let c = elements.stiffness_tensor(i);
     let states = match rule {
         Some(rule) => stresses_at(kind, &points, &nodal, &c, rule),
-        None => element_state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points),
+        None => {
+            element_state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points)
+        }
     };
     states.map_err(|unsound| elements.defect_error(cell, unsound))
 }
@@ -81,7 +83,11 @@ fn sample(elements: ElementContext, i: usize, point: PointStress) -> StressSampl
 }
 
 /// Stress of element `i` at its integration points.
-pub(super) fn integration_point_samples(elements: ElementContext, i: usize, u: &[[f64; 3]]) -> Result<Vec<StressSample>> {
+pub(super) fn integration_point_samples(
+    elements: ElementContext,
+    i: usize,
+    u: &[[f64; 3]],
+) -> Result<Vec<StressSample>> {
     let states = point_stresses(elements, i, u, None)?;
     Ok(states.into_iter().map(|point| sample(elements, i, point)).collect())
 }

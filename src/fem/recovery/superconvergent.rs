@@ -18,8 +18,8 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::patch::{PatchFit, PolynomialSpace};
-use super::points::{RecoveryPoints, PointTopology, smooth_parts};
-use super::samples::{self, StressSample, RecoveryRules};
+use super::points::{PointTopology, RecoveryPoints, smooth_parts};
+use super::samples::{self, RecoveryRules, StressSample};
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::fem::assembly::ElementContext;
@@ -136,7 +136,8 @@ fn all_samples(
         }
         Ok(found)
     };
-    let all: Vec<Vec<StressSample>> = (0..elements.n_elements()).into_par_iter().map(of_element).collect::<Result<_>>()?;
+    let all: Vec<Vec<StressSample>> =
+        (0..elements.n_elements()).into_par_iter().map(of_element).collect::<Result<_>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 
@@ -148,7 +149,12 @@ struct SampleLayout {
 }
 
 impl SampleLayout {
-    fn new(elements: ElementContext, dense: &[bool], rest: &[[f64; 3]], rules: &RecoveryRules) -> Result<Self> {
+    fn new(
+        elements: ElementContext,
+        dense: &[bool],
+        rest: &[[f64; 3]],
+        rules: &RecoveryRules,
+    ) -> Result<Self> {
         let samples = all_samples(elements, dense, rest, rules)?;
         let mut starts = Vec::with_capacity(elements.n_elements());
         let mut end = 0;
@@ -175,7 +181,12 @@ fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usiz
 }
 
 /// Where the value at point `p` comes from; equally near vertices count alike.
-fn patch_sources(elements: ElementContext, points: &RecoveryPoints, topology: &PointTopology, p: usize) -> Vec<PatchSource> {
+fn patch_sources(
+    elements: ElementContext,
+    points: &RecoveryPoints,
+    topology: &PointTopology,
+    p: usize,
+) -> Vec<PatchSource> {
     if !topology.is_vertex[p] {
         return nearest_corners(elements, points, topology, p)
             .into_iter()
@@ -194,11 +205,20 @@ fn patch_sources(elements: ElementContext, points: &RecoveryPoints, topology: &P
     inner.sort_unstable();
     inner.dedup();
     let near = nearest(elements, points, p, &inner);
-    if near.is_empty() { vec![PatchSource::ExtendedRing(p)] } else { near.into_iter().map(PatchSource::InnerVertex).collect() }
+    if near.is_empty() {
+        vec![PatchSource::ExtendedRing(p)]
+    } else {
+        near.into_iter().map(PatchSource::InnerVertex).collect()
+    }
 }
 
 /// The corners nearest to a middle node in the first of its cells: two on an edge, all around a face.
-fn nearest_corners(elements: ElementContext, points: &RecoveryPoints, topology: &PointTopology, p: usize) -> Vec<usize> {
+fn nearest_corners(
+    elements: ElementContext,
+    points: &RecoveryPoints,
+    topology: &PointTopology,
+    p: usize,
+) -> Vec<usize> {
     let cell = topology.cells_at[p][0];
     let corners = elements.mesh.kind(elements.regions.cells[cell]).n_corners();
     nearest(elements, points, p, &points.points_of_cell(cell)[..corners])
@@ -246,7 +266,8 @@ impl RowBuilder<'_> {
         let by_source: Vec<&[(PatchSource, usize)]> = uses.chunk_by(|a, b| a.0 == b.0).collect();
         let mut rows = vec![WeightRow::new(); sources.len()];
         for batch in by_source.chunks(PATCHES_PER_BATCH) {
-            let parts: Vec<Vec<WeightRow>> = batch.par_iter().map(|uses| self.weight_rows(uses, sources)).collect();
+            let parts: Vec<Vec<WeightRow>> =
+                batch.par_iter().map(|uses| self.weight_rows(uses, sources)).collect();
             for (&(_, point), part) in batch.iter().copied().flatten().zip(parts.into_iter().flatten()) {
                 add_row(&mut rows[point], part);
             }
@@ -275,7 +296,8 @@ impl RowBuilder<'_> {
         let samples = cells.iter().flat_map(|&cell| starts[cell][kinds[0]]..starts[cell][kinds[1]]);
         let samples: Vec<usize> = samples.collect();
         let terms = self.polynomial_space(&cells, samples.len());
-        let axes = if terms == PolynomialSpace::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
+        let axes =
+            if terms == PolynomialSpace::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
         PatchFit::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
     }
 
@@ -283,7 +305,11 @@ impl RowBuilder<'_> {
     /// twice as many samples.
     fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
-        let least = cells.iter().map(|cell| samples::recovery_space(kind(cell))).min().unwrap_or(PolynomialSpace::Linear);
+        let least = cells
+            .iter()
+            .map(|cell| samples::recovery_space(kind(cell)))
+            .min()
+            .unwrap_or(PolynomialSpace::Linear);
         if n_samples < 2 * 27 { least.min(PolynomialSpace::Quadratic) } else { least }
     }
 

@@ -54,9 +54,12 @@ impl SurfaceStressPoint {
         };
         let local = self.axes.transpose() * (Vector3::from(*traction) + self.own_traction);
         let on_plane = Vector3::new(local.z, local.y, local.x);
-        let normal = block(OUT_OF_PLANE_VOIGT, OUT_OF_PLANE_VOIGT).try_inverse().expect("a stiffness is positive definite")
+        let normal = block(OUT_OF_PLANE_VOIGT, OUT_OF_PLANE_VOIGT)
+            .try_inverse()
+            .expect("a stiffness is positive definite")
             * (on_plane - block(OUT_OF_PLANE_VOIGT, IN_PLANE_VOIGT) * self.strain);
-        let in_plane = block(IN_PLANE_VOIGT, IN_PLANE_VOIGT) * self.strain + block(IN_PLANE_VOIGT, OUT_OF_PLANE_VOIGT) * normal;
+        let in_plane = block(IN_PLANE_VOIGT, IN_PLANE_VOIGT) * self.strain
+            + block(IN_PLANE_VOIGT, OUT_OF_PLANE_VOIGT) * normal;
         let [s11, s22, s12] = in_plane.into();
         let tensor = Matrix3::new(s11, s12, local.x, s12, s22, local.y, local.x, local.y, local.z);
         let turned = self.axes * tensor * self.axes.transpose();
@@ -143,8 +146,13 @@ pub(crate) fn surface_stress_points(
             let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
             let normal = area_vector.try_normalize(0.0).unwrap_or_default();
             let load = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
-            let sample =
-                FaceContribution { area: area_vector, weight: 1.0 / area, gradient, stiffness: &stiffness, own_traction: load };
+            let sample = FaceContribution {
+                area: area_vector,
+                weight: 1.0 / area,
+                gradient,
+                stiffness: &stiffness,
+                own_traction: load,
+            };
             sums.add(points.points_of_cell(owner)[node], &sample);
         }
     }

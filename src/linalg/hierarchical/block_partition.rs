@@ -67,7 +67,7 @@ impl<const D: usize> Cluster<D> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cluster_tree::{ClusterTree, BoundingBox};
+    use super::super::cluster_tree::{BoundingBox, ClusterTree};
     use super::*;
 
     /// Truth: every pair of places lies in one block and only one of the pair's two orders is stored, but on the
@@ -75,7 +75,8 @@ mod tests {
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();
-        let extents: Vec<BoundingBox> = points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
+        let extents: Vec<BoundingBox> =
+            points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
         let tree = ClusterTree::new(&points, &extents, 12);
         let mut seen = vec![0; 300 * 300];
         let mut n_far = 0;

@@ -127,7 +127,8 @@ mod tests {
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);
-        let extents: Vec<BoundingBox> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
+        let extents: Vec<BoundingBox> =
+            points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
         let tree = ClusterTree::new(&points, &extents, 20);
         let mut places = tree.order.clone();
         places.sort_unstable();

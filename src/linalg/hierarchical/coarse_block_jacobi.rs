@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::collocation_matrix::{CollocationLayout, CollocationMatrix};
 use crate::error::Result;
 use crate::interrupt;
-use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu::DenseLu;
+use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Nodes of a cluster whose inverse is made, at most.
 const MAX_BLOCK_NODES: usize = 160;
@@ -115,7 +115,11 @@ impl CoarseBlockJacobi {
     ///
     /// # Errors
     /// If memory does not suffice, or a block is singular.
-    pub fn new(matrix: &CollocationMatrix, additions: &DiagonalAndBorder, unknowns: CollocationUnknowns) -> Result<Self> {
+    pub fn new(
+        matrix: &CollocationMatrix,
+        additions: &DiagonalAndBorder,
+        unknowns: CollocationUnknowns,
+    ) -> Result<Self> {
         let n = matrix.n();
         let local = |places: Range<usize>| {
             interrupt::check()?;
@@ -128,8 +132,10 @@ impl CoarseBlockJacobi {
             let inverse = inverse(values, Par::Seq)?;
             Ok((places, inverse.values().iter().map(|value| *value as f32).collect()))
         };
-        let locals =
-            dof_clusters(matrix.layout(), MAX_BLOCK_NODES).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
+        let locals = dof_clusters(matrix.layout(), MAX_BLOCK_NODES)
+            .into_par_iter()
+            .map(local)
+            .collect::<Result<Vec<_>>>()?;
         let (mut groups, mut count): (Vec<RigidGroup>, usize) = (Vec::new(), 0);
         for places in dof_clusters(matrix.layout(), NODES_PER_GROUP.max(n / 3 / MAX_GROUPS)) {
             let group = RigidGroup::new(places, count, unknowns);
@@ -149,7 +155,8 @@ impl CoarseBlockJacobi {
                     (0..3).for_each(|r| image[at - at % 3 + r] += own[r] * value);
                 }
                 for (i, other) in group.motions.chunks_exact(size).enumerate() {
-                    means.column_mut(group.first_motion + j)[group.first_motion + i] += product(other, &image);
+                    means.column_mut(group.first_motion + j)[group.first_motion + i] +=
+                        product(other, &image);
                 }
                 for b in 0..border {
                     let [column, row] = [additions.columns, additions.rows]
@@ -165,7 +172,8 @@ impl CoarseBlockJacobi {
     /// Bytes that it takes while it is made on a layout, and that it holds: blocks counted, six motions for each group.
     pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
         let nodes = layout.groups().n_nodes();
-        let locals: usize = dof_clusters(layout, MAX_BLOCK_NODES).iter().map(|places| 4 * places.len().pow(2)).sum();
+        let locals: usize =
+            dof_clusters(layout, MAX_BLOCK_NODES).iter().map(|places| 4 * places.len().pow(2)).sum();
         let coarse = 6 * dof_clusters(layout, NODES_PER_GROUP.max(nodes / MAX_GROUPS)).len() + 6;
         let held = locals + 8 * 6 * 3 * nodes;
         [held + 16 * coarse * coarse, held + 8 * coarse * coarse]
@@ -192,7 +200,14 @@ impl CoarseBlockJacobi {
         for j in 0..count {
             shares.column_mut(j)[motions..].copy_from_slice(&b.column(j)[n..]);
         }
-        matmul(corrections.view_mut(), Accum::Replace, self.coarse_inverse.view(), shares.view(), 1.0, Par::Seq);
+        matmul(
+            corrections.view_mut(),
+            Accum::Replace,
+            self.coarse_inverse.view(),
+            shares.view(),
+            1.0,
+            Par::Seq,
+        );
         for group in &self.groups {
             let own = group.motions_at(&group.places);
             let of = |all: &DenseMatrix| -> faer::Mat<f64> {

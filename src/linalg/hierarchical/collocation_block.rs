@@ -89,7 +89,12 @@ pub(super) struct CollocationBlock<'k, K> {
 }
 
 impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
-    pub fn new(kernel: &'k K, groups: &'k ElementNumbering, rows: Range<usize>, elements: Range<usize>) -> Self {
+    pub fn new(
+        kernel: &'k K,
+        groups: &'k ElementNumbering,
+        rows: Range<usize>,
+        elements: Range<usize>,
+    ) -> Self {
         let nodes = groups.nodes(&rows);
         let kept = ROWS_PER_NODE * groups.nodes(&elements).len();
         Self {
@@ -130,7 +135,10 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.values.resize(ROWS_PER_NODE * groups.n_columns(place), 0.0);
         self.kernel.entries(self.nodes.start + node, place, &mut self.values);
         let count = groups.n_columns(place) - groups.n_sum_columns;
-        let (first, kept) = (ROWS_PER_NODE * (groups.first[place] - groups.first[self.elements.start]), self.n_matrix_columns);
+        let (first, kept) = (
+            ROWS_PER_NODE * (groups.first[place] - groups.first[self.elements.start]),
+            self.n_matrix_columns,
+        );
         let at = move |c: usize| {
             if c < count { first + c } else { kept + groups.n_sum_columns * element + c - count }
         };
@@ -220,7 +228,10 @@ impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
             let place = groups.element_of[node] as usize;
             (place - start, ROWS_PER_NODE * (node - groups.first[place]) + j % ROWS_PER_NODE)
         } else {
-            let (element, extra) = ((j - self.n_matrix_columns) / groups.n_sum_columns, (j - self.n_matrix_columns) % groups.n_sum_columns);
+            let (element, extra) = (
+                (j - self.n_matrix_columns) / groups.n_sum_columns,
+                (j - self.n_matrix_columns) % groups.n_sum_columns,
+            );
             (element, groups.n_columns(start + element) - groups.n_sum_columns + extra)
         };
         self.compute_element_columns(element);

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::block_partition::{ClusterPair, full_partition};
 use super::cluster_tree::ClusterTree;
-use super::cross_approximation::approximate;
-use super::collocation_block::{CollocationKernel, CollocationBlock, ElementNumbering};
 use super::coarse_block_jacobi::RigidGroup;
+use super::collocation_block::{CollocationBlock, CollocationKernel, ElementNumbering};
+use super::cross_approximation::approximate;
 use super::low_rank::LowRank;
 use crate::error::Result;
 use crate::interrupt;
@@ -87,12 +87,21 @@ impl CollocationLayout {
 
     /// A block, the root of the mean square of the errors of its entries being `error` at most but for rounding, and the sums of the
     /// columns that are only summed up, `[extra][row]`.
-    fn build_block(&self, block: &ClusterPair, kernel: &impl CollocationKernel, error: f64) -> (StoredBlock, Vec<f64>) {
+    fn build_block(
+        &self,
+        block: &ClusterPair,
+        kernel: &impl CollocationKernel,
+        error: f64,
+    ) -> (StoredBlock, Vec<f64>) {
         let [rows, columns] = self.elements(block);
         let [row_range, column_range] = [&rows, &columns].map(|elements| self.groups.dofs(elements));
-        let stored = |content| StoredBlock { rows: row_range.clone(), columns: column_range.clone(), content };
+        let stored =
+            |content| StoredBlock { rows: row_range.clone(), columns: column_range.clone(), content };
         if interrupt::requested() {
-            return (stored(BlockContent::Near(Vec::new())), vec![0.0; self.groups.n_sum_columns() * row_range.len()]);
+            return (
+                stored(BlockContent::Near(Vec::new())),
+                vec![0.0; self.groups.n_sum_columns() * row_range.len()],
+            );
         }
         let (m, extra) = (row_range.len(), self.groups.n_sum_columns());
         let mut lines = CollocationBlock::new(kernel, &self.groups, rows, columns);
@@ -133,7 +142,11 @@ impl CollocationLayout {
     ///
     /// # Errors
     /// If memory does not suffice, or a stop is wished.
-    pub fn fill(self, kernel: &impl CollocationKernel, error: f64) -> Result<(CollocationMatrix, DenseMatrix)> {
+    pub fn fill(
+        self,
+        kernel: &impl CollocationKernel,
+        error: f64,
+    ) -> Result<(CollocationMatrix, DenseMatrix)> {
         // Large blocks take long: each is a task of its own.
         let of = |block: &ClusterPair| self.build_block(block, kernel, error);
         let filled: Vec<(StoredBlock, Vec<f64>)> = self.blocks.par_iter().with_max_len(1).map(of).collect();
@@ -227,7 +240,8 @@ impl CollocationMatrix {
             let first = groups.partition_point(|group| group.places.end <= range.start);
             let there = groups.iter().enumerate().skip(first);
             let there = there.take_while(|(_, group)| group.places.start < range.end);
-            let part = |group: &RigidGroup| group.places.start.max(range.start)..group.places.end.min(range.end);
+            let part =
+                |group: &RigidGroup| group.places.start.max(range.start)..group.places.end.min(range.end);
             there.map(|(index, group)| (index, part(group))).collect()
         };
         let mut wide = Vec::new();

@@ -194,7 +194,8 @@ struct CrossApproximation<L> {
 pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let (m, n) = lines.size();
     let (row, column) = (vec![0.0; n], vec![0.0; m]);
-    let mut cross = CrossApproximation { lines, terms: OuterProducts::default(), used: vec![false; m], row, column };
+    let mut cross =
+        CrossApproximation { lines, terms: OuterProducts::default(), used: vec![false; m], row, column };
     let mean = bound / ((m * n) as f64).sqrt();
     let (mut known, mut late, mut quiet) = (0, 0, 0);
     while cross.terms.rank < m.min(n) {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::block_partition::{ClusterPair, symmetric_partition};
 use super::cluster_tree::ClusterTree;
-use super::cross_approximation::{ComponentLines, KernelEntries, KernelBlock, approximate};
+use super::cross_approximation::{ComponentLines, KernelBlock, KernelEntries, approximate};
 use super::low_rank::LowRank;
 use crate::error::Result;
 use crate::interrupt;
@@ -107,7 +107,8 @@ impl BlockLayout {
 
     /// The tolerance of a block.
     fn tolerance_of(&self, block: &ClusterPair, tolerance: f64) -> f64 {
-        (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns])).max(MIN_BLOCK_TOLERANCE.min(tolerance))
+        (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns]))
+            .max(MIN_BLOCK_TOLERANCE.min(tolerance))
     }
 
     /// The tree.
@@ -149,7 +150,8 @@ impl BlockLayout {
             of_size[size].push(block);
         }
         let sampled = |blocks: &Vec<&ClusterPair>| {
-            let lines = |block: &ClusterPair| self.ranges(block).map(|range| range.len()).iter().sum::<usize>();
+            let lines =
+                |block: &ClusterPair| self.ranges(block).map(|range| range.len()).iter().sum::<usize>();
             let count = SAMPLED_BLOCKS_PER_SIZE.min(blocks.len());
             let (mut bytes, mut seen) = (0, 0);
             for k in 0..count {
@@ -164,7 +166,13 @@ impl BlockLayout {
         far.iter().sum::<f64>() as usize + size_of::<f64>() * components * self.near_entries()
     }
 
-    fn build_block(&self, block: &ClusterPair, entries: &impl KernelEntries, components: usize, tolerance: f64) -> StoredBlock {
+    fn build_block(
+        &self,
+        block: &ClusterPair,
+        entries: &impl KernelEntries,
+        components: usize,
+        tolerance: f64,
+    ) -> StoredBlock {
         let [rows, columns] = self.ranges(block);
         if interrupt::requested() {
             return StoredBlock { rows, columns, content: BlockContent::Near(Vec::new()) };
@@ -197,7 +205,12 @@ impl BlockLayout {
     ///
     /// # Errors
     /// If a stop is wished.
-    pub fn fill(self, entries: &impl KernelEntries, signs: Vec<f64>, tolerance: f64) -> Result<HierarchicalMatrix> {
+    pub fn fill(
+        self,
+        entries: &impl KernelEntries,
+        signs: Vec<f64>,
+        tolerance: f64,
+    ) -> Result<HierarchicalMatrix> {
         let of = |block: &ClusterPair| self.build_block(block, entries, signs.len(), tolerance);
         // Large blocks take long: each is a task of its own.
         let blocks: Vec<StoredBlock> = self.blocks.par_iter().with_max_len(1).map(of).collect();

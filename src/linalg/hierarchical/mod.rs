@@ -20,11 +20,11 @@ mod coarse_block_jacobi;
 mod product;
 
 pub use block_partition::{ClusterPair, full_partition, symmetric_partition};
-pub use cluster_tree::{Cluster, ClusterTree, BoundingBox};
-pub use cross_approximation::{KernelEntries, MAX_COMPONENTS};
-pub use collocation_matrix::{CollocationLayout, CollocationMatrix, BlockScalar};
+pub use cluster_tree::{BoundingBox, Cluster, ClusterTree};
+pub use coarse_block_jacobi::{CoarseBlockJacobi, CollocationUnknowns, DiagonalAndBorder};
 pub use collocation_block::{CollocationKernel, ElementNumbering, ROWS_PER_NODE};
-pub use coarse_block_jacobi::{DiagonalAndBorder, CoarseBlockJacobi, CollocationUnknowns};
+pub use collocation_matrix::{BlockScalar, CollocationLayout, CollocationMatrix};
+pub use cross_approximation::{KernelEntries, MAX_COMPONENTS};
 pub(super) use low_rank::dot;
-pub use matrix::{HierarchicalMatrix, BlockLayout};
+pub use matrix::{BlockLayout, HierarchicalMatrix};
 pub use product::ComponentProduct;

@@ -53,7 +53,10 @@ impl HierarchicalMatrix {
     /// Adds the share of a block and of its mirror image.
     fn axpy(&self, block: &StoredBlock, one: &ComponentProduct, x: &[f64], y: &mut [f64]) {
         let n = self.n();
-        let (x, y) = (&x[one.source_plane * n..(one.source_plane + 1) * n], &mut y[one.target_plane * n..(one.target_plane + 1) * n]);
+        let (x, y) = (
+            &x[one.source_plane * n..(one.source_plane + 1) * n],
+            &mut y[one.target_plane * n..(one.target_plane + 1) * n],
+        );
         // Entries that meet zeros only are not read: tractions vanish outside the contact.
         let [ahead, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
@@ -79,7 +82,13 @@ impl HierarchicalMatrix {
             }
             BlockContent::Far(components) => {
                 let terms = &components[one.component];
-                let mut of = FarBlockProduct { block, x_of_columns: ahead, x_of_rows: back, y, factors: [one.sign, mirrored] };
+                let mut of = FarBlockProduct {
+                    block,
+                    x_of_columns: ahead,
+                    x_of_rows: back,
+                    y,
+                    factors: [one.sign, mirrored],
+                };
                 of.add_terms(&terms.double);
                 of.add_terms(&terms.single);
             }
@@ -119,7 +128,7 @@ fn add<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, values: &[T]) {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::{ClusterTree, BoundingBox, BlockLayout};
+    use super::super::{BlockLayout, BoundingBox, ClusterTree};
     use super::*;
 
     type Points = Vec<[f64; 2]>;
@@ -141,7 +150,8 @@ mod tests {
 
     fn matrix(tolerance: f64) -> (HierarchicalMatrix, Points) {
         let (points, kernel) = example();
-        let extents: Vec<BoundingBox> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
+        let extents: Vec<BoundingBox> =
+            points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
         let tree = ClusterTree::new(&points, &extents, 20);
         let ordered: Vec<[f64; 2]> = tree.order.iter().map(|&k| points[k]).collect();
         let entries = |i: usize, j: usize, values: &mut [f64]| {

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 
 use super::super::cholesky::{CholeskyFactor, SymbolicCholesky, SymmetricSolver};
 use super::super::ordering::{NodeGraph, nested_dissection, partition};
-use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::super::simd::wide;
+use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
@@ -107,9 +107,19 @@ fn restrict(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes])
 fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
     coarse.fill([0.0; LANES]);
     for node in 0..space.part_of_node.len() {
-        add_motion_products(&space.motions[node], rows_of_node(x, node), 1.0, rows_of_part(coarse, space.part_of_node[node]));
+        add_motion_products(
+            &space.motions[node],
+            rows_of_node(x, node),
+            1.0,
+            rows_of_part(coarse, space.part_of_node[node]),
+        );
         for k in space.offsets[node]..space.offsets[node + 1] {
-            add_motion_products(&space.force_blocks[k], rows_of_node(y, node), -1.0, rows_of_part(coarse, space.part_of_block[k]));
+            add_motion_products(
+                &space.force_blocks[k],
+                rows_of_node(y, node),
+                -1.0,
+                rows_of_part(coarse, space.part_of_block[k]),
+            );
         }
     }
 }
@@ -186,7 +196,11 @@ fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
 }
 
 /// A Z by nodes: where the blocks of each node begin, their parts and values.
-fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[NodeMotions]) -> (Vec<usize>, Vec<u32>, Vec<NodeMotions>) {
+fn forces(
+    matrix: &NodeMatrix,
+    part: &[usize],
+    motions: &[NodeMotions],
+) -> (Vec<usize>, Vec<u32>, Vec<NodeMotions>) {
     let mut of_node: Vec<Vec<(u32, NodeMotions)>> = vec![Vec::new(); matrix.n()];
     let mut add = |node: usize, from: usize, block: Block3x3| {
         let own = &mut of_node[node];

@@ -16,8 +16,8 @@ mod smoother;
 
 use rayon::prelude::*;
 
-use super::dense::SymmetricDense;
 use super::cholesky::SymmetricSolver;
+use super::dense::SymmetricDense;
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
 

@@ -3,8 +3,8 @@
 
 use super::super::dense::try_zeroed;
 use super::super::ordering::NodeGraph;
-use super::super::sparse::SymmetricSparse;
 use super::super::simd::wide;
+use super::super::sparse::SymmetricSparse;
 use crate::error::Result;
 
 /// Vectors worked on at a time.

@@ -3,7 +3,9 @@
 use nalgebra::Matrix3;
 
 use super::super::simd::wide;
-use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, add, add_transposed, rows_of_node, rows_of_node_mut};
+use super::node_matrix::{
+    Block3x3, LANES, Lanes, NodeMatrix, add, add_transposed, rows_of_node, rows_of_node_mut,
+};
 use crate::error::{Error, Result};
 use crate::geometry::format_point;
 

@@ -1,6 +1,6 @@
 //! Hashin's criteria: fibre and matrix, tension and compression.
 
-use super::{StressExposure, FailureMode, PlyStrength, quadratic_exposure};
+use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
 /// Exposure of the leading one of Hashin's four modes; fibre modes by the sign of σ11, matrix modes by that of σ22 + σ33.
 ///
@@ -34,7 +34,10 @@ pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
         let across = (0.25 * (s[1] - s[2]).powi(2) + s[3] * s[3]) / (s23 * s23);
         let yc = strength.compression[1];
         let linear = ((0.5 * yc / s23).powi(2) - 1.0) * sum / yc;
-        StressExposure { value: quadratic_exposure(across + axial, linear), mode: FailureMode::MatrixCompression }
+        StressExposure {
+            value: quadratic_exposure(across + axial, linear),
+            mode: FailureMode::MatrixCompression,
+        }
     };
     StressExposure::ZERO.max(fibre).max(matrix)
 }

@@ -1,11 +1,12 @@
 //! The criterion of the largest stress: each component by itself.
 
-use super::{StressExposure, FailureMode, PlyStrength};
+use super::{FailureMode, PlyStrength, StressExposure};
 
 /// Exposure of the component that is nearest to its strength.
 pub fn maximum_stress(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     const TENSION: [FailureMode; 3] = [FailureMode::Tension1, FailureMode::Tension2, FailureMode::Tension3];
-    const COMPRESSION: [FailureMode; 3] = [FailureMode::Compression1, FailureMode::Compression2, FailureMode::Compression3];
+    const COMPRESSION: [FailureMode; 3] =
+        [FailureMode::Compression1, FailureMode::Compression2, FailureMode::Compression3];
     const SHEAR: [FailureMode; 3] = [FailureMode::Shear23, FailureMode::Shear13, FailureMode::Shear12];
     (0..3).fold(StressExposure::ZERO, |largest, i| {
         largest

@@ -149,9 +149,8 @@ impl MaterialStrength {
     /// Exposure to a stress in material axes, MPa; zero for criteria that do not judge this material.
     pub fn exposure(&self, criterion: FailureCriterion, stress: &[f64; 6]) -> StressExposure {
         match (self, criterion) {
-            (Self::Yield(limit), FailureCriterion::Yield) => {
-                StressExposure::ZERO.max(StressExposure { value: von_mises(stress) / limit, mode: FailureMode::Yield })
-            }
+            (Self::Yield(limit), FailureCriterion::Yield) => StressExposure::ZERO
+                .max(StressExposure { value: von_mises(stress) / limit, mode: FailureMode::Yield }),
             (Self::Ply(strength), FailureCriterion::TsaiWu) => tsai_wu(strength, stress),
             (Self::Ply(strength), FailureCriterion::Hashin) => hashin(strength, stress),
             (Self::Ply(strength), FailureCriterion::MaximumStress) => maximum_stress(strength, stress),

@@ -1,6 +1,6 @@
 //! The tensor polynomial of Tsai and Wu.
 
-use super::{StressExposure, FailureMode, PlyStrength, quadratic_exposure};
+use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
 /// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23² .., and
 /// F_ij = F_ij* sqrt(F_ii F_jj).

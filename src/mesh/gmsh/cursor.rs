@@ -71,10 +71,10 @@ impl<'a> Cursor<'a> {
         if length == 0 {
             return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
         }
-        let word = std::str::from_utf8(&rest[..length])
-            .ok()
-            .filter(|word| !word.starts_with('$'))
-            .ok_or_else(|| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(&rest[..length]))))?;
+        let word =
+            std::str::from_utf8(&rest[..length]).ok().filter(|word| !word.starts_with('$')).ok_or_else(
+                || self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(&rest[..length]))),
+            )?;
         self.pos += length;
         Ok(word)
     }
@@ -82,7 +82,8 @@ impl<'a> Cursor<'a> {
     /// The next word of text as a number.
     pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
         let word = self.word(wanted)?;
-        word.parse().map_err(|_| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(word.as_bytes()))))
+        word.parse()
+            .map_err(|_| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
     /// Text between the next quotation mark and the last one of its line; `wanted` says what it should be.
@@ -234,7 +235,9 @@ impl<'a> Cursor<'a> {
             .strip_prefix(b"$")
             .filter(|name| !name.is_empty() && name.len() < 200 && !name.starts_with(b"End"))
             .and_then(|name| std::str::from_utf8(name).ok())
-            .ok_or_else(|| self.fail(&format!("found {}, wanted a section such as $Nodes", quoted_excerpt(line))))?;
+            .ok_or_else(|| {
+                self.fail(&format!("found {}, wanted a section such as $Nodes", quoted_excerpt(line)))
+            })?;
         self.section = name.to_string();
         self.pos += (end + 1).min(rest.len());
         Ok(Some(self.section.clone()))

@@ -18,9 +18,9 @@ use std::path::Path;
 
 use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
-use raw_mesh::RawMesh;
 use cursor::{Cursor, quoted_excerpt};
 pub use pos::write_size_field;
+use raw_mesh::RawMesh;
 
 /// The two versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

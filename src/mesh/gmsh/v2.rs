@@ -1,7 +1,7 @@
 //! Sections of .msh version 2.2.
 
-use super::raw_mesh::{RawElement, RawMesh};
 use super::cursor::Cursor;
+use super::raw_mesh::{RawElement, RawMesh};
 use crate::error::Result;
 
 /// `$Nodes` or `$ParametricNodes`: number, coordinates, and what a parametric node adds.

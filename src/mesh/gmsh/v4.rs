@@ -1,7 +1,7 @@
 //! Sections of .msh version 4.1.
 
-use super::raw_mesh::{RawElement, RawMesh};
 use super::cursor::Cursor;
+use super::raw_mesh::{RawElement, RawMesh};
 use crate::error::Result;
 
 /// `$Entities`: which physical groups each point, curve, surface and volume is in.

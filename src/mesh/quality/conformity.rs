@@ -46,7 +46,8 @@ pub(super) fn find_nonconforming_faces(mesh: &Mesh) -> NonconformingFaces {
             part
         };
         if kind.n_corners() == 4 && lone(key) && (0..4).any(|corner| lone(&triangle(corner))) {
-            found.split_quadrangles = (found.split_quadrangles.0 + 1, mesh.tag(*owner).max(found.split_quadrangles.1));
+            found.split_quadrangles =
+                (found.split_quadrangles.0 + 1, mesh.tag(*owner).max(found.split_quadrangles.1));
         }
     }
     found

@@ -186,13 +186,18 @@ pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
 
 /// Names the first of the bad elements, their number, and the worst of them.
 fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
-    let named: Vec<String> =
-        bad.iter().take(MAX_NAMED_ELEMENTS).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
+    let named: Vec<String> = bad
+        .iter()
+        .take(MAX_NAMED_ELEMENTS)
+        .map(|least| format!("{} {}", least.kind.name(), least.tag))
+        .collect();
     let worst = bad.iter().min_by(|a, b| a.inside.scaled.total_cmp(&b.inside.scaled)).expect("at least one");
     let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
     let worst = match worst.inside {
         // Only edges have shrunk to points.
-        inside if inside.scaled > MIN_SCALED_JACOBIAN => format!("an edge of element {} has no length", worst.tag),
+        inside if inside.scaled > MIN_SCALED_JACOBIAN => {
+            format!("an edge of element {} has no length", worst.tag)
+        }
         Jacobian { value, scaled } => {
             let share = if scaled.is_finite() {
                 format!(", or {scaled:.3e} of the lengths of its edges")

@@ -203,7 +203,10 @@ mod tests {
     #[test]
     fn long_numbers_have_a_power() {
         let axis = |high: f64| Axis::spanning([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
-        assert_eq!((axis(3e-3).label_exponent(), axis(3e-10).label_exponent(), axis(4.2e8).label_exponent()), (0, -12, 6));
+        assert_eq!(
+            (axis(3e-3).label_exponent(), axis(3e-10).label_exponent(), axis(4.2e8).label_exponent()),
+            (0, -12, 6)
+        );
         assert_eq!(labels(&[0.0, 3e-10], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
         assert_eq!(axis(3e-10).scaled_unit("mm"), "10^{\u{2212}12} mm");
         assert_eq!(axis(300.0).scaled_unit("N"), "N");
@@ -223,6 +226,9 @@ mod tests {
                 );
             }
         }
-        assert_eq!(Axis::spanning([1.0, 10.0].into_iter(), Scale::Logarithmic, [0.0, 1.0]).to_pixel(-1.0), None);
+        assert_eq!(
+            Axis::spanning([1.0, 10.0].into_iter(), Scale::Logarithmic, [0.0, 1.0]).to_pixel(-1.0),
+            None
+        );
     }
 }

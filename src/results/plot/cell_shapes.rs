@@ -25,7 +25,8 @@ impl CellShapes {
         };
         let corners: Vec<Vec<Vector2<f64>>> =
             frame.all_corners().map(|cell| cell.iter().map(flat).collect()).collect();
-        let large = frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MAX_DRAWN_CELLS_PER_SIDE));
+        let large =
+            frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MAX_DRAWN_CELLS_PER_SIDE));
         match large {
             Some(grid) => Self::blocks(&corners, grid.cells),
             None => Self { cells: (0..corners.len()).map(|i| vec![i]).collect(), corners },
@@ -64,7 +65,10 @@ impl CellShapes {
         let (rx, ry) = (range(0), range(1));
         let half = 0.5 * (rx.1 - rx.0).max(ry.1 - ry.0);
         let around = |(low, high): (f64, f64)| [0.5 * (low + high) - half, 0.5 * (low + high) + half];
-        [Axis::with_bounds(around(rx), [left, left + width]), Axis::with_bounds(around(ry), [top + height, top])]
+        [
+            Axis::with_bounds(around(rx), [left, left + width]),
+            Axis::with_bounds(around(ry), [top + height, top]),
+        ]
     }
 
     /// Mean side of the drawn cells in pixels.

@@ -201,8 +201,11 @@ fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
 }
 
 fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], (i, joined): (usize, bool)) {
-    let shown: Vec<[f64; 2]> =
-        series.points.iter().filter_map(|p| Some([axes[0].to_pixel(p[0])?, axes[1].to_pixel(p[1])?])).collect();
+    let shown: Vec<[f64; 2]> = series
+        .points
+        .iter()
+        .filter_map(|p| Some([axes[0].to_pixel(p[0])?, axes[1].to_pixel(p[1])?]))
+        .collect();
     let path: Vec<String> = shown.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
     let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     if joined && path.len() > 1 {
@@ -223,9 +226,9 @@ fn times(power: i32) -> String {
 
 fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
     let side = |k: usize| {
-        band.edges
-            .iter()
-            .filter_map(move |edge| Some(format!("{:.1} {:.1}", axes[0].to_pixel(edge[0])?, axes[1].to_pixel(edge[k])?)))
+        band.edges.iter().filter_map(move |edge| {
+            Some(format!("{:.1} {:.1}", axes[0].to_pixel(edge[0])?, axes[1].to_pixel(edge[k])?))
+        })
     };
     let low: Vec<String> = side(1).collect();
     let mut around: Vec<String> = side(2).collect();

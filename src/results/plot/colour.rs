@@ -23,7 +23,8 @@ pub(crate) fn map_colour(share: f64) -> String {
     let at = share.clamp(0.0, 1.0) * (COLOUR_MAP.len() - 1) as f64;
     let below = (at.floor() as usize).min(COLOUR_MAP.len() - 2);
     let rest = at - below as f64;
-    let [r, g, b] =
-        [0, 1, 2].map(|k| (COLOUR_MAP[below][k] + rest * (COLOUR_MAP[below + 1][k] - COLOUR_MAP[below][k])).round() as u8);
+    let [r, g, b] = [0, 1, 2].map(|k| {
+        (COLOUR_MAP[below][k] + rest * (COLOUR_MAP[below + 1][k] - COLOUR_MAP[below][k])).round() as u8
+    });
     format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -1,7 +1,7 @@
 //! Fibre directions in maps: the projection on the surface as a line, the tilt as words.
 
 use super::{Anchor, Canvas};
-use crate::results::surface_properties::{SurfaceProperties, SurfaceFibre};
+use crate::results::surface_properties::{SurfaceFibre, SurfaceProperties};
 
 /// Radius of the sign in pixels.
 const RADIUS: f64 = 17.0;

@@ -151,7 +151,11 @@ impl MapFigure<'_> {
             }
         }
         draw_axes(&mut canvas, &axes, &self.units.length);
-        fibres::draw_fibre_symbols(&mut canvas, self.surface, [MAP_AREA_PX[0] + MAP_AREA_PX[2] - 23.0, MAP_AREA_PX[1] + 23.0]);
+        fibres::draw_fibre_symbols(
+            &mut canvas,
+            self.surface,
+            [MAP_AREA_PX[0] + MAP_AREA_PX[2] - 23.0, MAP_AREA_PX[1] + 23.0],
+        );
         fibres::write_words(&mut canvas, &self.words, [MAP_AREA_PX[0], MAP_PANEL_PX[1] + 2.0]);
         canvas
     }
@@ -167,7 +171,8 @@ impl MapFigure<'_> {
                 continue;
             }
             let share = sum / cells.len() as f64 / peak;
-            by_colour[((share * COLOUR_LEVELS as f64) as usize).min(COLOUR_LEVELS - 1)] += &outline(corners, axes);
+            by_colour[((share * COLOUR_LEVELS as f64) as usize).min(COLOUR_LEVELS - 1)] +=
+                &outline(corners, axes);
         }
         for (i, outlines) in by_colour.iter().enumerate() {
             paint(canvas, outlines, &colour::map_colour((i as f64 + 0.5) / COLOUR_LEVELS as f64));
@@ -211,7 +216,8 @@ impl MapFigure<'_> {
             return;
         }
         let square = MAP_AREA_PX[2] / MAX_ARROWS_PER_SIDE as f64;
-        let mut sums = vec![(0.0, Vector2::zeros(), Vector2::zeros()); MAX_ARROWS_PER_SIDE * MAX_ARROWS_PER_SIDE];
+        let mut sums =
+            vec![(0.0, Vector2::zeros(), Vector2::zeros()); MAX_ARROWS_PER_SIDE * MAX_ARROWS_PER_SIDE];
         for (shape, cells) in self.shapes.cells.iter().enumerate() {
             let middle = self.shapes.middle(shape);
             let Some((x, y)) = axes[0].to_pixel(middle.x).zip(axes[1].to_pixel(middle.y)) else { continue };
@@ -275,7 +281,9 @@ fn draw_caption(canvas: &mut Canvas, fill: &str, text: &str) {
 fn draw_zone_key(canvas: &mut Canvas) {
     let left = MAP_AREA_PX[0] + MAP_AREA_PX[2] + 10.0;
     for (i, (name, fill)) in
-        [("stick", STICK_SLIP_COLOURS[0]), ("slip", STICK_SLIP_COLOURS[1]), ("open", "white")].into_iter().enumerate()
+        [("stick", STICK_SLIP_COLOURS[0]), ("slip", STICK_SLIP_COLOURS[1]), ("open", "white")]
+            .into_iter()
+            .enumerate()
     {
         let top = MAP_AREA_PX[1] + 20.0 * i as f64;
         canvas.add(format_args!(
@@ -353,7 +361,8 @@ mod tests {
         assert!(pressure.contains("max 100") && pressure.contains("fibres of body 2: tilt 28.65\u{b0}"));
         let zones = drawn(MapKind::Zones);
         assert!(
-            filled(&zones, [58.0, 175.0], STICK_SLIP_COLOURS[0]) && filled(&zones, [193.0, 175.0], STICK_SLIP_COLOURS[1]),
+            filled(&zones, [58.0, 175.0], STICK_SLIP_COLOURS[0])
+                && filled(&zones, [193.0, 175.0], STICK_SLIP_COLOURS[1]),
             "{zones}"
         );
         assert!(!zones.contains("M58.0 310.0L"), "an open cell is coloured: {zones}");

@@ -83,7 +83,13 @@ fn chart(along: WearAbscissa, title: &str, label: &str, series: Vec<Series>, uni
     }
 }
 
-fn wear_panel(records: &[IncrementRecord], along: WearAbscissa, title: &str, value: Value, units: &Units) -> Canvas {
+fn wear_panel(
+    records: &[IncrementRecord],
+    along: WearAbscissa,
+    title: &str,
+    value: Value,
+    units: &Units,
+) -> Canvas {
     let points = records.iter().map(|record| [along.of(record), value(record)]).collect();
     let series = vec![Series { name: title.to_owned(), points }];
     chart(along, title, &format!("{title}, {}", units.length), series, units).panel()
@@ -100,7 +106,11 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
     let series = vec![Series { name: "worn volume".to_owned(), points }];
     let last = records.last().map_or(0.0, |record| record.worn_volume_error);
     let title = if last > 0.0 {
-        format!("Worn volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)", four_digits(last), units.length)
+        format!(
+            "Worn volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)",
+            four_digits(last),
+            units.length
+        )
     } else {
         "Worn volume".to_owned()
     };

@@ -43,7 +43,13 @@ impl LoopCurve {
 /// Closed loops of force over shift, the dissipated energy in the legend, as one picture.
 pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     let series = loops.iter().map(|cycle| Series {
-        name: format!("{}: {} {} {}", cycle.label, four_digits(cycle.dissipated_energy), units.force, units.length),
+        name: format!(
+            "{}: {} {} {}",
+            cycle.label,
+            four_digits(cycle.dissipated_energy),
+            units.force,
+            units.length
+        ),
         points: cycle.points.iter().chain(cycle.points.first()).copied().collect(),
     });
     let chart = Chart {
@@ -81,7 +87,11 @@ mod tests {
             [-amplitude, -force],
             [elastic - amplitude, force],
         ];
-        LoopCurve { label: "cycle 1".into(), points, dissipated_energy: 4.0 * force * (amplitude - force / stiffness) }
+        LoopCurve {
+            label: "cycle 1".into(),
+            points,
+            dissipated_energy: 4.0 * force * (amplitude - force / stiffness),
+        }
     }
 
     /// Truth: the area of the loop of a spring and a friction element, 4 F (a - F / k).

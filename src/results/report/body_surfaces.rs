@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
-use super::frame_maps::{entries_of_files, last_files_of_steps};
 use super::encode::{encode_f32, encode_u32};
+use super::frame_maps::{entries_of_files, last_files_of_steps};
 use super::result_directory::ResultDirectory;
 use super::vtu_reader::VtuGrid;
 

@@ -96,8 +96,10 @@ fn supports(canvas: &mut Canvas, body: &Value, i: usize) {
         return;
     }
     let (y, way) = if i == 0 { (306.0, 9.0) } else { (76.0, -9.0) };
-    canvas
-        .add(format_args!(r#"<path d="M{} {y}H{}" stroke="{EDGE}" stroke-width="2"/>"#, BODY_SPAN_PX[0], BODY_SPAN_PX[1]));
+    canvas.add(format_args!(
+        r#"<path d="M{} {y}H{}" stroke="{EDGE}" stroke-width="2"/>"#,
+        BODY_SPAN_PX[0], BODY_SPAN_PX[1]
+    ));
     for k in 0..38 {
         let x = BODY_SPAN_PX[0] + 10.0 * f64::from(k) + 8.0;
         canvas.add(format_args!(r#"<path d="M{x} {y}l-8 {way}" stroke="{EDGE}" stroke-width="0.8"/>"#));

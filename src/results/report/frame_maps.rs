@@ -118,7 +118,11 @@ pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Ve
 }
 
 /// Indices of the files that are embedded: all, or the last of each step and others evenly between.
-fn select_files(source: &ResultDirectory, files: &[(usize, String)], entries: &[Option<usize>]) -> Vec<usize> {
+fn select_files(
+    source: &ResultDirectory,
+    files: &[(usize, String)],
+    entries: &[Option<usize>],
+) -> Vec<usize> {
     // A damaged file says nothing of the others.
     let sound = files.iter().rev().find_map(|(_, name)| VtuGrid::read(&source.path(name)).ok());
     let cells = sound.map_or(1, |grid| grid.n_cells().max(1));
@@ -151,7 +155,8 @@ impl MapPlane {
 
     /// The cells of a frame in space and on the plane.
     fn mesh(&self, grid: &VtuGrid) -> Value {
-        let doubled: Vec<Vector3<f64>> = (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();
+        let doubled: Vec<Vector3<f64>> =
+            (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();
         let sum: Vector3<f64> = doubled.iter().sum();
         let total: f64 = doubled.iter().map(Vector3::norm).sum();
         let (sin, cos) = self.azimuth.sin_cos();

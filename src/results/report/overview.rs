@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::page::{Page, Table};
 use super::result_directory::{ResultDirectory, ResultKind};
-use super::run_page::{format_quantity, add_figures};
-use super::value_text::{UnitNames, to_line, key_to_words};
+use super::run_page::{add_figures, format_quantity};
+use super::value_text::{UnitNames, key_to_words, to_line};
 use crate::error::Result;
 use crate::results::number_format::five_digits;
 
@@ -135,7 +135,9 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], names: &UnitNames) {
         let mut row: Vec<String> = keys.iter().map(|key| to_line(&run["values"][key])).collect();
         row.push(run["status"].as_str().unwrap_or("not run").to_owned());
         row.push(run["natural_residual"].as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}")));
-        row.extend(collected.iter().map(|path| run["results"][path].as_f64().map_or("–".to_owned(), five_digits)));
+        row.extend(
+            collected.iter().map(|path| run["results"][path].as_f64().map_or("–".to_owned(), five_digits)),
+        );
         row.push(to_line(&run["reason"]));
         row
     };

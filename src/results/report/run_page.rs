@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 use super::body_surfaces::Bodies;
 use super::drawing;
 use super::frame_maps::Frames;
-use super::page::{Page, EmbeddedImage, Table};
+use super::page::{EmbeddedImage, Page, Table};
 use super::result_directory::ResultDirectory;
-use super::value_text::{self, UnitNames, to_line, key_to_words, with_unit};
+use super::value_text::{self, UnitNames, key_to_words, to_line, with_unit};
 use crate::error::Result;
+use crate::results::number_format::five_digits;
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};
-use crate::results::number_format::five_digits;
 
 /// Longer tables show their first and last rows only.
 const MAX_TABLE_ROWS: usize = 2000;
@@ -167,7 +167,8 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
             .to_owned();
     if all.len() > MAX_TABLE_ROWS {
         all = (0..MAX_TABLE_ROWS / 2).chain(records.len() - MAX_TABLE_ROWS / 2..records.len()).collect();
-        note += &format!(" Of {} entries the first and last {} are shown.", records.len(), MAX_TABLE_ROWS / 2);
+        note +=
+            &format!(" Of {} entries the first and last {} are shown.", records.len(), MAX_TABLE_ROWS / 2);
     }
     page.certificate = Some(certificate(records, &all));
     page.tables.push(Table { title: "All entries".to_owned(), note, ..entry_table(records, &all, names) });
@@ -288,7 +289,8 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
 
 /// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
 pub(super) fn list_table(title: &str, list: &Value, first: &[&str], names: &UnitNames) -> Option<Table> {
-    let list: Vec<Vec<(String, &Value)>> = list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
+    let list: Vec<Vec<(String, &Value)>> =
+        list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
     let mut keys: Vec<&str> = first.to_vec();
     for (key, _) in list.iter().flatten() {
         if !keys.contains(&key.as_str()) {
@@ -320,9 +322,9 @@ fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)>
 /// What was done to compute it, and what was not.
 fn plan(page: &mut Page, said: &Value, names: &UnitNames) {
     let skipped = said["skipped"].as_array().into_iter().flatten().map(|skip| {
-        let saved = skip["saved"]["seconds"]
-            .as_f64()
-            .map_or("–".to_owned(), |s| format!("{} s, {}", five_digits(s), to_line(&skip["saved"]["basis"])));
+        let saved = skip["saved"]["seconds"].as_f64().map_or("–".to_owned(), |s| {
+            format!("{} s, {}", five_digits(s), to_line(&skip["saved"]["basis"]))
+        });
         vec![to_line(&skip["what"]), to_line(&skip["why"]), saved]
     });
     let rows: Vec<_> = skipped.collect();
@@ -371,12 +373,17 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
 /// The pictures that were written, in that order, then others.
 pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
-    let place = |file: &String| FIGURE_TITLES.iter().position(|(name, _)| name == file).unwrap_or(FIGURE_TITLES.len());
+    let place = |file: &String| {
+        FIGURE_TITLES.iter().position(|(name, _)| name == file).unwrap_or(FIGURE_TITLES.len())
+    };
     files.sort_by_key(place);
     for file in files {
-        let title = FIGURE_TITLES.iter().find(|(name, _)| *name == file).map_or(file.as_str(), |(_, title)| title);
+        let title =
+            FIGURE_TITLES.iter().find(|(name, _)| *name == file).map_or(file.as_str(), |(_, title)| title);
         match source.text(&file) {
-            Ok(svg) if svg.trim_end().ends_with("</svg>") => page.plots.push(EmbeddedImage::of_svg(title, &svg)),
+            Ok(svg) if svg.trim_end().ends_with("</svg>") => {
+                page.plots.push(EmbeddedImage::of_svg(title, &svg))
+            }
             Ok(_) => source.problems.push(format!("{file} is damaged and left out: its end is missing")),
             Err(error) => source.problems.push(error.to_string()),
         }

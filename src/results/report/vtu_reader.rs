@@ -47,7 +47,9 @@ impl VtuGrid {
         let mut file = File::open(path).map_err(of_file)?;
         let length = file.metadata().map_err(of_file)?.len();
         if length > MAX_FILE_BYTES {
-            return Err(Error::input(format!("it has {length} bytes, more than {MAX_FILE_BYTES} are not read")));
+            return Err(Error::input(format!(
+                "it has {length} bytes, more than {MAX_FILE_BYTES} are not read"
+            )));
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(of_file)?;
@@ -83,7 +85,13 @@ impl VtuGrid {
     }
 
     /// Puts an array to its place.
-    fn store_array(&mut self, section: &str, field: FieldArray, n_points: usize, n_cells: usize) -> Result<()> {
+    fn store_array(
+        &mut self,
+        section: &str,
+        field: FieldArray,
+        n_points: usize,
+        n_cells: usize,
+    ) -> Result<()> {
         let tuples = match section {
             "PointData" | "Points" => n_points,
             "CellData" => n_cells,

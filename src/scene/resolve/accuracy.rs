@@ -1,8 +1,8 @@
 //! The accuracy that a scene asks for.
 
 use super::Resolver;
-use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 use crate::scene::plan::AccuracyPlan;
+use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 
 /// Largest relative error that can be asked for.
 const MAX_RELATIVE_ERROR: f64 = 0.1;
@@ -26,5 +26,9 @@ pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
             }
         },
     };
-    Some(Some(AccuracyPlan { relative, quantities: of.unwrap_or_else(|| AccuracyQuantity::ALL.to_vec()), fixed_parameters: keep }))
+    Some(Some(AccuracyPlan {
+        relative,
+        quantities: of.unwrap_or_else(|| AccuracyQuantity::ALL.to_vec()),
+        fixed_parameters: keep,
+    }))
 }

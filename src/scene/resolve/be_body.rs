@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::bodies::{
-    check_contact, check_groups, check_quality, find_material, body_material, read_mesh, prescribed_displacements, symmetry_supports,
+    body_material, check_contact, check_groups, check_quality, find_material, prescribed_displacements,
+    read_mesh, symmetry_supports,
 };
 use super::materials::Materials;
 use crate::bem::finite::Interpolation;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
+use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
 use crate::scene::spec::body::{BeBody, BoundaryElement, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
-use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
 
 /// The body at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Materials) -> Option<BodyPlan> {

@@ -6,15 +6,19 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
-use super::{be_body, support_conflicts, orientations, placements};
+use super::{be_body, orientations, placements, support_conflicts};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::document::join_key;
-use crate::scene::spec::body::{FoundationStiffness, Body, Component, Displaced, Element, FeBody, UniformFibre};
-use crate::scene::plan::{BodyPlan, BodyMaterial, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan};
+use crate::scene::plan::{
+    BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
+};
+use crate::scene::spec::body::{
+    Body, Component, Displaced, Element, FeBody, FoundationStiffness, UniformFibre,
+};
 use crate::scene::suggest::{closest, quoted_list};
 
 /// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
@@ -26,7 +30,10 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
             let elastic = find_material(r, key, &material, fibre, materials)?;
             Some(match truncated {
                 None => BodyPlan::HalfSpace(Box::new(elastic)),
-                Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan { material: elastic, half_size })),
+                Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan {
+                    material: elastic,
+                    half_size,
+                })),
             })
         }
         Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
@@ -152,7 +159,11 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     }
 }
 
-pub(super) fn prescribed_displacements(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<PrescribedDisplacement>> {
+pub(super) fn prescribed_displacements(
+    r: &mut Resolver,
+    key: &str,
+    body: &FeBody,
+) -> Option<Vec<PrescribedDisplacement>> {
     let mut supports: Vec<PrescribedDisplacement> = Vec::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
         check_repeated_components(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
@@ -179,7 +190,11 @@ pub(super) fn prescribed_displacements(r: &mut Resolver, key: &str, body: &FeBod
 }
 
 /// The values and the gradient of a prescribed displacement, one for each component.
-fn prescribed_displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<PrescribedDisplacement> {
+fn prescribed_displacement(
+    r: &mut Resolver,
+    key: &str,
+    displaced: &Displaced,
+) -> Option<PrescribedDisplacement> {
     let wanted = displaced.components.len();
     let mut sound = true;
     let mut count = |name: &str, found: usize| {
@@ -239,7 +254,12 @@ fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Fo
 }
 
 /// The supports that planes of symmetry are.
-pub(super) fn symmetry_supports(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<PrescribedDisplacement>> {
+pub(super) fn symmetry_supports(
+    r: &mut Resolver,
+    key: &str,
+    body: &FeBody,
+    mesh: &Mesh,
+) -> Option<Vec<PrescribedDisplacement>> {
     let mut supports = Vec::new();
     for (i, group) in body.symmetry.iter().enumerate() {
         match fem::symmetry_component(mesh, group) {
@@ -264,8 +284,9 @@ pub(super) fn symmetry_supports(r: &mut Resolver, key: &str, body: &FeBody, mesh
 
 /// A component named twice is a slip of the pen for another one.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
-    let twice =
-        |(i, component): (usize, &Component)| components[..i].iter().any(|c| component_index(*c) == component_index(*component));
+    let twice = |(i, component): (usize, &Component)| {
+        components[..i].iter().any(|c| component_index(*c) == component_index(*component))
+    };
     if components.iter().enumerate().any(twice) {
         r.report(
             key,
@@ -290,12 +311,18 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
     let path = r.file(&place, name);
     if path.is_dir() {
         let message = format!("{} is a folder, not a mesh file", path.display());
-        r.report(&place, message, "a folder", format!("name the file in it{}", mesh_files_in_folder(&path.join("x"))));
+        r.report(
+            &place,
+            message,
+            "a folder",
+            format!("name the file in it{}", mesh_files_in_folder(&path.join("x"))),
+        );
         return None;
     }
     if !path.is_file() {
         let message = format!("there is no mesh file {}", path.display());
-        let mend = format!("paths are relative to the folder of the scene file{}", mesh_files_in_folder(&path));
+        let mend =
+            format!("paths are relative to the folder of the scene file{}", mesh_files_in_folder(&path));
         r.report(&place, message, "no such file", mend);
         return None;
     }

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::Resolver;
-use super::bodies::{check_element, check_quality, read_mesh};
 use super::be_body::{closed_surface, interpolation};
+use super::bodies::{check_element, check_quality, read_mesh};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
-use crate::scene::spec::compare::{Compare, AlternativeModels};
 use crate::scene::plan::{BodyPlan, MeshedBodyPlan};
-use crate::scene::variant::{ComparePlan, AlternativeMeshes, DiscretisationPair};
+use crate::scene::spec::compare::{AlternativeModels, Compare};
+use crate::scene::variant::{AlternativeMeshes, ComparePlan, DiscretisationPair};
 
 /// The section `compare`, for these bodies.
 pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<ComparePlan> {
@@ -28,12 +28,17 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Optio
         }
     }
     let [body1, body2] = [(body1, "body1"), (body2, "body2")];
-    let others = [alternative_meshes(r, body1, bodies[0].as_ref()), alternative_meshes(r, body2, bodies[1].as_ref())];
+    let others =
+        [alternative_meshes(r, body1, bodies[0].as_ref()), alternative_meshes(r, body2, bodies[1].as_ref())];
     Some(ComparePlan { variants: variants.map(|_| pairs), alternatives: others })
 }
 
 /// The other meshes of a body.
-fn alternative_meshes(r: &mut Resolver, (keys, name): (AlternativeModels, &str), body: Option<&BodyPlan>) -> AlternativeMeshes {
+fn alternative_meshes(
+    r: &mut Resolver,
+    (keys, name): (AlternativeModels, &str),
+    body: Option<&BodyPlan>,
+) -> AlternativeMeshes {
     let place = format!("compare.{name}");
     let of_kind = |kind: &str| format!("{place}.{kind}");
     let given = |kind: &str| r.document.get(&of_kind(kind)).is_some();
@@ -78,7 +83,12 @@ fn alternative_meshes(r: &mut Resolver, (keys, name): (AlternativeModels, &str),
 }
 
 /// The mesh, unless it lacks groups of the body's own: those are reported.
-fn mesh_with_groups(r: &mut Resolver, place: &str, meshed: &MeshedBodyPlan, mesh: &Mesh) -> Option<Arc<Mesh>> {
+fn mesh_with_groups(
+    r: &mut Resolver,
+    place: &str,
+    meshed: &MeshedBodyPlan,
+    mesh: &Mesh,
+) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
     // What is no group of surfaces stands in the way of the variant, not of the scene.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {

@@ -9,7 +9,7 @@ use crate::history::step::{
 };
 use crate::scene::spec::{
     self,
-    step::{Cycles as Keys, CyclePath, AutoKeyword, Sliding, Step as StepKeys, StrokeIncrements},
+    step::{AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements},
 };
 
 /// Increments per stroke of an ellipse, if none are given.
@@ -49,7 +49,8 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
         (None, None) => return None,
     };
     let integration = laws?.integration;
-    let jumps = jumps.map_or(JumpPolicy::Tolerance(integration.tolerance), |jumps| JumpPolicy::Number(jumps.0));
+    let jumps =
+        jumps.map_or(JumpPolicy::Tolerance(integration.tolerance), |jumps| JumpPolicy::Number(jumps.0));
     let integrator = match integration.integrator {
         spec::laws::Integrator::Sdirk2 => Integrator::Sdirk2,
         spec::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,
@@ -118,7 +119,12 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
 }
 
 /// Only friction carries a tangential force.
-fn check_force_amplitude(r: &mut Resolver, key: &str, (step, cycles): (&StepKeys, &Keys), laws: Option<&Laws>) {
+fn check_force_amplitude(
+    r: &mut Resolver,
+    key: &str,
+    (step, cycles): (&StepKeys, &Keys),
+    laws: Option<&Laws>,
+) {
     let none = !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None));
     if cycles.force_amplitude.is_some() && none {
         let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";

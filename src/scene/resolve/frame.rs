@@ -2,9 +2,9 @@
 
 use crate::frame::height_table::HeightTable;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
+use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
-use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan};
 
 use super::Resolver;
 
@@ -21,7 +21,8 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
                 Some(outline) => Some(resolve_outline(r, outline)?),
                 None => None,
             };
-            r.notes.extend(outline.as_ref().and_then(|outline| outline_warning(outline, half_width, periodic)));
+            r.notes
+                .extend(outline.as_ref().and_then(|outline| outline_warning(outline, half_width, periodic)));
             Some(FramePlan::Grid { half_width, cells, center, azimuth, periodic, outline, grow })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
@@ -94,8 +95,10 @@ fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoi
             group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
         })
     };
-    let half_space =
-        bodies.iter().flatten().any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
+    let half_space = bodies
+        .iter()
+        .flatten()
+        .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
     // Boundary elements have nodes inside their faces.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }

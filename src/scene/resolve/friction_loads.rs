@@ -22,7 +22,8 @@ pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
         keys.tangential_force.is_some_and(|q| q != [0.0; 2]),
         keys.spin_moment.is_some_and(|moment| moment != 0.0) && level,
     ];
-    for ((what, load, motion), _) in FRICTION_LOADS.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
+    for ((what, load, motion), _) in
+        FRICTION_LOADS.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
     {
         let message = format!("a {what} is prescribed, but this step has no friction to transmit it");
         let mend = format!(
@@ -59,9 +60,15 @@ fn load_states(step: &Step) -> [LoadState; 2] {
 }
 
 /// Reports load points whose load only friction carries, in a step without.
-pub(super) fn check_load_points(r: &mut Resolver, key: &str, (points, steps): (&[LoadPoint], &[Step]), level: bool) {
+pub(super) fn check_load_points(
+    r: &mut Resolver,
+    key: &str,
+    (points, steps): (&[LoadPoint], &[Step]),
+    level: bool,
+) {
     for (kind, (what, ..)) in FRICTION_LOADS.iter().enumerate().take(if level { 2 } else { 1 }) {
-        let loaded = points.iter().zip(steps).find(|(_, step)| matches!(load_states(step)[kind], LoadState::Active));
+        let loaded =
+            points.iter().zip(steps).find(|(_, step)| matches!(load_states(step)[kind], LoadState::Active));
         if let Some((point, _)) = loaded {
             let message = format!(
                 "line {}: a {what} is prescribed, but this step has no friction to transmit it",
@@ -77,7 +84,12 @@ pub(super) fn check_load_points(r: &mut Resolver, key: &str, (points, steps): (&
 }
 
 /// A load that an earlier step left in force needs friction too, until a motion replaces it; rolling takes none.
-pub(super) fn check_inherited_loads(r: &mut Resolver, steps: &[NumberedStep], laws: Option<&Laws>, level: bool) {
+pub(super) fn check_inherited_loads(
+    r: &mut Resolver,
+    steps: &[NumberedStep],
+    laws: Option<&Laws>,
+    level: bool,
+) {
     let Some(laws) = laws else { return };
     let kinds = if level { 2 } else { 1 };
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {

@@ -3,8 +3,8 @@
 use super::Resolver;
 use crate::geometry::{Point, Side};
 use crate::results::interior_points::InteriorPointRequest;
-use crate::scene::spec::solver::{InteriorPoints, Output, PointCounts};
 use crate::scene::plan::{BodyPlan, FramePlan};
+use crate::scene::spec::solver::{InteriorPoints, Output, PointCounts};
 
 /// Most points of a request.
 const MAX_POINTS: usize = 200_000;
@@ -139,7 +139,8 @@ fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<
     };
     let least = if inside.across.is_some() { counts[0].min(counts[1]) } else { counts[0] };
     if least < 2 || counts[0].saturating_mul(counts[1]) > MAX_POINTS {
-        let message = format!("`points` must be at least 2 along each side, and at most {MAX_POINTS} together");
+        let message =
+            format!("`points` must be at least 2 along each side, and at most {MAX_POINTS} together");
         r.report(
             &format!("{key}.points"),
             message,

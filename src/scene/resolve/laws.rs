@@ -2,10 +2,10 @@
 
 use super::Resolver;
 use crate::friction::FrictionLaw;
-use crate::scene::spec::body::UniformFibre;
-use crate::scene::spec::laws::{Friction, Integrator, WearTolerance, Wear};
-use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::mean_material::mean_material_under_frame;
+use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
+use crate::scene::spec::body::UniformFibre;
+use crate::scene::spec::laws::{Friction, Integrator, Wear, WearTolerance};
 use crate::wear::WearLaw;
 
 /// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
@@ -97,7 +97,8 @@ fn friction_law(r: &mut Resolver, ground: LawContext<'_>, law: &Friction) -> Opt
         let mend =
             "make both coefficients positive (a small value suffices), or both 0 for frictionless contact";
         r.report("friction", message, "0 in one direction only", mend);
-    } else if ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1] || ellipse.mu[1] > MAX_FRICTION_RATIO * ellipse.mu[0]
+    } else if ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1]
+        || ellipse.mu[1] > MAX_FRICTION_RATIO * ellipse.mu[0]
     {
         let message =
             format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);
@@ -173,7 +174,12 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
 
 /// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the
 /// body named.
-fn law_fibre(r: &mut Resolver, ground: LawContext<'_>, section: &str, wish: FibreChoice) -> Option<FibreAngles> {
+fn law_fibre(
+    r: &mut Resolver,
+    ground: LawContext<'_>,
+    section: &str,
+    wish: FibreChoice,
+) -> Option<FibreAngles> {
     if let Some(fibre) = wish.fibre {
         return Some(fibre.into());
     }

@@ -70,7 +70,12 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
 }
 
 /// The columns that the first line names.
-fn header(r: &mut Resolver, key: &str, file: &str, lines: &mut Vec<(usize, &str)>) -> Option<Vec<LoadColumn>> {
+fn header(
+    r: &mut Resolver,
+    key: &str,
+    file: &str,
+    lines: &mut Vec<(usize, &str)>,
+) -> Option<Vec<LoadColumn>> {
     let (line, names) = if lines.is_empty() {
         (1, Vec::new())
     } else {
@@ -146,7 +151,8 @@ fn rows(
             continue;
         }
         let mut values = [None; LoadColumn::COUNT];
-        for (column, cell) in columns.iter().zip(cells).filter(|(column, _)| **column != LoadColumn::Ignored) {
+        for (column, cell) in columns.iter().zip(cells).filter(|(column, _)| **column != LoadColumn::Ignored)
+        {
             match cell.parse::<f64>() {
                 Ok(value) if value == 0.0 || (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&value.abs()) => {
                     values[*column as usize] = Some(value);
@@ -199,7 +205,9 @@ fn point(line: usize, values: &[Option<f64>; LoadColumn::COUNT]) -> LoadPoint {
     let degrees = |angles: [f64; 2]| angles.map(f64::to_radians);
     LoadPoint {
         line,
-        normal: one(LoadColumn::Approach).map(Normal::Approach).or(one(LoadColumn::NormalForce).map(Normal::Force)),
+        normal: one(LoadColumn::Approach)
+            .map(Normal::Approach)
+            .or(one(LoadColumn::NormalForce).map(Normal::Force)),
         tangential: pair(LoadColumn::ShiftX, LoadColumn::ShiftY).map(Tangential::Shift).or(pair(
             LoadColumn::TangentialX,
             LoadColumn::TangentialY,

@@ -21,12 +21,12 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 
+use super::diagnostic::Diagnostic;
 use super::document::{Document, TomlValue};
+use super::plan::Plan;
 use super::spec::Units;
 use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
-use super::diagnostic::Diagnostic;
-use super::plan::Plan;
 use crate::linalg::memory::MemoryLimit;
 
 /// What is resolved so far.
@@ -92,7 +92,13 @@ impl<'a> Resolver<'a> {
 
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
 pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
-    let mut r = Resolver { document, diagnostics: Vec::new(), notes: Vec::new(), files: Vec::new(), schema_valid: clean };
+    let mut r = Resolver {
+        document,
+        diagnostics: Vec::new(),
+        notes: Vec::new(),
+        files: Vec::new(),
+        schema_valid: clean,
+    };
     let plan = build_plan(&mut r);
     let whole = clean && r.diagnostics.is_empty();
     (plan.filter(|_| whole), r.diagnostics, r.notes)

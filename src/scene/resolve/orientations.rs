@@ -9,8 +9,8 @@ use crate::error::Error;
 use crate::geometry::fibre_axes;
 use crate::material::{ElementAxes, Orientation, Winding, WoundLayer};
 use crate::mesh::{ElementField, Mesh, gmsh};
-use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::plan::FibreAngles;
+use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::suggest::{closest, quoted_list};
 
 /// Most lines of a table that are reported.
@@ -225,8 +225,11 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     }
     let more = wrong.len().saturating_sub(MAX_LISTED_LINES);
     for (i, message) in wrong.iter().take(MAX_LISTED_LINES).enumerate() {
-        let more =
-            if i + 1 == MAX_LISTED_LINES && more > 0 { format!(" (and {more} more lines)") } else { String::new() };
+        let more = if i + 1 == MAX_LISTED_LINES && more > 0 {
+            format!(" (and {more} more lines)")
+        } else {
+            String::new()
+        };
         r.report(key, format!("{message}{more}"), "this file", mend);
     }
     wrong.is_empty().then(|| Orientation::PerElement(Arc::new(axes)))

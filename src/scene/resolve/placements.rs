@@ -10,12 +10,12 @@ use super::materials::Materials;
 use super::orientations;
 use crate::fem;
 use crate::geometry::fibre_axes;
-use crate::material::{Orientation, PlacedMaterial, RegionMaterial, Ply};
+use crate::material::{Orientation, PlacedMaterial, Ply, RegionMaterial};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::document::join_key;
+use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
-use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 
 /// What the schema allows.
 const MAX_LAYUP_REPEATS: usize = 100_000;
@@ -73,7 +73,13 @@ struct BodyContext<'a> {
 
 impl BodyContext<'_> {
     /// One material; `key` is where it is named, or where it is not.
-    fn single(&self, r: &mut Resolver, key: &str, material: &str, fibre: Orientation) -> Option<RegionMaterial> {
+    fn single(
+        &self,
+        r: &mut Resolver,
+        key: &str,
+        material: &str,
+        fibre: Orientation,
+    ) -> Option<RegionMaterial> {
         let elastic = self.find_material(r, key, material)?;
         Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }

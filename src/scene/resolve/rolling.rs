@@ -4,8 +4,8 @@ use super::Resolver;
 use super::laws::Laws;
 use crate::friction::FrictionLaw;
 use crate::history::step::Rolling;
-use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 use crate::scene::plan::{BodyPlan, FramePlan};
+use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 
 /// A direction this near to an axis (in quarter turns) is along it.
 const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
@@ -64,7 +64,8 @@ pub(super) fn check_model(r: &mut Resolver, frame: Option<&FramePlan>, bodies: &
         r.report(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
     }
     for (number, body) in bodies.iter().enumerate() {
-        let meshed = |body: &BodyPlan| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_));
+        let meshed =
+            |body: &BodyPlan| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_));
         if body.as_ref().is_some_and(meshed) {
             let message = format!(
                 "steady rolling needs bodies that do not change along the rolling direction, but body{} has a mesh",

@@ -5,9 +5,9 @@ use super::friction_loads;
 use super::laws::Laws;
 use super::load_points;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Normal, HistoryRow, Spin, Step, Tangential, Tilt};
-use crate::scene::spec::step::Step as Keys;
+use crate::history::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::plan::FramePlan;
+use crate::scene::spec::step::Step as Keys;
 
 /// Rotations beyond this (degrees) are noted: the tangent differs from the angle by a quarter of a percent.
 const MAX_ROTATION_DEG: f64 = 5.0;
@@ -44,7 +44,12 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
     let before = r.diagnostics.len();
     if keys.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
-        r.report(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
+        r.report(
+            &format!("{key}.name"),
+            "a step has an empty name",
+            "empty",
+            "name it, or leave the key out",
+        );
     }
     if keys.name.as_deref().is_some_and(|name| name.contains(char::is_control)) {
         let message = "the name of a step contains line breaks or control characters";
@@ -206,8 +211,11 @@ fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: 
             _ => None,
         };
         for key in [tilt, spin].into_iter().flatten().filter(|_| !told.contains(i)) {
-            let place =
-                if step.history_row.is_some() { format!("steps.{i}.history") } else { format!("steps.{i}.{key}") };
+            let place = if step.history_row.is_some() {
+                format!("steps.{i}.history")
+            } else {
+                format!("steps.{i}.{key}")
+            };
             let message =
                 "a rotation is not possible on a periodic frame: the gap would grow from period to period";
             r.report(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");

@@ -17,7 +17,9 @@ pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize
         let mut found = None;
         for node in nodes {
             for component in 0..3 {
-                let Some(value) = prescribed_value(support, component, &spec.mesh.points[node]) else { continue };
+                let Some(value) = prescribed_value(support, component, &spec.mesh.points[node]) else {
+                    continue;
+                };
                 let (earlier, before) = *known.entry((node, component)).or_insert((index, value));
                 if before != value && found.is_none() {
                     found = Some((earlier, node, component, [before, value]));

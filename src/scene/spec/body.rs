@@ -22,7 +22,7 @@ pub enum Body {
         material: String,
         /// Direction of material axis 1; default along x.
         #[serde(default)]
-        #[schemars(with = "Fibre")]
+        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
         /// Half side length of the square around the frame that is meshed with boundary elements and solved with
         /// full-space kernels; the surface outside is fixed. For comparison with programs without half-space kernels;
@@ -43,7 +43,7 @@ pub struct FeBody {
     pub material: String,
     /// Direction of material axis 1; default along x.
     #[serde(default)]
-    #[schemars(with = "Direction")]
+    #[schemars(with = "FibreDirection")]
     pub fibre: Option<FibreDirection>,
     /// Plies with a fibre each, instead of `fibre`.
     #[serde(default)]
@@ -96,7 +96,7 @@ pub struct BeBody {
     pub material: String,
     /// Direction of material axis 1; default along x.
     #[serde(default)]
-    #[schemars(with = "Fibre")]
+    #[schemars(with = "UniformFibre")]
     pub fibre: Option<UniformFibre>,
     /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file: a closed surface mesh, or a volume mesh, whose boundary surface is used.
     pub mesh: String,
@@ -242,7 +242,7 @@ pub struct Region {
     pub material: Option<String>,
     /// Direction of its material axis 1; default the body's.
     #[serde(default)]
-    #[schemars(with = "Direction")]
+    #[schemars(with = "FibreDirection")]
     pub fibre: Option<FibreDirection>,
     /// Plies with a fibre each, instead of `fibre`; default the body's.
     #[serde(default)]

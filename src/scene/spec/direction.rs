@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::frame::{PositiveCount, Positive};
+use super::frame::{Positive, PositiveCount};
 
 /// Direction of material axis 1 in a meshed body: the same everywhere (`tilt`, `azimuth`), by element (`field`,
 /// `file`), or around an axis (`cylindrical`).
@@ -29,7 +29,7 @@ pub struct FibreDirection {
     pub file: Option<String>,
     /// Fibres wound around an axis (cylindrical fibre directions).
     #[serde(default)]
-    #[schemars(with = "Cylindrical")]
+    #[schemars(with = "CylindricalWinding")]
     pub cylindrical: Option<CylindricalWinding>,
 }
 

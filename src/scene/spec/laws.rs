@@ -49,7 +49,7 @@ pub enum Friction {
         body: Option<u8>,
         /// Fibre direction to use instead of a body's.
         #[serde(default)]
-        #[schemars(with = "Fibre")]
+        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
     },
 }
@@ -82,7 +82,7 @@ pub enum Wear {
         beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
-        #[schemars(with = "MoveMesh")]
+        #[schemars(with = "MeshMotionThreshold")]
         move_mesh: Option<MeshMotionThreshold>,
     },
     /// Specific wear rates along two axes.
@@ -111,7 +111,7 @@ pub enum Wear {
         beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
-        #[schemars(with = "MoveMesh")]
+        #[schemars(with = "MeshMotionThreshold")]
         move_mesh: Option<MeshMotionThreshold>,
     },
     /// Fibre-reinforced plastic: specific wear rates along and across the fibre, interpolated with the fibre tilt.
@@ -132,7 +132,7 @@ pub enum Wear {
         body: Option<u8>,
         /// Fibre direction to use instead of a body's; default that of the friction law.
         #[serde(default)]
-        #[schemars(with = "Fibre")]
+        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
         /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
         #[serde(default = "one")]
@@ -149,7 +149,7 @@ pub enum Wear {
         beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
-        #[schemars(with = "MoveMesh")]
+        #[schemars(with = "MeshMotionThreshold")]
         move_mesh: Option<MeshMotionThreshold>,
     },
     /// Wear volume = k x dissipated friction energy.
@@ -172,7 +172,7 @@ pub enum Wear {
         beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
-        #[schemars(with = "MoveMesh")]
+        #[schemars(with = "MeshMotionThreshold")]
         move_mesh: Option<MeshMotionThreshold>,
     },
 }

@@ -21,7 +21,7 @@ pub enum Material {
         /// Yield stress, for the von Mises failure index.
         #[serde(default, rename = "yield")]
         #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
-        yields: Option<f64>,
+        yield_stress: Option<f64>,
     },
     /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
     TransverselyIsotropic {
@@ -89,10 +89,12 @@ impl Material {
     /// What it bears, if the scene says so.
     pub(crate) fn strength_limit(&self) -> Option<MaterialStrength> {
         match self {
-            Self::Isotropic { yields, .. } => yields.map(MaterialStrength::Yield),
+            Self::Isotropic { yield_stress, .. } => yield_stress.map(MaterialStrength::Yield),
             Self::TransverselyIsotropic { strength, .. }
             | Self::Orthotropic { strength, .. }
-            | Self::Stiffness { strength, .. } => strength.map(|strength| MaterialStrength::Ply(strength.into())),
+            | Self::Stiffness { strength, .. } => {
+                strength.map(|strength| MaterialStrength::Ply(strength.into()))
+            }
         }
     }
 }

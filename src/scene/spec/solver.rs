@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::bem::half_space::compressed::DEFAULT_TOLERANCE;
 use crate::results::field_writer::FieldKind;
-use crate::skip::{OmittableWork, AllowedOmissions};
+use crate::skip::{AllowedOmissions, OmittableWork};
 
 /// How the contact problem is solved.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -48,7 +48,7 @@ pub struct Step {
     pub spin_moment: Option<f64>,
     /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
     #[serde(default)]
-    #[schemars(with = "History")]
+    #[schemars(with = "LoadHistory")]
     pub history: Option<LoadHistory>,
     /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
     #[serde(default = "one")]
@@ -111,7 +111,7 @@ pub struct LoadHistory {
     pub file: String,
     /// What its columns hold; default the names in its first line.
     #[serde(default)]
-    #[schemars(with = "Vec<Column>")]
+    #[schemars(with = "Vec<LoadColumn>")]
     pub columns: Option<Vec<LoadColumn>>,
 }
 
@@ -197,14 +197,14 @@ pub struct Cycles {
     pub angle: f64,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
     #[serde(default)]
-    #[schemars(with = "Count")]
+    #[schemars(with = "PositiveCount")]
     pub jumps: Option<PositiveCount>,
     /// Increments per stroke (half cycle), a number or "auto". "auto": 1 (8 for an ellipse); the wear is corrected by
     /// cycles computed with as many increments as `wear.tolerance` requires. Default: as "auto", but without correction
     /// while the whole contact slips and the wear agrees within the tolerance. A number is used as given; one finely
     /// resolved cycle at the start of the step measures its error.
     #[serde(default)]
-    #[schemars(with = "Strokes")]
+    #[schemars(with = "StrokeIncrements")]
     pub increments: Option<StrokeIncrements>,
     /// Shape of the path of a cycle.
     #[serde(default)]
@@ -243,7 +243,7 @@ pub struct Sliding {
     pub angle: f64,
     /// Number of equal wear jumps over the distance; default: controlled by the estimated error (`wear.tolerance`).
     #[serde(default)]
-    #[schemars(with = "Count")]
+    #[schemars(with = "PositiveCount")]
     pub jumps: Option<PositiveCount>,
 }
 

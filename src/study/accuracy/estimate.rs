@@ -96,7 +96,8 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
     let [before, last] =
         [0, 1].map(|i| order_between([sizes[i], sizes[i + 1], sizes[i + 2]], [d[i], d[i + 1]]));
     let (before, last) = (before?, last?);
-    ((last - before).abs() <= MAX_ORDER_DIFFERENCE).then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
+    ((last - before).abs() <= MAX_ORDER_DIFFERENCE)
+        .then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
 /// The power p for which two differences belong to one error C h^p, by bisection; `None` if it is not believed.

@@ -6,8 +6,8 @@ use super::super::near_field::choose_near_fields;
 use crate::frame::GapShape;
 use crate::friction::FrictionLaw;
 use crate::history::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
-use crate::scene::spec::accuracy::RefinementParameter;
 use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
+use crate::scene::spec::accuracy::RefinementParameter;
 use crate::wear::WearLaw;
 
 /// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
@@ -56,7 +56,9 @@ impl Levels {
     pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => self,
-            RefinementParameter::Increments => Self { increments: self.increments.min(FALLBACK_LEVEL), ..self },
+            RefinementParameter::Increments => {
+                Self { increments: self.increments.min(FALLBACK_LEVEL), ..self }
+            }
             RefinementParameter::Jumps => Self { jumps: self.jumps.min(FALLBACK_LEVEL), ..self },
         }
     }
@@ -90,11 +92,18 @@ impl RefinementLadder {
             .iter()
             .filter_map(|step| step.cycles)
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
-        let around = plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
+        let around =
+            plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
         let given =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
-        let mut ladder =
-            Self { relative: spec.relative, is_refined: [false; 3], aspect: [None; 2], increments_per_stroke: around, cycles, has_own_tolerances: given };
+        let mut ladder = Self {
+            relative: spec.relative,
+            is_refined: [false; 3],
+            aspect: [None; 2],
+            increments_per_stroke: around,
+            cycles,
+            has_own_tolerances: given,
+        };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
             // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
@@ -105,7 +114,9 @@ impl RefinementLadder {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
                 // Cells finer than the faces of a mesh that is condensed show nothing new.
-                ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?.iter().any(|near| near.is_condensed());
+                ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
+                    .iter()
+                    .any(|near| near.is_condensed());
             }
         }
         let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
@@ -113,15 +124,19 @@ impl RefinementLadder {
         let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
         let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
         ladder.is_refined[1] = (by_path || around > 0) && !kept(RefinementParameter::Increments);
-        ladder.is_refined[2] =
-            plan.steps.iter().any(|step| step.cycles.is_some() && wears(step)) && !kept(RefinementParameter::Jumps);
+        ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && wears(step))
+            && !kept(RefinementParameter::Jumps);
         Ok(ladder)
     }
 
     /// What is turned: the cells last.
     pub fn knobs(&self) -> Vec<RefinementParameter> {
         let [cells, increments, jumps] = self.is_refined;
-        let all = [(increments, RefinementParameter::Increments), (jumps, RefinementParameter::Jumps), (cells, RefinementParameter::Cells)];
+        let all = [
+            (increments, RefinementParameter::Increments),
+            (jumps, RefinementParameter::Jumps),
+            (cells, RefinementParameter::Cells),
+        ];
         all.into_iter().filter(|(chosen, _)| *chosen).map(|(_, knob)| knob).collect()
     }
 
@@ -136,9 +151,12 @@ impl RefinementLadder {
                 levels.cells + 1 >= CELLS_BY_LEVEL.len() || x * y > MOST
             }
             RefinementParameter::Increments => {
-                levels.increments >= DOUBLINGS || self.increments_per_stroke << levels.increments >= MAX_INCREMENTS_PER_STROKE
+                levels.increments >= DOUBLINGS
+                    || self.increments_per_stroke << levels.increments >= MAX_INCREMENTS_PER_STROKE
             }
-            RefinementParameter::Jumps => levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles,
+            RefinementParameter::Jumps => {
+                levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles
+            }
         }
     }
 
@@ -156,7 +174,9 @@ impl RefinementLadder {
     /// What the error of a knob falls with.
     pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
         match knob {
-            RefinementParameter::Cells => 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64,
+            RefinementParameter::Cells => {
+                1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
+            }
             RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
             // The error of jumps follows their tolerance, which falls by four.
             RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
@@ -215,12 +235,14 @@ impl RefinementLadder {
                 Some(cycles) if jumps && step.wear => {
                     let share = self.relative * 0.25f64.powi(levels.jumps as i32);
                     cycles.jumps = match cycles.jumps {
-                        JumpPolicy::Number(number) => {
-                            JumpPolicy::Number((number << levels.jumps).min(cycles.count as usize).max(number))
-                        }
+                        JumpPolicy::Number(number) => JumpPolicy::Number(
+                            (number << levels.jumps).min(cycles.count as usize).max(number),
+                        ),
                         JumpPolicy::Tolerance(_) => JumpPolicy::Tolerance(share),
                     };
-                    if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = &mut cycles.motion {
+                    if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
+                        &mut cycles.motion
+                    {
                         used.tolerance = share;
                     }
                 }

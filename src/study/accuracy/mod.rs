@@ -8,16 +8,16 @@ mod ladder;
 mod values;
 
 use estimate::{Convergence, limit};
-use ladder::RefinementLadder;
 pub use ladder::Levels;
+use ladder::RefinementLadder;
 use values::{TargetValue, min_contact_cells, values};
 
 use super::failure::SceneError;
 use crate::error::Error;
 use crate::history::record::IncrementRecord;
 use crate::results::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};
-use crate::scene::spec::accuracy::RefinementParameter;
 use crate::scene::plan::{AccuracyPlan, Plan};
+use crate::scene::spec::accuracy::RefinementParameter;
 
 /// Share of the accuracy that increments and jumps may each take where cells follow.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;
@@ -85,7 +85,16 @@ impl<'p> AccuracySearch<'p> {
             return Err(SceneError { error, key: "accuracy".to_owned() });
         }
         let (samples, turns) = (Vec::new(), Vec::new());
-        Ok(Some(Self { plan, spec, ladder, knobs, samples, refinements: turns, base: None, stop_reason: None }))
+        Ok(Some(Self {
+            plan,
+            spec,
+            ladder,
+            knobs,
+            samples,
+            refinements: turns,
+            base: None,
+            stop_reason: None,
+        }))
     }
 
     /// What is turned, in this order.
@@ -109,11 +118,21 @@ impl<'p> AccuracySearch<'p> {
     }
 
     /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
-    pub fn add_run(&mut self, levels: Levels, records: &[IncrementRecord], (cell, seconds): (Option<f64>, f64)) {
+    pub fn add_run(
+        &mut self,
+        levels: Levels,
+        records: &[IncrementRecord],
+        (cell, seconds): (Option<f64>, f64),
+    ) {
         let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
         let cut = self.ladder.outline_area_error(self.plan, &levels);
         let punch = self.ladder.outline_cell_area(self.plan, cut);
-        self.samples.push(MeasuredRun { levels, values: values(self.plan, records, punch), outline_area_error: cut, seconds });
+        self.samples.push(MeasuredRun {
+            levels,
+            values: values(self.plan, records, punch),
+            outline_area_error: cut,
+            seconds,
+        });
         let number = self.samples.len() - 1;
         if self.refinements.is_empty() {
             let coarse = self.knobs.contains(&RefinementParameter::Cells) && !self.ladder.resolves(cells);
@@ -187,7 +206,8 @@ impl<'p> AccuracySearch<'p> {
             return false;
         };
         self.are_within_tolerance(index, &errors)
-            && (turn.len() >= MIN_RUNS_PER_PARAMETER || errors.iter().all(|error| *error <= UNCHANGED_SHARE * self.spec.relative))
+            && (turn.len() >= MIN_RUNS_PER_PARAMETER
+                || errors.iter().all(|error| *error <= UNCHANGED_SHARE * self.spec.relative))
     }
 
     fn are_within_tolerance(&self, index: usize, errors: &[f64]) -> bool {
@@ -204,9 +224,11 @@ impl<'p> AccuracySearch<'p> {
                 whole / self.knobs.len() as f64
             };
         }
-        let before = (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
+        let before =
+            (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
         // What is left where others took too much shall not stop the last one from being turned.
-        (whole - before.sum::<f64>()).max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
+        (whole - before.sum::<f64>())
+            .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
     /// Relative errors of all values that a knob leaves after its turn.
@@ -222,7 +244,11 @@ impl<'p> AccuracySearch<'p> {
         }
         let size = self.ladder.size(knob, levels);
         let last = &self.samples[*turn.last()?];
-        let stairs = if knob == RefinementParameter::Cells { LOAD_ERROR_PER_AREA_ERROR * last.outline_area_error.unwrap_or(0.0).abs() } else { 0.0 };
+        let stairs = if knob == RefinementParameter::Cells {
+            LOAD_ERROR_PER_AREA_ERROR * last.outline_area_error.unwrap_or(0.0).abs()
+        } else {
+            0.0
+        };
         let relative = |(value, wanted): (usize, &TargetValue)| {
             let (sizes, values) = self.convergence_data(turn, knob, value);
             let error = Convergence::estimate(&sizes, &values).error(size);
@@ -234,27 +260,39 @@ impl<'p> AccuracySearch<'p> {
     }
 
     /// Sizes and values of a turn, values of a punch without what its outline's cells have too much or too little.
-    fn convergence_data(&self, turn: &[usize], knob: RefinementParameter, value: usize) -> (Vec<f64>, Vec<f64>) {
+    fn convergence_data(
+        &self,
+        turn: &[usize],
+        knob: RefinementParameter,
+        value: usize,
+    ) -> (Vec<f64>, Vec<f64>) {
         let of = |&number: &usize| {
             let sample = &self.samples[number];
-            (self.ladder.size(knob, &sample.levels), sample.values[value].corrected_for_outline(sample.outline_area_error))
+            (
+                self.ladder.size(knob, &sample.levels),
+                sample.values[value].corrected_for_outline(sample.outline_area_error),
+            )
         };
         turn.iter().map(of).unzip()
     }
 
     /// What is known of the accuracy of the last run.
     pub fn record(&self) -> AccuracyRecord {
-        let shares: Vec<Option<Vec<f64>>> = (0..self.knobs.len()).map(|index| self.error_contribution(index)).collect();
+        let shares: Vec<Option<Vec<f64>>> =
+            (0..self.knobs.len()).map(|index| self.error_contribution(index)).collect();
         let of_value = |(value, wanted): (usize, &TargetValue)| {
             let error = |knob: RefinementParameter| {
                 let index = self.knobs.iter().position(|known| *known == knob)?;
                 Some(shares[index].as_ref()?[value])
             };
-            let by = [RefinementParameter::Cells, RefinementParameter::Increments, RefinementParameter::Jumps].map(error);
+            let by =
+                [RefinementParameter::Cells, RefinementParameter::Increments, RefinementParameter::Jumps]
+                    .map(error);
             let known = shares.iter().all(Option::is_some);
             let relative = known.then(|| by.iter().flatten().sum::<f64>());
             let turn = self.refinements.last().filter(|turn| turn.len() >= 2);
-            let course = turn.map(|turn| self.convergence_data(turn, self.knobs[self.refinements.len() - 1], value));
+            let course =
+                turn.map(|turn| self.convergence_data(turn, self.knobs[self.refinements.len() - 1], value));
             EstimatedResult {
                 step: wanted.step.clone(),
                 name: wanted.name,
@@ -264,7 +302,9 @@ impl<'p> AccuracySearch<'p> {
                 cell_error: by[0],
                 increment_error: by[1],
                 jump_error: by[2],
-                order: course.as_ref().and_then(|(sizes, values)| Convergence::estimate(sizes, values).order()),
+                order: course
+                    .as_ref()
+                    .and_then(|(sizes, values)| Convergence::estimate(sizes, values).order()),
                 extrapolated: course.and_then(|(sizes, values)| limit(&sizes, &values)),
             }
         };

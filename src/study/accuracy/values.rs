@@ -2,8 +2,8 @@
 
 use crate::history::record::IncrementRecord;
 use crate::history::step::{CycleMotion, Drive, Normal, Step, Tangential};
-use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::plan::Plan;
+use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::wear::WearLaw;
 
 /// Share of the largest value of all steps that the error of a small one is relative to at least.

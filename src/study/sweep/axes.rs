@@ -114,7 +114,8 @@ pub(super) fn axes(
         if own.sample.is_some() {
             sampled(own, list, &mut wrong);
             // Its values follow when all that are sampled are known.
-            let written = KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
+            let written =
+                KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
             let (name, keys) = (own.name.clone(), own.keys.clone());
             axes.push(Axis { name, keys, locations: vec![written], values: Vec::new(), is_sample: true });
             continue;
@@ -242,7 +243,11 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
 }
 
 /// The values of a list, one node for each key.
-fn listed(axis: &AxisKeys, list: &TomlNode, wrong: &mut impl FnMut(String, String, &str)) -> Vec<Vec<TomlNode>> {
+fn listed(
+    axis: &AxisKeys,
+    list: &TomlNode,
+    wrong: &mut impl FnMut(String, String, &str),
+) -> Vec<Vec<TomlNode>> {
     let TomlValue::Array(items) = &list.value else { return Vec::new() };
     let mut values: Vec<Vec<TomlNode>> = Vec::new();
     let mut known = BTreeSet::new();
@@ -273,7 +278,8 @@ fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
             let Some(key) = axes[i].keys.first().cloned() else { continue };
-            let short = key_segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
+            let short =
+                key_segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
             let is_taken = axes.iter().any(|axis| axis.name == short);
             axes[i].name = if is_taken { key } else { short.to_owned() };
         }
@@ -283,7 +289,12 @@ fn assign_names(axes: &mut [Axis]) {
 }
 
 /// The axes with those that have the same `zip`, or are sampled, as one, where the first of them stands.
-fn merge_zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut Vec<Diagnostic>) -> Vec<Axis> {
+fn merge_zipped(
+    document: &Document,
+    keys: &StudyFile,
+    axes: Vec<Axis>,
+    mistakes: &mut Vec<Diagnostic>,
+) -> Vec<Axis> {
     let mut together: Vec<(&str, Axis)> = Vec::new();
     for axis in axes {
         let Some(number) = axis.locations.first().map(|written| written.axis) else { continue };
@@ -334,7 +345,7 @@ impl Axis {
     /// An axis of numbers.
     pub fn of_numbers(name: &str, key: &str, numbers: &[f64]) -> Self {
         let node = |&number: &f64| {
-            let origin = crate::scene::document::ValueSource::File(0..0);
+            let source = crate::scene::document::ValueSource::File(0..0);
             vec![TomlNode { source, value: TomlValue::Float(number) }]
         };
         let written = KeyLocation { axis: 0, name: name.to_owned(), key: 0, of: 1, source: AxisKind::Values };

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::history::record::{IncrementRecord, JumpRecord, RollingRecord, Resultants};
+use crate::history::record::{IncrementRecord, JumpRecord, Resultants, RollingRecord};
 use crate::results::summary::Units;
 use crate::scene::document::key_segments;
 
@@ -78,7 +78,10 @@ impl CollectedQuantity {
         };
         let adds_up = self.fields.first().is_some_and(|field| CUMULATIVE_FIELDS.contains(&field.as_str()));
         let start = start.filter(|_| jumps && adds_up);
-        start.into_iter().chain(entries().filter_map(|record| Some([x(record), self.value_in(record)?]))).collect()
+        start
+            .into_iter()
+            .chain(entries().filter_map(|record| Some([x(record), self.value_in(record)?])))
+            .collect()
     }
 
     /// Its name with the unit: "worn volume, mm^{3}".

@@ -15,7 +15,7 @@ use crate::results::summary::Units;
 use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
-use crate::scene::{Diagnostic, Diagnostics, schema_check, parse};
+use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
 
 /// Most runs of a study.
 pub(super) const MOST_RUNS: usize = 10_000;
@@ -98,7 +98,8 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
             format!("run it with `orthowear run {}`, or write a study of it (docs/study.md)", path.display());
         return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
     }
-    let (mut mistakes, unknown) = schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
+    let (mut mistakes, unknown) =
+        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
     let mut known = document.clone();
     unknown.iter().for_each(|key| known.remove(key));
     let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
@@ -148,7 +149,19 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, curve_abscissa: jumping, first })
+    Ok(Sweep {
+        document,
+        title,
+        scene,
+        units,
+        axes,
+        collect,
+        curves,
+        left_out,
+        runs,
+        curve_abscissa: jumping,
+        first,
+    })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.

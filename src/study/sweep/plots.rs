@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::axes::Axis;
 use super::collect::CollectedQuantity;
 use super::file::Sweep;
-use super::table::{StudyRun, StudyResult};
+use super::table::{StudyResult, StudyRun};
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};
 use crate::results::plot::heat_map::HeatMap;
@@ -24,7 +24,8 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     let mut keep = |name: String, panels: Vec<Canvas>| {
         if !panels.is_empty() {
             let shown: Vec<Canvas> = panels.into_iter().take(MOST_PANELS).collect();
-            pictures.push((format!("{}.svg", plain(&name)), arrange_panels(&shown, PANEL, 3.min(shown.len()))));
+            pictures
+                .push((format!("{}.svg", plain(&name)), arrange_panels(&shown, PANEL, 3.min(shown.len()))));
         }
     };
     for quantity in &sweep.curves {

@@ -262,7 +262,8 @@ mod tests {
     fn kept(text: &str) -> Vec<[f64; 2]> {
         let axes = axes();
         let requirement = Requirement::parse(text, &axes).expect(text);
-        let number = |choice: &Vec<usize>| [0, 1].map(|k| axes[k].value_of_key(choice[k], 0).expect("a number"));
+        let number =
+            |choice: &Vec<usize>| [0, 1].map(|k| axes[k].value_of_key(choice[k], 0).expect("a number"));
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 

@@ -1,6 +1,6 @@
 //! Points of a sample: spread evenly over the ranges of several keys together.
 
-use super::keys::{SampleMethod, SampleKeys, SampledRange, Spacing};
+use super::keys::{SampleKeys, SampleMethod, SampledRange, Spacing};
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
 
@@ -47,7 +47,8 @@ pub(super) fn values(
     ranges: &[(&SampledRange, String)],
     document: &Document,
 ) -> Result<Vec<Vec<TomlNode>>, Vec<Diagnostic>> {
-    let wrong = |place: &str, message: String, mend: &str| Diagnostic::at(document, place, message).help(mend);
+    let wrong =
+        |place: &str, message: String, mend: &str| Diagnostic::at(document, place, message).help(mend);
     let mut mistakes = Vec::new();
     for (range, place) in ranges {
         let SampledRange { from, to, spacing } = **range;

@@ -14,7 +14,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::results::atomic_file::hexadecimal;
 use crate::scene::diagnostic::Location;
 use crate::scene::plan::Plan;
-use crate::scene::{self, DiagnosticKind, Document, Diagnostic, Diagnostics};
+use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
 
 /// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
 fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
@@ -69,7 +69,16 @@ impl<'a> SceneReader<'a> {
     /// Nothing read yet.
     pub fn new(document: &'a Document, scene: &'a Path, symmetry: bool) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
-        Self { document, scene, symmetry, study_diagnostics: Vec::new(), scene_diagnostics: None, first: None, steps, jumping }
+        Self {
+            document,
+            scene,
+            symmetry,
+            study_diagnostics: Vec::new(),
+            scene_diagnostics: None,
+            first: None,
+            steps,
+            jumping,
+        }
     }
 
     /// Reads the scene of a run; `None` if it is wrong.
@@ -92,7 +101,9 @@ impl<'a> SceneReader<'a> {
                     let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
                         let message = "the units of the scene differ from run to run";
-                        self.add(Diagnostic::at(self.document, "axes", message).help("vary values, not units"));
+                        self.add(
+                            Diagnostic::at(self.document, "axes", message).help("vary values, not units"),
+                        );
                     }
                     return Some(RunScene { memory, beginnings, shape });
                 }
@@ -190,7 +201,8 @@ impl<'a> SceneReader<'a> {
                     let message = format!("the scene has no step \"{}\"", quantity.step);
                     let place = format!("output.{key}.{i}");
                     let mistake = Diagnostic::at(self.document, &place, message);
-                    self.study_diagnostics.push(mistake.label("no such step").help(format!("its steps are {names}")));
+                    self.study_diagnostics
+                        .push(mistake.label("no such step").help(format!("its steps are {names}")));
                 }
             }
         }

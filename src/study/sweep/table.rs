@@ -141,7 +141,8 @@ impl StudyRun {
 impl StudyResult {
     /// The results of `runs`, in the order of the study's runs.
     pub fn new(sweep: &Sweep, runs: Vec<StudyRun>) -> Self {
-        let paths = |list: &[super::collect::CollectedQuantity]| list.iter().map(|q| q.path.clone()).collect();
+        let paths =
+            |list: &[super::collect::CollectedQuantity]| list.iter().map(|q| q.path.clone()).collect();
         Self {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),

@@ -101,7 +101,8 @@ fn column_between_smooth_walls() {
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let tractions = vec![0.0; 3 * n];
-    let stress = body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
+    let stress =
+        body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
     for (&node, found) in stress.points.mesh_nodes.iter().zip(&stress.stress) {
         let wanted = wanted(spec.mesh.points[node][2]);
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
@@ -112,7 +113,8 @@ fn column_between_smooth_walls() {
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
     let points = [[0.5, 0.5, -1.0], [0.3, 0.9, -0.01], [0.3, 0.2, 0.0]].map(Point::from);
-    for (x, found) in points.iter().zip(body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap()) {
+    for (x, found) in points.iter().zip(body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap())
+    {
         let (z, stress, wanted) = (x.z + height, found.voigt(), wanted(x.z));
         assert!((0..6).all(|c| (stress[c] - wanted[c]).abs() < 1e-4 * pressure), "{stress:?} {wanted:?}");
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;

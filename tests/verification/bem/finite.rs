@@ -3,7 +3,7 @@
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::finite::{
-    BoundaryElements, Domain, Interpolation, Panel, BoundaryValueProblem, BoundarySolution, SurfaceState,
+    BoundaryElements, BoundarySolution, BoundaryValueProblem, Domain, Interpolation, Panel, SurfaceState,
 };
 use orthowear::bem::full_space::FullSpaceField;
 use orthowear::element::ElementKind::{Quad9, Tri6};
@@ -38,7 +38,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
                     panels.push(Panel { kind: Tri6, nodes });
                 }
             } else {
-                let places = Quad9.face_places().iter().map(|[s, t]| [0.5 + 0.5 * s, 0.5 + 0.5 * t]);
+                let places = Quad9.face_reference_nodes().iter().map(|[s, t]| [0.5 + 0.5 * s, 0.5 + 0.5 * t]);
                 panels.push(Panel { kind: Quad9, nodes: of(&places.collect::<Vec<_>>()) });
             }
         }

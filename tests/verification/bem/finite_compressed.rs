@@ -3,7 +3,9 @@
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::finite::Interpolation::{Constant, Linear as LinearElements};
-use orthowear::bem::finite::{BoundaryElements, Domain, SolutionMethod, Interpolation, BoundaryValueProblem, BoundarySolution};
+use orthowear::bem::finite::{
+    BoundaryElements, BoundarySolution, BoundaryValueProblem, Domain, Interpolation, SolutionMethod,
+};
 use orthowear::error::ErrorKind;
 use orthowear::geometry::Point;
 use orthowear::material::Stiffness;

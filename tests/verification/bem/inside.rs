@@ -22,7 +22,7 @@ fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, 
     let mut all: Vec<(Point, Matrix3<f64>, f64)> = Vec::new();
     for i in 0..elements.n_elements() {
         let kind = elements.panel(i).kind;
-        for xi in &kind.face_places()[..kind.n_corners()] {
+        for xi in &kind.face_reference_nodes()[..kind.n_corners()] {
             let x = elements.panel(i).position(*xi);
             let stress = field.stress(i, *xi);
             match all.iter_mut().find(|(y, ..)| (*y - x).norm() < 1e-9) {
@@ -63,7 +63,9 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
         let (r, n) = (x.norm(), x.normalize());
         match domain {
             Domain::Interior => -pressure * Matrix3::identity(),
-            Domain::Exterior => (Matrix3::identity() * 0.5 - n * n.transpose() * 1.5) * (pressure / r.powi(3)),
+            Domain::Exterior => {
+                (Matrix3::identity() * 0.5 - n * n.transpose() * 1.5) * (pressure / r.powi(3))
+            }
         }
     };
     let corners = at_corners(&elements, &state);
@@ -150,7 +152,8 @@ fn below_a_circular_contact() {
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
         // Towards the other body's push, and to 0 far away like the approach a π p0 / (2 E*) in the middle of the surface.
         let modulus = 210e3 / (1.0 - 0.09);
-        let middle = body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
+        let middle =
+            body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
         assert!((middle.z * -side.outward() / (FRAC_PI_2 / modulus) - 1.0).abs() < 0.02, "{middle}");
     }
 }

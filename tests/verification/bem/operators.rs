@@ -277,7 +277,11 @@ fn a_half_does_what_the_whole_does_with_the_image() {
             for across in [0, 1] {
                 let sides = bodies.mirrors(across) && cells[across] % 2 == 0;
                 let half = whole.mirror_half(across);
-                assert_eq!((half.is_some(), whole.is_mirror_symmetric(across)), (sides, sides), "{cells:?} {across}");
+                assert_eq!(
+                    (half.is_some(), whole.is_mirror_symmetric(across)),
+                    (sides, sides),
+                    "{cells:?} {across}"
+                );
                 if let Some(half) = half {
                     half_of_whole(&whole, half.as_ref(), (cells, across));
                 }

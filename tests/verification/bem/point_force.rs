@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use super::{Random, cfrp, green, relative, steel};
 use crate::common::usual_or_finest;
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::{PointForceIntegral, GreenTensor, PointForceField, Side, TractionOperator};
+use orthowear::bem::half_space::{GreenTensor, PointForceField, PointForceIntegral, Side, TractionOperator};
 use orthowear::material::{Orthotropic, Stiffness};
 
 /// Nine constants, turned by angles that leave no plane of symmetry along the surface.
@@ -173,8 +173,8 @@ fn tractions_on_a_hemisphere_balance_the_force() {
                 let phi = 2.0 * PI * k as f64 / around as f64;
                 let sin = (1.0 - z * z).sqrt();
                 let n = Vector3::new(sin * phi.cos(), sin * phi.sin(), -z);
-                sum +=
-                    TractionOperator::new(stiffness, &n).apply(&field.at(&n)) * (weight * 2.0 * PI / around as f64);
+                sum += TractionOperator::new(stiffness, &n).apply(&field.at(&n))
+                    * (weight * 2.0 * PI / around as f64);
             }
         }
         assert!((sum + Matrix3::identity()).amax() < 1e-5, "{name}: {sum}");

@@ -30,7 +30,8 @@ fn operators_agree_with_bodies_solved_afresh() {
     for (name, mut pair) in pairs(&frame) {
         let coupled = tied(&mut pair, &frame, Coupling::Schur);
         let gap = gaps(&coupled, &tractions);
-        let afresh = coupled.flexibility.direct_sums(&cells, &tractions).expect("a factor at hand, or a grid");
+        let afresh =
+            coupled.flexibility.direct_sums(&cells, &tractions).expect("a factor at hand, or a grid");
         let some = |plane: usize| cells.iter().map(move |cell| plane * n + cell);
         let expected: Vec<f64> = (0..3).flat_map(some).map(|i| gap[i]).collect();
         let found: Vec<f64> = (0..3).flat_map(|plane| afresh.iter().map(move |gap| gap[plane])).collect();

@@ -12,7 +12,7 @@ use orthowear::friction::FrictionLaw;
 use orthowear::history::{Model, run};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, GradedBlock, BlockElements};
+use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
 use orthowear::wear::WearLaw;
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.

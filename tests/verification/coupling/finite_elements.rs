@@ -72,7 +72,8 @@ fn constant_pressure_passes_from_body_to_body() {
         tractions[2 * n..].fill(pressure);
         for body in [&lower, &upper] {
             let displacement = body.recover(&tractions).unwrap().displacement;
-            let field = body.recover_stress(&tractions, &displacement, ErrorEstimation::Estimate).unwrap().unwrap();
+            let field =
+                body.recover_stress(&tractions, &displacement, ErrorEstimation::Estimate).unwrap().unwrap();
             assert!(field.error.unwrap().relative_error() < 1e-10);
             for stress in field.stress {
                 let error = Vector6::from(stress) - Vector6::new(0.0, 0.0, -pressure, 0.0, 0.0, 0.0);

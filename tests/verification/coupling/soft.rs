@@ -7,7 +7,7 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{CoupledBodies, Coupling, couple};
-use orthowear::fem::{FoundationStiffness, Foundation};
+use orthowear::fem::{Foundation, FoundationStiffness};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
@@ -25,7 +25,8 @@ fn plate(frame: &ContactFrame) -> CoupledBodies {
         tetrahedra: false,
     };
     let mut spec = spec(brick.mesh(), &steel());
-    spec.foundations = vec![Foundation { group: "base".into(), stiffness: FoundationStiffness::Components([2000.0; 3]) }];
+    spec.foundations =
+        vec![Foundation { group: "base".into(), stiffness: FoundationStiffness::Components([2000.0; 3]) }];
     let mut body = FeBody::new(spec, "contact", Side::Lower, frame).expect("a body");
     couple(&mut body, &mut RigidBody, frame, Coupling::Schur, SkipVanishing).expect("a coupled body")
 }

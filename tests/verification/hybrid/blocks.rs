@@ -3,7 +3,7 @@
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::element::ElementKind;
-use orthowear::fem::{FeSpec, HexFormulation, CondensationResources};
+use orthowear::fem::{CondensationResources, FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;

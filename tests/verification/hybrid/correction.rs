@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use orthowear::bem::half_space::PointForceField;
-use orthowear::body::hybrid::{Correction, PatchForces, ContactPatch};
+use orthowear::body::hybrid::{ContactPatch, Correction, PatchForces};
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
 use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation};
 use orthowear::frame::Side;

@@ -30,7 +30,8 @@ fn supports_and_balance() {
     let mut body = hybrid(body(Hex27, (w, n, 1.0), &cfrp()), "z1", Side::Lower, &frame);
     let operator = body.take_flexibility(orthowear::bem::half_space::CrossBlocks::Keep).unwrap().unwrap();
     let field = body.recover(&tractions).unwrap();
-    let stress = body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Estimate).unwrap().unwrap();
+    let stress =
+        body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Estimate).unwrap().unwrap();
     let surface = body.surface().unwrap();
     let points = &surface.mesh.points;
     let largest = field.displacement.iter().flatten().fold(0.0, |m: f64, u| m.max(u.abs()));

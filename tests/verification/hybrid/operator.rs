@@ -7,7 +7,7 @@ use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::linalg::operator::Flexibility;
-use orthowear::material::{PlacedMaterial, RegionMaterial, Ply, Stiffness};
+use orthowear::material::{PlacedMaterial, Ply, RegionMaterial, Stiffness};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};
 use crate::common::steel;
@@ -147,7 +147,10 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
         upper = -depth;
         let axes = nalgebra::Matrix3::identity();
         let orientation = orthowear::material::Orientation::Uniform(axes);
-        Ply { z_range: z, material: PlacedMaterial { name: "ply".into(), stiffness: (*stiffness).clone(), orientation } }
+        Ply {
+            z_range: z,
+            material: PlacedMaterial { name: "ply".into(), stiffness: (*stiffness).clone(), orientation },
+        }
     };
     let mut all: Vec<Ply> = plies.iter().map(placed).collect();
     all.reverse();

@@ -89,7 +89,8 @@ fn rigid_motions() {
     let shifted = |stiffness: f64| {
         let base =
             Support { group: "z0".into(), components: ALL, value: [0.0, 0.0, 0.01], gradient: [[0.0; 3]; 3] };
-        let foundation = Foundation { group: "x0".into(), stiffness: FoundationStiffness::Components([stiffness; 3]) };
+        let foundation =
+            Foundation { group: "x0".into(), stiffness: FoundationStiffness::Components([stiffness; 3]) };
         surface(FeSpec { supports: vec![base], foundations: vec![foundation], ..spec.clone() }, &frame)
     };
     let soft = off(&shifted(1e-6), &frame, |_| Vector3::new(0.0, 0.0, 0.01));

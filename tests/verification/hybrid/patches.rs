@@ -3,10 +3,10 @@
 use orthowear::bem::half_space::CrossBlocks::Keep;
 use orthowear::bem::half_space::PointForceField;
 use orthowear::body::ElasticBody;
-use orthowear::body::hybrid::{Correction, FaceContact, PatchForces, MultiPatchBody, ContactPatch};
+use orthowear::body::hybrid::{ContactPatch, Correction, FaceContact, MultiPatchBody, PatchForces};
 use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
-use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation, CondensationResources, Support};
+use orthowear::fem::{ColumnSolver, CondensationResources, FeModel, FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::{Point, Triad};
@@ -53,7 +53,8 @@ fn beside(kind: ElementKind, n: usize, stiffness: &Stiffness) -> f64 {
     let solver = ColumnSolver::new(&model, &MemoryLimit::of_machine()).unwrap();
     let level = Triad::horizontal(0.0);
     let sides = [(Side::Lower, 0.0), (Side::Upper, -depth)];
-    let patches = sides.map(|(side, z)| ContactPatch::on_body(&level, side, Point::new(0.0, 0.0, z), [FRAME; 2]));
+    let patches =
+        sides.map(|(side, z)| ContactPatch::on_body(&level, side, Point::new(0.0, 0.0, z), [FRAME; 2]));
     let own = patches.map(|patch| stiffness.rotated(&patch.axes.0.transpose()));
     let fields = own.each_ref().map(|own| PointForceField::new(own).unwrap());
     let forces = [0, 1].map(|k| PatchForces {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::mesh::faces::group_faces;
-use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{Mesh, gmsh};
 
 use super::gmsh_writes::{assert_same_group_points, counts};

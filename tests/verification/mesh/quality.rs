@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use orthowear::element::ElementKind;
 use orthowear::mesh::faces::{group_faces, outer_faces};
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
 use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
 fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {
@@ -108,9 +108,10 @@ fn inverted_and_collapsed_elements_are_named() {
     inverted.blocks[1].nodes[..8].rotate_left(4);
     named(&inverted, &[&tag, "inside out", "ReverseMesh"]);
 
-    let mut flat = GradedBlock { solids: BlockElements::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
-        .mesh()
-        .expect("a block");
+    let mut flat =
+        GradedBlock { solids: BlockElements::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
+            .mesh()
+            .expect("a block");
     let nodes = flat.cell_nodes(first(&flat)).to_vec();
     let middle =
         (0..3).map(|k| 0.5 * (flat.points[nodes[0]][k] + flat.points[nodes[3]][k])).collect::<Vec<_>>();
@@ -236,10 +237,14 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
     points.push([0.5, 0.5, 2.0]);
     let block = |kind: ElementKind, nodes: Vec<usize>, tags: Vec<u64>| CellBlock { kind, nodes, tags };
     let hex = || block(ElementKind::Hex8, (0..8).collect(), vec![1]);
-    let mesh = |other: CellBlock| Mesh { points: points.clone(), blocks: vec![hex(), other], ..Mesh::default() };
+    let mesh =
+        |other: CellBlock| Mesh { points: points.clone(), blocks: vec![hex(), other], ..Mesh::default() };
     let tets = block(ElementKind::Tet4, vec![4, 5, 6, 8, 4, 6, 7, 8], vec![2, 3]);
     let quality = check(&mesh(tets)).expect("measured");
-    assert_eq!((quality.nonconforming_faces.split_quadrangles, quality.nonconforming_faces.mixed_orders.0), ((1, 1), 0));
+    assert_eq!(
+        (quality.nonconforming_faces.split_quadrangles, quality.nonconforming_faces.mixed_orders.0),
+        ((1, 1), 0)
+    );
     assert!(
         quality.warnings()[0].contains("WARNING: 1 quadrangles")
             && quality.warnings()[0].contains("pyramids")
@@ -262,5 +267,8 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
         ..Mesh::default()
     };
     let quality = check(&mixed).expect("measured");
-    assert_eq!((quality.nonconforming_faces.mixed_orders, quality.nonconforming_faces.split_quadrangles.0), ((1, 2), 0));
+    assert_eq!(
+        (quality.nonconforming_faces.mixed_orders, quality.nonconforming_faces.split_quadrangles.0),
+        ((1, 2), 0)
+    );
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use orthowear::element::ElementKind;
-use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup, gmsh};
 
 use super::writer::{VARIANTS, Variant, groups_of_cells, write};
@@ -139,7 +139,10 @@ fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
         let mesh = gmsh::parse(text.as_bytes(), "small.msh").expect("a mesh");
         assert_eq!(mesh.points, [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]);
-        assert_eq!(mesh.blocks, [CellBlock { kind: ElementKind::Tet4, nodes: vec![0, 1, 2, 3], tags: vec![7] }]);
+        assert_eq!(
+            mesh.blocks,
+            [CellBlock { kind: ElementKind::Tet4, nodes: vec![0, 1, 2, 3], tags: vec![7] }]
+        );
         let cells = vec![CellRef { block: 0, cell: 0 }];
         assert_eq!(mesh.groups, [PhysicalGroup { name: "body".to_string(), dim: 3, tag: 1, cells }]);
         assert_eq!(mesh.bounding_box(), Some(([0.0; 3], [1.0; 3])));

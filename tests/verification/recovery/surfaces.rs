@@ -4,13 +4,13 @@ use std::f64::consts::PI;
 
 use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex20};
-use orthowear::fem::{FoundationStiffness, FeSpec, Foundation, HexFormulation, Support};
+use orthowear::fem::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::material::Stiffness;
 use orthowear::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
 use orthowear::results::frame_fields::FrameMesh;
-use orthowear::results::vtu::{DataArray, UnstructuredGrid, ArrayValues};
+use orthowear::results::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;

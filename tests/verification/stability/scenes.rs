@@ -1,6 +1,6 @@
 //! Scenes and meshes that the sweeps vary.
 
-use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
 
 use super::writer::{VARIANTS, write};
 

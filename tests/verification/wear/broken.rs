@@ -3,7 +3,7 @@
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::history::RunCheckpoint;
-use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
+use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::history::step::Integrator;
 
 use crate::common::{fretting, frp_wear, indent, shift, sphere_on_frp};

@@ -2,9 +2,9 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
+use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::history::step::{Integrator, Step};
-use orthowear::history::{FRAME_EDGE, Model, RunResult, RunCheckpoint, run, run_from};
+use orthowear::history::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run, run_from};
 use orthowear::wear::WearLaw;
 use serde_json::Value;
 

@@ -10,17 +10,17 @@ use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
-use orthowear::fem::{FeSpec, HexFormulation, CondensationResources, Support};
+use orthowear::fem::{CondensationResources, FeSpec, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::Side;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::history::step::Step;
-use orthowear::history::{PreviousModel, Model, run_from};
+use orthowear::history::{Model, PreviousModel, run_from};
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{Mesh, PhysicalGroup};
 use orthowear::wear::WearLaw;
 use serde_json::Value;
@@ -83,8 +83,11 @@ fn volumes_are_conserved() {
     let depth = bump(&frame);
     let lost: f64 = frame.areas.iter().zip(&depth).map(|(area, depth)| area * depth).sum();
     for side in [Side::Lower, Side::Upper] {
-        let graded =
-            GradedBlock { solids: BlockElements::Tet4, side, ..GradedBlock::uniform([1.0; 2], 1.2, [5, 4, 3]) };
+        let graded = GradedBlock {
+            solids: BlockElements::Tet4,
+            side,
+            ..GradedBlock::uniform([1.0; 2], 1.2, [5, 4, 3])
+        };
         let tets = graded.mesh().expect("a block");
         let mut meshes = blocks(side, DEPTH);
         meshes.extend([("tet10", raise(&tets, serendipity)), ("tet4", tets)]);
@@ -145,7 +148,8 @@ fn even_wear_gives_the_thinner_layer() {
                 assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-13), "{name} {side:?}: {a:?} {b:?}");
             }
             let resources = CondensationResources::default();
-            let moved = FeBody::with_worn_mesh(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
+            let moved =
+                FeBody::with_worn_mesh(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
             let made = FeBody::with_worn_mesh(thin, contact(side), &frame, &resources, None);
             let apart = difference([moved, made].map(|body| body.expect("a body")), frame.n_cells());
             assert!(apart < 1e-10, "{name} {side:?}: {apart:e}");
@@ -258,7 +262,8 @@ fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
     let spec = spec(unworn, steel, HexFormulation::Enhanced, vec![clamp("low2")]);
     let mesh = mesh.map(Arc::new);
-    let body = FeBody::with_worn_mesh(spec, contact(Side::Lower), frame, &CondensationResources::default(), mesh);
+    let body =
+        FeBody::with_worn_mesh(spec, contact(Side::Lower), frame, &CondensationResources::default(), mesh);
     let coupled = couple(
         &mut body.expect("a body"),
         &mut RigidBody,
@@ -304,8 +309,10 @@ fn no_cell_slips_by_a_move() {
     let snapshot = *stopped.rebuild_checkpoint.expect("a state");
     assert_eq!((stopped.outcome, snapshot.records().len()), (Outcome::Converged, 2));
     let places: Vec<usize> = (0..n).collect();
-    let carried =
-        snapshot.clone().transfer_to(&places, &after, &steps, Some(&PreviousModel::of(&before))).expect("a state");
+    let carried = snapshot
+        .clone()
+        .transfer_to(&places, &after, &steps, Some(&PreviousModel::of(&before)))
+        .expect("a state");
     let [was, is] = [&snapshot, &carried].map(|state| serde_json::to_value(state).expect("JSON"));
     let tractions = field(&was, "/state/tractions");
     assert_eq!(tractions, field(&is, "/state/tractions"));

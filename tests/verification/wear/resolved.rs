@@ -4,7 +4,9 @@ use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
 use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::step::{Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential};
+use orthowear::history::step::{
+    Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential,
+};
 use orthowear::history::{Model, RunResult};
 use orthowear::wear::WearLaw;
 
@@ -183,7 +185,8 @@ impl PartialSlip {
         let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
         let path = path_of(&mut cycles);
         (path.drive, path.angle, path.increments) = (self.drive, self.angle.to_radians(), increments);
-        path.resolved_cycles = correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
+        path.resolved_cycles =
+            correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
         let run = solve(&self.model(), &[self.pressed(), cycles]);
         assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
         (run.records.last().expect("records").clone(), run)

@@ -93,7 +93,8 @@ fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
         let mut model = half_space(1e5, (1.0, 8), sphere(20.0));
         model.wear = WearLaw::Orthotropic { i: [1e-8, 0.25e-8], angle: 0.0 };
-        let run = solve(&model, &[press(100.0), slide(1000.0, angle, JumpPolicy::Number(2), Integrator::Sdirk2)]);
+        let run =
+            solve(&model, &[press(100.0), slide(1000.0, angle, JumpPolicy::Number(2), Integrator::Sdirk2)]);
         let wanted = 1e-8 * k * 100.0 * 1000.0;
         assert!(relative(last(&run).worn_volume, wanted) < 1e-9, "{angle}: {}", last(&run).worn_volume);
     }

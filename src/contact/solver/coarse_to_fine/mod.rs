@@ -8,9 +8,9 @@
 mod tangential;
 
 use super::super::balance::MAX_RIGID_MODES;
-use super::super::window::{WindowOperator, WindowProblem, Window};
-use super::super::{Increment, ContactState, Pressures, SlipReference};
-use super::{Method, SolveReport, SolverOptions, StopReason, IterationCallback};
+use super::super::window::{Window, WindowOperator, WindowProblem};
+use super::super::{ContactState, Increment, Pressures, SlipReference};
+use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
 use crate::skip::OmittableWork;
 
 /// Frames of fewer cells are solved as they are.
@@ -136,7 +136,13 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
     }
 
     /// Whether `problem` is further than `limit` from its answer, and coarser cells may find the way.
-    fn is_beyond(&mut self, limit: f64, problem: &Increment, it: &mut ContactState, rectangle: Rectangle) -> bool {
+    fn is_beyond(
+        &mut self,
+        limit: f64,
+        problem: &Increment,
+        it: &mut ContactState,
+        rectangle: Rectangle,
+    ) -> bool {
         if self.coarsest(rectangle) == 1 {
             return false;
         }
@@ -150,7 +156,10 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
         let mut factor = 1;
         let halves = |factor: usize| {
             let divides = self.frame.iter().all(|n| n.is_multiple_of(2 * factor));
-            divides && rectangle.iter().all(|[first, last]| (last - first) / (2 * factor) >= MIN_COARSE_SIDE_CELLS)
+            divides
+                && rectangle
+                    .iter()
+                    .all(|[first, last]| (last - first) / (2 * factor) >= MIN_COARSE_SIDE_CELLS)
         };
         while halves(factor) {
             factor *= 2;
@@ -172,7 +181,8 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
             if self.report.stop != StopReason::Converged {
                 return None;
             }
-            rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS * factor, self.frame);
+            rectangle =
+                expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS * factor, self.frame);
             factor /= 2;
         }
         Some(rectangle)
@@ -222,7 +232,13 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
     }
 
     /// Solves a part from the `state` in it.
-    fn on_part(&mut self, part: &WindowProblem, state: &mut ContactState, options: &SolverOptions, watch: &mut IterationCallback) {
+    fn on_part(
+        &mut self,
+        part: &WindowProblem,
+        state: &mut ContactState,
+        options: &SolverOptions,
+        watch: &mut IterationCallback,
+    ) {
         let left = self.options.max_iterations.saturating_sub(self.report.iterations);
         let options = SolverOptions { max_iterations: left.min(options.max_iterations), ..*options };
         let before = self.report.iterations;
@@ -245,7 +261,11 @@ struct Start {
 
 impl Start {
     fn of(it: &ContactState) -> Self {
-        Self { hatted: it.scaled.clone(), rigid: it.rigid_motion.clone(), floating: it.mode_amplitudes.clone() }
+        Self {
+            hatted: it.scaled.clone(),
+            rigid: it.rigid_motion.clone(),
+            floating: it.mode_amplitudes.clone(),
+        }
     }
 
     fn restore(&self, it: &mut ContactState) {

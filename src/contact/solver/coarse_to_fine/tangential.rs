@@ -7,16 +7,23 @@
 //! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
 
 use super::super::super::ContactState;
-use super::super::super::window::{WindowProblem, Window};
-use super::super::{SolverOptions, IterationCallback};
-use super::{WINDOW_MARGIN_CELLS, MAX_WINDOW_ITERATIONS, CoarseToFine, Rectangle, STEADY_ROLLING_RESIDUAL, contact_rectangle, expanded};
+use super::super::super::window::{Window, WindowProblem};
+use super::super::{IterationCallback, SolverOptions};
+use super::{
+    CoarseToFine, MAX_WINDOW_ITERATIONS, Rectangle, STEADY_ROLLING_RESIDUAL, WINDOW_MARGIN_CELLS,
+    contact_rectangle, expanded,
+};
 
 /// Natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-3;
 
 impl CoarseToFine<'_, '_, '_> {
     /// Solves on the cells in contact.
-    pub(super) fn solve_tangential(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<()> {
+    pub(super) fn solve_tangential(
+        &mut self,
+        it: &mut ContactState,
+        watch: &mut IterationCallback,
+    ) -> Option<()> {
         // Rolling material comes from beside the contact.
         let rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS, self.frame);
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
@@ -24,7 +31,8 @@ impl CoarseToFine<'_, '_, '_> {
         let mut state = part.state(it);
         // What coarser cells lack of slips from cell to cell is not in their gaps: they only serve as a start.
         let problem = part.problem(self.problem);
-        let rolls_on = self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
+        let rolls_on =
+            self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
         let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
         while factor > 1 {
             self.coarse_correction((&part, &mut state), (rectangle, factor), it, watch)?;
@@ -91,7 +99,10 @@ fn add_change(
 }
 
 /// Adds to the gap of coarser cells what it lacks of the means of the finer one, both evaluated.
-fn add_coarse_defect((fine, state): (&Window, &ContactState), (part, coarse): (&mut WindowProblem, &ContactState)) {
+fn add_coarse_defect(
+    (fine, state): (&Window, &ContactState),
+    (part, coarse): (&mut WindowProblem, &ContactState),
+) {
     let (n, cells, window) = (fine.n(), part.window.n(), part.window);
     let frame = window.frame[0] * window.frame[1];
     let mut field = vec![0.0; frame];

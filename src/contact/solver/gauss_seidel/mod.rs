@@ -11,9 +11,9 @@ mod cell_problem;
 mod sweeps;
 
 use super::super::{
-    PathPoint, Increment, ContactState, NormalControl, Pressures, SlipReference, TangentialControl, Unknowns,
+    ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Unknowns,
 };
-use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
 use crate::linalg::operator::EntryAccess;
@@ -129,14 +129,21 @@ fn inapplicable_reason(problem: &Increment) -> Option<&'static str> {
     if problem.path_points.iter().any(drawn) {
         return Some("not for prescribed tangential forces, moments and bodies that float");
     }
-    if problem.path_points.iter().any(|end| matches!(end.normal, NormalControl::Force(force) if force <= 0.0)) {
+    if problem.path_points.iter().any(|end| matches!(end.normal, NormalControl::Force(force) if force <= 0.0))
+    {
         return Some("not for forces that do not press");
     }
-    (problem.flexibility.entry_access() == EntryAccess::Unavailable).then_some("no entries of the flexibility")
+    (problem.flexibility.entry_access() == EntryAccess::Unavailable)
+        .then_some("no entries of the flexibility")
 }
 
 /// Solves from the state in `it`, which holds the last one afterwards.
-fn solve(problem: &Increment, it: &mut ContactState, options: &SolverOptions, watch: &mut IterationCallback) -> SolveReport {
+fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
     problem.evaluate(it);
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     let residual = problem.natural_residual(it);
@@ -251,7 +258,11 @@ fn union(a: &[usize], b: &[usize]) -> Vec<usize> {
 }
 
 /// Sweeps over `cells` from the evaluated state `it`; `None` if their entries are too many.
-fn assemble_sweeps<'s, 'p>(problem: &'s Increment<'p>, it: &ContactState, cells: &[usize]) -> Option<Sweeps<'s, 'p>> {
+fn assemble_sweeps<'s, 'p>(
+    problem: &'s Increment<'p>,
+    it: &ContactState,
+    cells: &[usize],
+) -> Option<Sweeps<'s, 'p>> {
     if cells.len() > MAX_CELLS || memory::ensure(CellMatrix::bytes(cells.len()) as u128, "", "").is_err() {
         return None;
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use super::super::super::scales::FrictionScaling;
-use super::super::super::{Increment, ContactState, NormalControl, SlipReference};
+use super::super::super::{ContactState, Increment, NormalControl, SlipReference};
 use super::cell_problem::{clipped, largest, solve_pressures};
 use crate::linalg::cell_matrix::CellMatrix;
 
@@ -47,7 +47,12 @@ fn hatting(hat: &Option<FrictionScaling>) -> Matrix3<f64> {
 
 impl<'s, 'p> Sweeps<'s, 'p> {
     /// From an evaluated state; `matrix`: S between the `cells`, ascending, outside which nothing carries tractions.
-    pub fn new(problem: &'s Increment<'p>, it: &ContactState, cells: Vec<usize>, mut matrix: CellMatrix) -> Self {
+    pub fn new(
+        problem: &'s Increment<'p>,
+        it: &ContactState,
+        cells: Vec<usize>,
+        mut matrix: CellMatrix,
+    ) -> Self {
         let hatting = hatting(&problem.friction_scaling());
         if problem.friction.is_some() {
             matrix.map_blocks(|_, _, block| hatting.transpose() * block * hatting);
@@ -248,7 +253,7 @@ fn reference(problem: &Increment, end: usize, cell: usize) -> Option<[f64; 2]> {
     let n = problem.n();
     let at = match &problem.path_points[end].reference {
         SlipReference::Previous(at) => at,
-        SlipReference::PreviousPoint { stuck, at } if stuck[cell] => at,
+        SlipReference::PreviousPoint { stick_mask, stick_gap } if stick_mask[cell] => stick_gap,
         // Steady rolling and sliding are refused before.
         SlipReference::PreviousPoint { .. } | SlipReference::Upstream(_) | SlipReference::Prescribed(_) => {
             return None;

@@ -14,9 +14,9 @@ mod rolling;
 mod tangent;
 mod unknowns;
 
-use super::super::{Increment, ContactState, SlipReference, Unknowns};
+use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
-use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
+use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use crate::linalg::precision::WithPrecision;
 use tangent::{LinearModel, NewtonSystem, Workspace};
@@ -100,7 +100,15 @@ impl IncrementSolver for Newton {
         let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();
-        let solve = NewtonSolve { problem, options, report, krylov, linear: given, workspace, start: Unknowns::from_state(it) };
+        let solve = NewtonSolve {
+            problem,
+            options,
+            report,
+            krylov,
+            linear: given,
+            workspace,
+            start: Unknowns::from_state(it),
+        };
         if rolls { solve.run_rolling(it, watch) } else { solve.run(it, watch) }
     }
 }
@@ -114,7 +122,8 @@ impl NewtonSolve<'_, '_> {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
             if residual.is_nan() || residual <= self.options.tolerance {
-                self.report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
+                self.report.stop =
+                    if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
                 return self.report;
             }
             if self.report.iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES {
@@ -155,7 +164,13 @@ impl NewtonSolve<'_, '_> {
     }
 
     /// Barzilai-Borwein steps until the residual is below `tolerance`; whether that ended the solve.
-    fn fall_back_to_gradient(&mut self, it: &mut ContactState, tolerance: f64, most: usize, watch: &mut IterationCallback) -> bool {
+    fn fall_back_to_gradient(
+        &mut self,
+        it: &mut ContactState,
+        tolerance: f64,
+        most: usize,
+        watch: &mut IterationCallback,
+    ) -> bool {
         let left = self.options.max_iterations - self.report.iterations;
         let options = SolverOptions { tolerance, max_iterations: most.min(left), ..*self.options };
         let before = self.report.iterations;

@@ -86,7 +86,9 @@ impl ActiveSetInverse {
                     [rows[first], rows[first + 1]]
                 }
                 CellStatus::Slip { .. } if rolls => continue,
-                CellStatus::Slip { along, turning } => perpendicular(along).map(|e| e * rows[first] * share(turning)),
+                CellStatus::Slip { direction, beta_ratio } => {
+                    perpendicular(direction).map(|e| e * rows[first] * share(beta_ratio))
+                }
             };
             if let Some(hat) = &hat {
                 let gap = hat.physical_slip(hatted.map(|row| row / problem.scales.c_tangential[cell]));
@@ -95,7 +97,13 @@ impl ActiveSetInverse {
         }
     }
 
-    fn gather(&self, problem: &Increment, active: &[ActiveCell], (rows, x): (&[f64], &mut [f64]), end: usize) {
+    fn gather(
+        &self,
+        problem: &Increment,
+        active: &[ActiveCell],
+        (rows, x): (&[f64], &mut [f64]),
+        end: usize,
+    ) {
         let n = problem.n();
         let (hat, rolls) = (problem.friction_scaling(), rolls(problem, end));
         for active in active.iter().filter(|active| active.end == end) {
@@ -108,11 +116,11 @@ impl ActiveSetInverse {
             match active.state {
                 CellStatus::PressureOnly => {}
                 CellStatus::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
-                CellStatus::Slip { along, turning } => {
-                    let left = perpendicular(along);
+                CellStatus::Slip { direction, beta_ratio } => {
+                    let left = perpendicular(direction);
                     let elastic = left[0] * q[0] + left[1] * q[1];
-                    let alone = rows[first] / (1.0 + turning);
-                    let share = if rolls { 0.0 } else { share(turning) };
+                    let alone = rows[first] / (1.0 + beta_ratio);
+                    let share = if rolls { 0.0 } else { share(beta_ratio) };
                     x[first] = share * elastic + (1.0 - share) * alone;
                 }
             }
@@ -126,8 +134,8 @@ fn rolls(problem: &Increment, end: usize) -> bool {
 }
 
 /// Share of the elastic answer in that of a slipping cell, the rest being the turning of its traction.
-fn share(turning: f64) -> f64 {
-    1.0 / (1.0 + turning)
+fn share(beta_ratio: f64) -> f64 {
+    1.0 / (1.0 + beta_ratio)
 }
 
 /// The rigid motions besides the inverse of the rest.

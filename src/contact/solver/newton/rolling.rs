@@ -3,9 +3,9 @@
 //! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
 //! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
 
-use super::super::super::{Increment, ContactState, Unknowns};
+use super::super::super::{ContactState, Increment, Unknowns};
 use super::super::pressures_first::without_friction;
-use super::super::{SolveReport, StopReason, IterationCallback, solve_whole};
+use super::super::{IterationCallback, SolveReport, StopReason, solve_whole};
 use super::NewtonSolve;
 
 /// Steps in a row that need not lower the residual.
@@ -30,7 +30,8 @@ impl NewtonSolve<'_, '_> {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
             if residual.is_nan() || residual <= self.options.tolerance {
-                self.report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
+                self.report.stop =
+                    if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
                 return self.report;
             }
             in_vain += 1;

@@ -5,9 +5,9 @@
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::scales::FrictionScaling;
-use super::super::super::{Increment, ContactState, Pressures};
-use super::preconditioner::{MotionSchurComplement, ActiveSetInverse};
-use super::unknowns::{ActiveCell, FreeMotion, CellStatus, free_motions, active_cells};
+use super::super::super::{ContactState, Increment, Pressures};
+use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
+use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions};
 use crate::linalg::gmres::LinearSystem;
 use crate::linalg::precision::WithPrecision;
 
@@ -138,8 +138,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             let q = match active.state {
                 CellStatus::PressureOnly => [0.0; 2],
                 CellStatus::Stick => [x[active.tangential_row], x[active.tangential_row + 1]],
-                CellStatus::Slip { along, .. } => {
-                    let (e, s) = (along, x[active.tangential_row]);
+                CellStatus::Slip { direction, .. } => {
+                    let (e, s) = (direction, x[active.tangential_row]);
                     let left = perpendicular(e);
                     [p * e[0] + s * left[0], p * e[1] + s * left[1]]
                 }
@@ -167,12 +167,14 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                 CellStatus::PressureOnly => {}
                 CellStatus::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    (rows[active.tangential_row], rows[active.tangential_row + 1]) = (c * slip[0], c * slip[1]);
+                    (rows[active.tangential_row], rows[active.tangential_row + 1]) =
+                        (c * slip[0], c * slip[1]);
                 }
-                CellStatus::Slip { along, turning } => {
+                CellStatus::Slip { direction, beta_ratio } => {
                     let c = self.problem.scales.c_tangential[active.cell];
                     let sideways = x.get(active.tangential_row).copied().unwrap_or(0.0);
-                    rows[active.tangential_row] = turning * sideways + c * product(perpendicular(along), slip);
+                    rows[active.tangential_row] =
+                        beta_ratio * sideways + c * product(perpendicular(direction), slip);
                 }
             }
         }
@@ -202,10 +204,10 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     rhs[active.tangential_row] -= c * it.gradient[base];
                     rhs[active.tangential_row + 1] -= c * it.gradient[base + n];
                 }
-                CellStatus::Slip { along, turning } => {
+                CellStatus::Slip { direction, beta_ratio } => {
                     // -e⊥·q̂ / β, and nothing of the gradient: it is in the direction of slip.
                     let q = [it.scaled[base], it.scaled[base + n]];
-                    rhs[active.tangential_row] -= (1.0 + turning) * product(perpendicular(along), q);
+                    rhs[active.tangential_row] -= (1.0 + beta_ratio) * product(perpendicular(direction), q);
                 }
             }
         }
@@ -241,9 +243,9 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             let base = active.end * 3 * n + active.cell;
             let p = it.scaled[base + 2 * n];
             let mut tangential = [0.0; 2];
-            if let CellStatus::Slip { along, .. } = active.state {
-                let missing = p - product(along, [it.scaled[base], it.scaled[base + n]]);
-                tangential = along.map(|e| missing * e);
+            if let CellStatus::Slip { direction, .. } = active.state {
+                let missing = p - product(direction, [it.scaled[base], it.scaled[base + n]]);
+                tangential = direction.map(|e| missing * e);
             }
             self.change.scaled[base + 2 * n] = 0.0;
             (self.change.scaled[base], self.change.scaled[base + n]) = (tangential[0], tangential[1]);
@@ -290,13 +292,13 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                         (rows[first], rows[first + 1]) = (c * x, c * y);
                         (work[first], work[first + 1]) = (share * x, share * y);
                     }
-                    CellStatus::Slip { along, .. } => {
+                    CellStatus::Slip { direction, .. } => {
                         let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
-                        let left = perpendicular(along);
+                        let left = perpendicular(direction);
                         rows[first] = c * product(left, tangential);
                         work[first] = share * product(left, tangential);
                         if let Some(k) = active.pressure_row {
-                            work[k] += share * product(along, tangential);
+                            work[k] += share * product(direction, tangential);
                         }
                     }
                 }

@@ -1,7 +1,7 @@
 //! What is unknown in a Newton step: the states of the cells in contact, and the rigid motions that prescribed forces leave free.
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
-use super::super::super::{Increment, ContactState, NormalControl, Pressures, TangentialControl};
+use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
 
 /// Least β of a slipping cell.
 const MIN_BETA: f64 = 1e-3;
@@ -16,9 +16,9 @@ pub(super) enum CellStatus {
     /// Pressure, and the traction across the direction of slip.
     Slip {
         /// Direction of the tangential traction.
-        along: [f64; 2],
+        direction: [f64; 2],
         /// (1 - β) / β, β the shortening by the radial return.
-        turning: f64,
+        beta_ratio: f64,
     },
 }
 
@@ -87,7 +87,7 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
         return Some(CellStatus::Stick);
     }
     let beta = (p / size).clamp(MIN_BETA, 1.0);
-    Some(CellStatus::Slip { along: [y[0] / size, y[1] / size], turning: (1.0 - beta) / beta })
+    Some(CellStatus::Slip { direction: [y[0] / size, y[1] / size], beta_ratio: (1.0 - beta) / beta })
 }
 
 /// The motions that the controls of an end leave free.
