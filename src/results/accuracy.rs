@@ -8,6 +8,7 @@ pub struct AccuracyRecord {
     /// The relative error that was asked for.
     pub requested: f64,
     /// Of what.
+    #[serde(rename = "of")]
     pub quantities: Vec<&'static str>,
     /// Whether all estimates are below it.
     pub met: bool,
@@ -36,13 +37,13 @@ pub struct EstimatedResult {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// The part of the cells.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "of_cells", skip_serializing_if = "Option::is_none")]
     pub cell_error: Option<f64>,
     /// The part of the increments.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
     /// The part of the jumps.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
     /// The order by which it converges with what was refined last, if its changes show one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,9 +60,10 @@ pub struct RefinementRun {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[usize; 2]>,
     /// How many times the increments of the scene.
+    #[serde(rename = "increments")]
     pub increment_factor: usize,
     /// Tolerance or number of the jumps over cycles.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "jumps", skip_serializing_if = "Option::is_none")]
     pub jump_setting: Option<f64>,
     /// Its time.
     pub seconds: f64,

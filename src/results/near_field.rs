@@ -13,7 +13,7 @@ pub struct NearFieldRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The most by which its flat faces are bowed in the gap of the meshes, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "bow", skip_serializing_if = "Option::is_none")]
     pub max_face_deviation: Option<f64>,
     /// Estimated errors of the displacement of its surface under the frame by loads and prescribed displacements of its own.
     #[serde(skip_serializing_if = "Option::is_none")]

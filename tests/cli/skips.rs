@@ -27,7 +27,7 @@ fn names(summary: &Value) -> Vec<&str> {
 fn all_names() -> Vec<String> {
     let output = crate::tools::orthowear().arg("schema").output().unwrap();
     let schema: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let words = schema.pointer("/$defs/Skip/oneOf").unwrap().as_array().unwrap();
+    let words = schema.pointer("/$defs/OmittableWork/oneOf").unwrap().as_array().unwrap();
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 

@@ -163,14 +163,14 @@ fn states_are_carried_over() {
     let new: Vec<usize> = (0..n).filter(|cell| !places.contains(cell)).collect();
     let fields = [
         ("/state/tractions", true),
-        ("/state/worn", true),
+        ("/state/wear_depth", true),
         ("/state/depth_errors", true),
         ("/state/elastic", false),
-        ("/state/reference", false),
-        ("/within/Cycles/ring/it/hatted", true),
-        ("/within/Cycles/ring/stuck", true),
-        ("/within/Cycles/ring/at", false),
-        ("/within/Cycles/rate", true),
+        ("/state/slip_reference", false),
+        ("/progress/WearStep/cycle/contact/scaled", true),
+        ("/progress/WearStep/cycle/stick_mask", true),
+        ("/progress/WearStep/cycle/stick_gap", false),
+        ("/progress/WearStep/wear_rate", true),
     ];
     for (name, nothing) in fields {
         let [old, carried, wanted] = [&before, &after, &same]
@@ -184,7 +184,7 @@ fn states_are_carried_over() {
                 assert_eq!(a, b, "{name}: plane {plane} of cell {cell}");
             }
             // Where new cells would stick is of no account, for they do not.
-            for &cell in new.iter().filter(|_| !name.ends_with("/at")) {
+            for &cell in new.iter().filter(|_| !name.ends_with("/stick_gap")) {
                 let [a, b] = [&carried, &wanted].map(|field| field[plane * n + cell]);
                 assert!(!nothing || (a == 0.0 && b == 0.0), "{name}: plane {plane} of cell {cell}");
                 assert!((a - b).abs() <= 1e-7 * largest, "{name}: plane {plane} of cell {cell}: {a} {b}");
@@ -192,11 +192,11 @@ fn states_are_carried_over() {
         }
     }
     for same in [
-        "/state/rigid",
+        "/state/rigid_motion",
         "/state/cycles_done",
         "/state/dissipation",
-        "/within/Cycles/done",
-        "/within/Cycles/control",
+        "/progress/WearStep/completed",
+        "/progress/WearStep/step_controller",
     ] {
         assert_eq!(before.pointer(same), after.pointer(same), "{same}");
         assert!(after.pointer(same).is_some(), "{same}");

@@ -321,7 +321,7 @@ fn no_cell_slips_by_a_move() {
         model.flexibility.apply(&tractions, &mut gap);
         gap
     });
-    let [reference, moved] = [&was, &is].map(|state| field(state, "/state/reference"));
+    let [reference, moved] = [&was, &is].map(|state| field(state, "/state/slip_reference"));
     let largest = (0..2 * n).map(|k| (new[k] - old[k]).abs()).fold(0.0, f64::max);
     assert!(largest > 1e-5, "{largest}");
     for k in 0..2 * n {
