@@ -99,9 +99,9 @@ pub struct RunRequest {
 
 /// Runs a plan as the command line does.
 pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
-    let RunRequest { plan, out, progress, requests: asks } = wishes;
+    let RunRequest { plan, out, progress, requests } = wishes;
     let mut summary = job::new_summary(&plan);
-    let mut watcher = FieldCollector { line, requests: asks, frame: None, fields: None };
+    let mut watcher = FieldCollector { line, requests, frame: None, fields: None };
     let begun = match out {
         None => Ok((None, None)),
         Some(path) => OutputDir::open(&path)
@@ -110,14 +110,14 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     let failure = match begun {
         Err(error) => Some(SceneError { error, key: String::new() }),
         Ok((output, checkpoints)) => {
-            let show = &mut |stage: &str, done, residual| {
+            let on_progress = &mut |stage: &str, done, residual| {
                 if progress {
                     line.send(Message::Progress(stage.to_owned(), done, residual));
                 }
             };
             let job = RunOptions {
                 frame: None,
-                on_progress: show,
+                on_progress,
                 observer: &mut watcher,
                 stop: &line.stop,
                 checkpoints,

@@ -83,18 +83,18 @@ impl FeBody {
         resources: &CondensationResources,
         worn: Option<Arc<Mesh>>,
     ) -> Result<Self> {
-        let unworn = spec.mesh.clone();
-        let faces = group_faces(&unworn, contact)?;
-        let map = FaceMap::new(frame, &unworn, &faces, side)?;
-        let heights = map.mean_heights(frame, &unworn);
-        let spec = FeSpec { mesh: worn.unwrap_or_else(|| unworn.clone()), ..spec };
+        let initial_mesh = spec.mesh.clone();
+        let faces = group_faces(&initial_mesh, contact)?;
+        let map = FaceMap::new(frame, &initial_mesh, &faces, side)?;
+        let heights = map.mean_heights(frame, &initial_mesh);
+        let spec = FeSpec { mesh: worn.unwrap_or_else(|| initial_mesh.clone()), ..spec };
         let model = FeModel::with_memory_limit(spec, &resources.memory)?;
         let candidates = frame.candidates.clone();
         let formed = candidates.as_ref().map(|cells| map.restrict(cells));
         let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
         let free_gap = condensed.model().has_own_loads().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-        let floating = rigid_body_modes(&condensed, &map, side, frame);
+        let rigid_body_modes = rigid_body_modes(&condensed, &map, side, frame);
         let condensed = Arc::new(condensed);
         Ok(Self {
             side,
@@ -103,10 +103,10 @@ impl FeBody {
             candidates,
             heights,
             free_gap,
-            rigid_body_modes: floating,
+            rigid_body_modes,
             taken: false,
             faces,
-            initial_mesh: unworn,
+            initial_mesh,
             limits,
             recovery,
         })
@@ -173,18 +173,14 @@ fn rigid_body_modes(
     let free = model.rigid_body_modes()?;
     let sign = side.gap_sign();
     let axes = frame.axes;
-    let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load)| {
+    let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load_work)| {
         let [shift, turn] = free.motion_about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
         let points = map.nodes().iter().map(|&node| Point::from(model.mesh().points[node]));
         let nodal: Vec<f64> =
             points.flat_map(|x| <[f64; 3]>::from(free.displacement(&x, j) * sign)).collect();
         let mut gap = vec![0.0; 3 * map.n_cells()];
         map.apply(&nodal, &mut gap);
-        RigidBodyMode {
-            relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
-            gap,
-            load_work: load,
-        }
+        RigidBodyMode { relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load_work }
     });
     Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
 }

@@ -167,18 +167,17 @@ impl Flexibility for LazyFlexibility {
             return Ok(());
         }
         let flexibility = extend_rows(&formed.flexibility, &self.whole, &wanted, &self.body)?;
-        let mut later = std::mem::take(&mut formed.added_cells);
-        later.push(cells.to_vec());
-        *formed =
-            FormedRows { cells: wanted, flexibility, verified: AtomicBool::new(false), added_cells: later };
+        let mut added_cells = std::mem::take(&mut formed.added_cells);
+        added_cells.push(cells.to_vec());
+        *formed = FormedRows { cells: wanted, flexibility, verified: AtomicBool::new(false), added_cells };
         Ok(())
     }
 
     fn history(&self) -> OperatorHistory {
-        let FormedRows { cells: _, flexibility: _, verified: compared, added_cells: later } = &*self.formed();
+        let FormedRows { cells: _, flexibility: _, verified, added_cells } = &*self.formed();
         OperatorHistory {
-            formed: later.clone(),
-            formed_rows_checked: compared.load(Ordering::Relaxed),
+            formed: added_cells.clone(),
+            formed_rows_checked: verified.load(Ordering::Relaxed),
             ..OperatorHistory::default()
         }
     }

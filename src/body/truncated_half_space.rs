@@ -153,7 +153,7 @@ impl TruncatedHalfSpace {
             "take fewer cells in the frame, or a smaller surface",
         )?;
         let [x, y] = element_ends(&grid, spec.half_size);
-        let (field, note) = FullSpaceField::load_or_compute(spec.stiffness, cache)?;
+        let (field, cache_warning) = FullSpaceField::load_or_compute(spec.stiffness, cache)?;
         let panels = panels(frame, [&x, &y], side);
         let elements = BoundaryElements::new(
             panels,
@@ -193,7 +193,7 @@ impl TruncatedHalfSpace {
             difference: (found - wanted).norm() / wanted.norm(),
             residual: response.residual,
         };
-        Ok(Self { side, axes, flexibility, truncation, cache_warning: note })
+        Ok(Self { side, axes, flexibility, truncation, cache_warning })
     }
 
     /// How far it is from the half-space.

@@ -156,12 +156,12 @@ impl VariantRunner<'_> {
         let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
         summary.warnings.extend(variant.warnings.iter().cloned());
         let mut ends = StepEndStates::default();
-        let show = &mut |stage: &str, done, residual| {
+        let on_progress = &mut |stage: &str, done, residual| {
             self.progress.show(&format!("{label} {stage}"), done, residual);
         };
         let job = RunOptions {
             frame: Some(self.frame),
-            on_progress: show,
+            on_progress,
             observer: &mut ends,
             stop: self.stop,
             checkpoints: None,

@@ -55,16 +55,16 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     }
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let mut nobody = NullObserver;
-    let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
-    let complete = &mut keep_files;
+    let on_progress = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
+    let on_end = &mut keep_files;
     let job = RunOptions {
         frame: None,
-        on_progress: show,
+        on_progress,
         observer: &mut nobody,
         stop,
         checkpoints: Some(checkpoints),
         shared_work: SharedWork::default(),
-        on_end: complete,
+        on_end,
     };
     let code = job::run(&plan, Some(output), &mut summary, job);
     progress.end();

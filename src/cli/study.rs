@@ -110,7 +110,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         progress.end();
         (ended, Some(shared))
     };
-    let StudyOutcome { runs, code, reused: kept, images, problems } = ended;
+    let StudyOutcome { runs, code, reused, images, problems } = ended;
     problems.iter().for_each(|problem| to_stderr(&format!("error: {problem}\n")));
     let result = StudyResult::new(&sweep, runs);
     let table = if arguments.only.is_some() {
@@ -134,10 +134,10 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         more => text.push_str(&format!(", {more} combinations left out")),
     }
     match shared {
-        None => text.push_str(&format!(", {kept} of them finished")),
+        None => text.push_str(&format!(", {reused} of them finished")),
         Some(shared) => {
-            if kept > 0 {
-                text.push_str(&format!(", {kept} kept from before"));
+            if reused > 0 {
+                text.push_str(&format!(", {reused} kept from before"));
             }
             match images {
                 0 => {}

@@ -81,12 +81,12 @@ impl From<ContactState> for Unknowns {
 
 impl ContactState {
     /// Zero tractions with given rigid motions, one per end.
-    pub fn new(n: usize, rigid: Vec<[f64; 3]>) -> Self {
-        let ends = rigid.len();
+    pub fn new(n: usize, rigid_motion: Vec<[f64; 3]>) -> Self {
+        let ends = rigid_motion.len();
         let zeros = || vec![0.0; 3 * n * ends];
         Self {
             scaled: zeros(),
-            rigid_motion: rigid,
+            rigid_motion,
             mode_amplitudes: vec![[0.0; MAX_RIGID_MODES]; ends],
             tractions: zeros(),
             elastic: zeros(),

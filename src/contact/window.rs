@@ -200,11 +200,11 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
     let ahead = |of_frame: usize| (0..window.factor).fold(of_frame, |cell, _| upstream.source_cell[cell]);
-    let mut from: Vec<usize> = (0..window.n()).collect();
-    window.pairs(|cell, of_frame| from[cell] = place[ahead(of_frame)].unwrap_or(cell));
-    let mut creep = window.restrict(&upstream.rigid_slip);
-    creep.iter_mut().for_each(|creep| *creep *= window.factor as f64);
-    Upstream { source_cell: from, rigid_slip: creep }
+    let mut source_cell: Vec<usize> = (0..window.n()).collect();
+    window.pairs(|cell, of_frame| source_cell[cell] = place[ahead(of_frame)].unwrap_or(cell));
+    let mut rigid_slip = window.restrict(&upstream.rigid_slip);
+    rigid_slip.iter_mut().for_each(|creep| *creep *= window.factor as f64);
+    Upstream { source_cell, rigid_slip }
 }
 
 /// What is prescribed at an end, on a window.
@@ -223,13 +223,13 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
     let balance = end.balance.as_ref().map(|balance| balance.restricted_to(&pairs));
-    let lifted = end.fixed_normal_offset.as_ref().map(|lifted| window.restrict(lifted));
+    let fixed_normal_offset = end.fixed_normal_offset.as_ref().map(|lifted| window.restrict(lifted));
     Some(PathPoint {
         normal: end.normal,
         tangential: end.tangential,
         balance,
         reference,
-        fixed_normal_offset: lifted,
+        fixed_normal_offset,
     })
 }
 

@@ -25,14 +25,14 @@ pub struct SymbolicAnalysis {
 
 impl SymbolicAnalysis {
     pub(super) fn new(model: &FeModel, contact_nodes: &[usize], order: Vec<usize>) -> Result<Self> {
-        let n_trailing = model.contact_rows(contact_nodes).len();
+        let n_contact_dofs = model.contact_rows(contact_nodes).len();
         Ok(Self {
             contact_nodes: contact_nodes.to_vec(),
-            n_contact_dofs: n_trailing,
+            n_contact_dofs,
             n_free: model.n_free(),
             model_bytes: model.resident_bytes(),
             n_stored: model.stiffness().n_stored(),
-            symbolic: SymbolicCholesky::new(model.stiffness(), &order, n_trailing)?,
+            symbolic: SymbolicCholesky::new(model.stiffness(), &order, n_contact_dofs)?,
         })
     }
 

@@ -136,13 +136,13 @@ impl CondensedBody {
         {
             return Self::build(model, from_cache(contact_nodes, entry, method), None);
         }
-        let (start, needed_bytes) = (Instant::now(), analysis.factorisation_peak_bytes());
+        let (start, factorisation_bytes) = (Instant::now(), analysis.factorisation_peak_bytes());
         let mut condensed = compute(&model, analysis, method, kept.as_ref())?;
         let entry = FlexibilityEntry {
             flexibility: std::mem::take(&mut condensed.contact_flexibility),
             residual: condensed.residual,
             computing_seconds: start.elapsed().as_secs_f64(),
-            factorisation_bytes: needed_bytes,
+            factorisation_bytes,
         };
         let written = cache.write(&model.cache_key(contact_nodes, method), &entry);
         condensed.origin.cache_warning =
@@ -154,31 +154,25 @@ impl CondensedBody {
     fn build(
         model: FeModel,
         condensed: CondensationResult,
-        kept: Option<(FlexibilityCache, CacheKey)>,
+        factor_cache: Option<(FlexibilityCache, CacheKey)>,
     ) -> Result<Self> {
-        let CondensationResult {
-            contact_nodes,
-            contact_flexibility: trailing,
-            solver,
-            solver_bytes,
-            residual,
-            origin,
-        } = condensed;
-        let flexibility = expand_to_contact_dofs(&model, &contact_nodes, trailing)?;
-        let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.has_factor(key));
-        let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
-        let held_bytes = model.resident_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
+        let CondensationResult { contact_nodes, contact_flexibility, solver, solver_bytes, residual, origin } =
+            condensed;
+        let flexibility = expand_to_contact_dofs(&model, &contact_nodes, contact_flexibility)?;
+        let factor_was_cached = factor_cache.as_ref().is_some_and(|(cache, key)| cache.has_factor(key));
+        let contact_free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
+        let resident_bytes = model.resident_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
         let mut body = Self {
             model,
             contact_nodes,
             solver,
-            factor_cache: kept,
-            factor_was_cached: had_factor,
-            resident_bytes: held_bytes,
+            factor_cache,
+            factor_was_cached,
+            resident_bytes,
             residual,
             origin,
             flexibility,
-            contact_free_displacement: free_displacement,
+            contact_free_displacement,
         };
         if let Some(floating) = body.model.generalised_inverse() {
             let dofs = body.contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
@@ -277,13 +271,16 @@ fn from_cache(
     entry: FlexibilityEntry,
     method: CondensationMethod,
 ) -> CondensationResult {
-    let FlexibilityEntry { flexibility: trailing, residual, computing_seconds: seconds, .. } = entry;
-    let origin =
-        FlexibilityOrigin { method, seconds_saved_by_cache: Some(seconds), ..FlexibilityOrigin::default() };
+    let FlexibilityEntry { flexibility: contact_flexibility, residual, computing_seconds, .. } = entry;
+    let origin = FlexibilityOrigin {
+        method,
+        seconds_saved_by_cache: Some(computing_seconds),
+        ..FlexibilityOrigin::default()
+    };
     let contact_nodes = contact_nodes.to_vec();
     CondensationResult {
         contact_nodes,
-        contact_flexibility: trailing,
+        contact_flexibility,
         solver: OnceLock::new(),
         solver_bytes: 0,
         residual,
@@ -305,7 +302,7 @@ fn compute(
     let contact_nodes = analysis.contact_nodes().to_vec();
     let mut origin = FlexibilityOrigin { method, ..FlexibilityOrigin::default() };
     let solver_bytes = analysis.solver_bytes(model, method);
-    let (solver, trailing, residual): (Box<dyn SymmetricSolver>, _, _) = match method {
+    let (solver, contact_flexibility, residual): (Box<dyn SymmetricSolver>, _, _) = match method {
         CondensationMethod::Factorisation => {
             let factor = analysis.factorise(model)?;
             let written = kept.map_or(Ok(()), |(cache, key)| cache.write_factor(key, factor.values()));
@@ -322,7 +319,7 @@ fn compute(
     };
     Ok(CondensationResult {
         contact_nodes,
-        contact_flexibility: trailing,
+        contact_flexibility,
         solver: solver.into(),
         solver_bytes,
         residual,

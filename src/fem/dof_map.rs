@@ -35,17 +35,17 @@ impl DofMap {
     /// is free.
     pub fn new(spec: &FeSpec, regions: &ElementMaterials) -> Result<Self> {
         let n_points = spec.mesh.n_points();
-        let mut in_solid = vec![false; n_points];
+        let mut is_solid_node = vec![false; n_points];
         for &cell in &regions.cells {
-            spec.mesh.cell_nodes(cell).iter().for_each(|&node| in_solid[node] = true);
+            spec.mesh.cell_nodes(cell).iter().for_each(|&node| is_solid_node[node] = true);
         }
         let mut dofs = Self {
             row_of_dof: vec![UNASSIGNED; 3 * n_points],
             dof_of_row: Vec::new(),
             support_of_dof: vec![UNASSIGNED; 3 * n_points],
             prescribed: vec![0.0; 3 * n_points],
-            solid_nodes: (0..n_points).filter(|&node| in_solid[node]).collect(),
-            is_solid_node: in_solid,
+            solid_nodes: (0..n_points).filter(|&node| is_solid_node[node]).collect(),
+            is_solid_node,
         };
         for index in 0..spec.supports.len() {
             dofs.prescribe(spec, index)?;

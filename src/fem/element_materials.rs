@@ -49,20 +49,20 @@ impl ElementMaterials {
         }
         let mut problems: Vec<Option<(usize, Error)>> = spec.regions.iter().map(|_| None).collect();
         let mut known: HashMap<(usize, [u64; 9]), u32> = HashMap::new();
-        let (mut states, mut state) = (Vec::new(), Vec::with_capacity(cells.len()));
+        let (mut material_states, mut state_of_cell) = (Vec::new(), Vec::with_capacity(cells.len()));
         for (&cell, &region) in cells.iter().zip(region) {
             match material_and_axes(&spec.mesh, cell, &spec.regions[region].1) {
                 Ok((material, axes)) => {
                     let pair = (first[region] + material, axes);
                     let bits: [u64; 9] = std::array::from_fn(|i| axes[i].to_bits());
-                    state.push(*known.entry((pair.0, bits)).or_insert_with(|| {
-                        states.push(pair);
-                        states.len() as u32 - 1
+                    state_of_cell.push(*known.entry((pair.0, bits)).or_insert_with(|| {
+                        material_states.push(pair);
+                        material_states.len() as u32 - 1
                     }));
                 }
                 Err(error) => {
                     problems[region].get_or_insert((0, error)).0 += 1;
-                    state.push(0);
+                    state_of_cell.push(0);
                 }
             }
         }
@@ -73,7 +73,7 @@ impl ElementMaterials {
             })
         });
         let problems = problems.collect();
-        (Self { cells, materials, material_states: states, state_of_cell: state }, problems)
+        (Self { cells, materials, material_states, state_of_cell }, problems)
     }
 
     /// Number of elements.
@@ -144,13 +144,13 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     for (index, ((_, placement), problem)) in spec.regions.iter().zip(problems).enumerate() {
         let own = cells.iter().zip(&region).filter(|(_, region)| **region == index).map(|(cell, _)| *cell);
         let corners: Vec<Vec<Point>> = own.map(|cell| corners(&spec.mesh, cell)).collect();
-        let mut mistakes: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
+        let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
         // Without elements there is nothing that plies could miss.
-        if mistakes.is_empty() && !corners.is_empty() {
-            mistakes = placement.empty_ply_errors(&corners);
+        if errors.is_empty() && !corners.is_empty() {
+            errors = placement.empty_ply_errors(&corners);
         }
         findings.push(RegionReport {
-            errors: mistakes,
+            errors,
             notes: placement.straddling_warning(&corners).into_iter().collect(),
         });
     }

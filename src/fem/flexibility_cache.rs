@@ -94,13 +94,13 @@ impl FlexibilityCache {
             Ok(Some(head)) => {
                 // Only the order of removal depends on it.
                 let _ = file.set_modified(SystemTime::now());
-                let [residual, seconds] = [3, 4].map(|i| f64::from_le_bytes(word(&head, i)));
-                let needed_bytes = u64::from_le_bytes(word(&head, 5)) as usize;
+                let [residual, computing_seconds] = [3, 4].map(|i| f64::from_le_bytes(word(&head, i)));
+                let factorisation_bytes = u64::from_le_bytes(word(&head, 5)) as usize;
                 Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
                     flexibility,
                     residual,
-                    computing_seconds: seconds,
-                    factorisation_bytes: needed_bytes,
+                    computing_seconds,
+                    factorisation_bytes,
                 })))
             }
             Ok(None) => Ok(CacheLookup::Damaged("its checksum is wrong".to_owned())),

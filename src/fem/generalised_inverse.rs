@@ -31,18 +31,18 @@ impl GeneralisedInverse {
     /// If the volumes do not determine the motions: the nodes lie on a line.
     pub fn new(motions: RigidBodyModes, points: &[[f64; 3]], volumes: &[f64], dofs: &DofMap) -> Result<Self> {
         let total: f64 = volumes.iter().sum();
-        let motions = motions.orthonormal(points, |node| volumes[node] / total).ok_or_else(|| {
+        let modes = motions.orthonormal(points, |node| volumes[node] / total).ok_or_else(|| {
             Error::input("the rigid motions of the body are not determined: its nodes lie on a line")
         })?;
-        let at = |dof: usize, j: usize| motions.displacement(&Vector3::from(points[dof / 3]), j)[dof % 3];
+        let at = |dof: usize, j: usize| modes.displacement(&Vector3::from(points[dof / 3]), j)[dof % 3];
         let rows = dofs.dofs_of_rows();
-        let on_dofs: Vec<Vec<f64>> =
-            (0..motions.n_modes()).map(|j| rows.iter().map(|&dof| at(dof, j)).collect()).collect();
-        let weighted = on_dofs
+        let modes_on_dofs: Vec<Vec<f64>> =
+            (0..modes.n_modes()).map(|j| rows.iter().map(|&dof| at(dof, j)).collect()).collect();
+        let weighted_modes = modes_on_dofs
             .iter()
             .map(|mode| mode.iter().zip(rows).map(|(r, &dof)| r * volumes[dof / 3] / total).collect())
             .collect();
-        Ok(Self { modes: motions, modes_on_dofs: on_dofs, weighted_modes: weighted })
+        Ok(Self { modes, modes_on_dofs, weighted_modes })
     }
 
     /// Adds springs to the ground at as many dofs as there are motions, as far apart as they can be, each as stiff as

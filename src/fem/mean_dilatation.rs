@@ -28,10 +28,10 @@ impl MeanDilatation {
                 *sum += gradient * point.volume / volume;
             }
         }
-        let changes = mapped.map(|point| {
+        let corrections = mapped.map(|point| {
             std::array::from_fn(|a| std::array::from_fn(|c| (mean[a][c] - point.gradients[a][c]) / 3.0))
         });
-        Self { corrections: changes }
+        Self { corrections }
     }
 
     /// Adds to the strains of nodal displacements `u` at the integration points.

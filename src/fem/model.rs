@@ -77,29 +77,34 @@ impl FeModel {
 
     fn build(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let regions = ElementMaterials::new(&spec)?;
-        let dofs = DofMap::new(&spec, &regions)?;
+        let dof_map = DofMap::new(&spec, &regions)?;
         let mesh = &spec.mesh;
         let graph = NodeGraph::from_elements(
             mesh.n_points(),
             regions.cells.iter().map(|&cell| mesh.cell_nodes(cell)),
         );
-        let bytes = assembly_bytes(dofs.n_free(), n_stiffness_entries(&dofs, &graph));
-        let what = format!("assembling {} unknowns", dofs.n_free());
+        let bytes = assembly_bytes(dof_map.n_free(), n_stiffness_entries(&dof_map, &graph));
+        let what = format!("assembling {} unknowns", dof_map.n_free());
         memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
-        let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dofs, &graph)?;
+        let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dof_map, &graph)?;
         let rules = RuleSet::new();
         let mut loads = loads(&spec, &regions, &rules)?;
         let elements =
             ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
         let foundations = foundation::foundation_faces(&spec)?;
         loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
-        let (mut stiffness, support_forces) = assemble(elements, &foundations, (&dofs, &graph))?;
-        let floating = free
+        let (mut stiffness, prescribed_dof_forces) = assemble(elements, &foundations, (&dof_map, &graph))?;
+        let generalised_inverse = free
             .map(|motions| {
-                GeneralisedInverse::new(motions, &mesh.points, &node_volumes(&spec, &regions, &rules), &dofs)
+                GeneralisedInverse::new(
+                    motions,
+                    &mesh.points,
+                    &node_volumes(&spec, &regions, &rules),
+                    &dof_map,
+                )
             })
             .transpose()?;
-        if let Some(floating) = &floating {
+        if let Some(floating) = &generalised_inverse {
             floating.add_grounding_springs(&mut stiffness);
         }
         let FeSpec { name, mesh, formulation, body_force, .. } = spec;
@@ -109,15 +114,15 @@ impl FeModel {
             formulation,
             regions,
             rules,
-            dof_map: dofs,
+            dof_map,
             graph,
             stiffness,
-            prescribed_dof_forces: support_forces,
+            prescribed_dof_forces,
             external_forces: loads.forces,
             body_force,
             loaded_faces: loads.faces,
             foundations,
-            generalised_inverse: floating,
+            generalised_inverse,
         })
     }
 
@@ -259,10 +264,10 @@ impl FeModel {
         resources: &CondensationResources,
     ) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let CondensationResources { cache, cache_contents: keep, memory } = *resources;
+        let CondensationResources { cache, cache_contents, memory } = *resources;
         let name = self.name.clone();
         match cache {
-            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, keep)),
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, cache_contents)),
             None => {
                 let analysis = self.analyse(contact_nodes)?;
                 CondensedBody::new(self, analysis, memory)

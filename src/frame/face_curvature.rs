@@ -75,7 +75,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
         let chord = Point::from(mesh.points[b]) - Point::from(mesh.points[a]);
         let ends = [curvatures.get(&a), curvatures.get(&b)];
         let sag = |end: &Curvature| -0.125 * end.along(&chord);
-        let bow = match ends {
+        let midpoint_offset = match ends {
             [Some(start), Some(end)] if sag(start) * sag(end) > 0.0 => {
                 let least = if sag(start).abs() < sag(end).abs() { start } else { end };
                 sag(least) * least.axes.normal()
@@ -87,7 +87,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
         Some(EdgeSagitta {
             length: chord.norm(),
             sagittas_at_ends: ends.map(|end| sag(end.unwrap_or(known))),
-            midpoint_offset: bow,
+            midpoint_offset,
         })
     };
     let of_face = |face: &SurfaceFace| {

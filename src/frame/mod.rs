@@ -101,7 +101,7 @@ impl ContactFrame {
             let own = |frame: &Self| frame.candidates.clone().unwrap_or_else(|| vec![true; frame.n_cells()]);
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
-        let planes = all().any(|(frame, _)| frame.symmetry_planes.is_some()).then(|| {
+        let symmetry_planes = all().any(|(frame, _)| frame.symmetry_planes.is_some()).then(|| {
             let own = |frame: &Self| {
                 frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()])
             };
@@ -116,7 +116,7 @@ impl ContactFrame {
             grid_indices: None,
             n_excluded: all().map(|(frame, _)| frame.n_excluded).sum(),
             candidates,
-            symmetry_planes: planes,
+            symmetry_planes,
             ..(*first).clone()
         }
     }

@@ -166,10 +166,10 @@ impl Run<'_> {
             ));
         }
         let (center, n) = (self.state.rigid_motion, self.prepared.n());
-        let path = self.load_path(step);
+        let load_path = self.load_path(step);
         let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
         let shift = [center[0], center[1]];
-        let (ring, way) = match &cycles.motion {
+        let (cycle, slip_source) = match &cycles.motion {
             CycleMotion::ClosedPath(closed) => {
                 let course = FrettingPath::new(closed, shift, [x, y]);
                 let ring = CycleState::new(n, &course, center);
@@ -182,13 +182,13 @@ impl Run<'_> {
             }
         };
         let mut cycling = WearStepState {
-            cycle: ring,
-            slip_source: way,
+            cycle,
+            slip_source,
             completed: 0.0,
             wear_rate: vec![0.0; n],
             dissipation_rate: 0.0,
             resolved_cycle: None,
-            load_path: path,
+            load_path,
             step_controller: StepController::new(cycles.count, cycles.integrator.order()),
             jumps_done: 0,
             critical_length: None,

@@ -38,9 +38,9 @@ pub(super) struct ActiveLaws<'f> {
 pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
     options: &SolverOptions,
-    worn: &'b [f64],
+    wear_depth: &'b [f64],
     laws: ActiveLaws<'b>,
-    ends: Vec<PathPoint>,
+    path_points: Vec<PathPoint>,
 ) -> Increment<'b> {
     let model = prepared.model;
     Increment {
@@ -53,11 +53,11 @@ pub(super) fn increment_problem<'b>(
         wear: if laws.wear { prepared.specific_wear_rate } else { None },
         wear_path_factors: laws.wear_path_factors,
         scales: prepared.scales(),
-        wear_depth: worn,
+        wear_depth,
         slip_repeats: laws.slip_repeats,
         pressures: Pressures::Unknown,
         skip: options.skip,
-        path_points: ends,
+        path_points,
     }
 }
 
@@ -256,13 +256,9 @@ impl Run<'_> {
         };
         let end = self.path_point(step, &loads, reference)?;
         let worn = self.state.wear_depth.clone();
-        let repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws = ActiveLaws {
-            friction: step.friction,
-            wear: step.wear,
-            slip_repeats: repeats,
-            wear_path_factors: None,
-        };
+        let slip_repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
+        let laws =
+            ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors: None };
         let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
@@ -280,7 +276,7 @@ impl Run<'_> {
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += repeats * rate);
+        self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += slip_repeats * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
         self.state.set_from(&it, 0);

@@ -254,7 +254,7 @@ impl Run<'_> {
     pub(super) fn solve_stage(
         &mut self,
         step: &Step,
-        (at, worn, repeats): (f64, &[f64], f64),
+        (at, worn, slip_repeats): (f64, &[f64], f64),
         cycling: &mut WearStepState,
         jump: &mut WearJump,
         (observer, stage): (&mut dyn Observer, &ProgressSpan),
@@ -273,13 +273,9 @@ impl Run<'_> {
                 }
             };
             let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
-            let factors = corrected.map(|resolved| resolved.factors.as_slice());
-            let laws = ActiveLaws {
-                friction: step.friction,
-                wear: step.wear,
-                slip_repeats: repeats,
-                wear_path_factors: factors,
-            };
+            let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
+            let laws =
+                ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors };
             let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -304,7 +300,7 @@ impl Run<'_> {
             }
             last = now;
             let mut depth = worn.to_vec();
-            add(&mut depth, repeats, &cycling.cycle.contact.wear_rate);
+            add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
             let report = self.recompute_stick_zone(
                 step,
                 (course, loads),

@@ -166,27 +166,27 @@ fn run_on_this_thread(
     }
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
-    let held = ActiveControls::at_rest(normal);
-    let safe = RollbackPoint {
+    let controls = ActiveControls::at_rest(normal);
+    let rollback_point = RollbackPoint {
         state: state.clone(),
-        held,
+        held: controls,
         formed: 0,
         records: 0,
         warnings: result.warnings.len(),
         loops: 0,
     };
-    let (within, lost, outdated) = (StepProgress::NotStarted, [0; 3], false);
+    let (progress, discarded_work, rebuild_requested) = (StepProgress::NotStarted, [0; 3], false);
     let mut run = Run {
         prepared,
         options: *options,
         step_index: 0,
-        progress: within,
+        progress,
         state,
-        controls: held,
+        controls,
         result,
-        rollback_point: safe,
-        discarded_work: lost,
-        rebuild_requested: outdated,
+        rollback_point,
+        discarded_work,
+        rebuild_requested,
     };
     if let Some(snapshot) = from {
         run.restore(snapshot, steps.len())?;
@@ -282,12 +282,12 @@ impl Run<'_> {
         let Self {
             prepared,
             options: _,
-            step_index: step,
-            progress: within,
+            step_index,
+            progress,
             state: _,
             controls: _,
             result,
-            rollback_point: safe,
+            rollback_point,
             discarded_work: _,
             rebuild_requested: _,
         } = self;
@@ -297,23 +297,23 @@ impl Run<'_> {
             skipped: _,
             warnings,
             timings,
-            fretting_loops: loops,
+            fretting_loops,
             state: _,
             frame_edge_checkpoint: _,
             rebuild_checkpoint: _,
         } = result;
-        let mut formed = prepared.formed_cells();
-        formed.truncate(safe.formed);
+        let mut formed_cells = prepared.formed_cells();
+        formed_cells.truncate(rollback_point.formed);
         RunCheckpoint {
-            step_index: *step,
-            progress: within.clone(),
-            state: safe.state.clone(),
-            controls: safe.held,
-            formed_cells: formed,
-            records: records[..safe.records].to_vec(),
-            warnings: warnings[..safe.warnings].to_vec(),
+            step_index: *step_index,
+            progress: progress.clone(),
+            state: rollback_point.state.clone(),
+            controls: rollback_point.held,
+            formed_cells,
+            records: records[..rollback_point.records].to_vec(),
+            warnings: warnings[..rollback_point.warnings].to_vec(),
             timings: timings.clone(),
-            fretting_loops: loops[..safe.loops].to_vec(),
+            fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
         }
     }
 
@@ -331,23 +331,23 @@ impl Run<'_> {
             self.prepared.form_flexibility(cells)?;
         }
         let RunCheckpoint {
-            step_index: step,
-            progress: within,
+            step_index,
+            progress,
             state,
-            controls: held,
-            formed_cells: formed,
+            controls,
+            formed_cells,
             records,
             warnings,
             timings,
-            fretting_loops: loops,
+            fretting_loops,
         } = snapshot;
-        self.rollback_point.formed = formed.len();
+        self.rollback_point.formed = formed_cells.len();
         (self.rollback_point.records, self.rollback_point.warnings, self.rollback_point.loops) =
-            (records.len(), warnings.len(), loops.len());
-        (self.rollback_point.state, self.rollback_point.held) = (state.clone(), held);
-        (self.step_index, self.progress, self.state, self.controls) = (step, within, state, held);
+            (records.len(), warnings.len(), fretting_loops.len());
+        (self.rollback_point.state, self.rollback_point.held) = (state.clone(), controls);
+        (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
-        self.result.fretting_loops = loops;
+        self.result.fretting_loops = fretting_loops;
         Ok(())
     }
 }

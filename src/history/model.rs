@@ -86,7 +86,7 @@ impl<'a> PreparedModel<'a> {
         }
         let with_friction = steps.iter().any(|step| step.friction);
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
-        let intensity = model.wear.specific_rate(model.friction.ellipse());
+        let specific_wear_rate = model.wear.specific_rate(model.friction.ellipse());
         if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
             return Err(Error::input(format!(
                 "the friction coefficient {mu:e} cannot be inverted: give each coefficient a value above 1e-300, or \
@@ -111,13 +111,12 @@ impl<'a> PreparedModel<'a> {
                 "the floating motions do not belong to this frame and pair of bodies",
             ));
         }
-        let turns = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
-        let mut floating_motions: Vec<[f64; 6]> =
-            motions.iter().map(|motion| motion.relative_motion).collect();
-        let mut floating_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
-        let floating_loads = motions.iter().map(|motion| motion.load_work).collect();
-        let free_translations = unconstrained_translations(&floating_motions, model.frame.size());
-        if turns {
+        let controls_rotation = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
+        let mut mode_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
+        let mut mode_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
+        let mode_loads = motions.iter().map(|motion| motion.load_work).collect();
+        let free_translations = unconstrained_translations(&mode_motions, model.frame.size());
+        if controls_rotation {
             if !motions.is_empty() {
                 return Err(Error::input(
                     "rotations and their moments are prescribed to bodies that are held; a body that floats turns by its own \
@@ -127,20 +126,20 @@ impl<'a> PreparedModel<'a> {
             for axis in 0..3 {
                 let mut motion = [0.0; 6];
                 motion[3 + axis] = 1.0;
-                floating_motions.push(motion);
-                floating_gaps.push(rotation_gap(&model.frame, axis));
+                mode_motions.push(motion);
+                mode_gaps.push(rotation_gap(&model.frame, axis));
             }
         }
         Ok(Self {
-            mode_gaps: floating_gaps,
-            mode_loads: floating_loads,
+            mode_gaps,
+            mode_loads,
             free_translations,
-            mode_motions: floating_motions,
-            controls_rotation: turns,
+            mode_motions,
+            controls_rotation,
             model,
             ellipse,
-            specific_wear_rate: intensity,
-            volume_per_energy: intensity
+            specific_wear_rate,
+            volume_per_energy: specific_wear_rate
                 .zip(ellipse)
                 .and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),

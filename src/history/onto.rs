@@ -58,29 +58,33 @@ impl RunCheckpoint {
     /// If the state is within a step of increments, the frames do not belong together, or a body cannot be solved.
     pub fn transfer_to(
         self,
-        places: &[usize],
+        new_cell_indices: &[usize],
         model: &Model,
         steps: &[Step],
-        before: Option<&PreviousModel>,
+        previous: Option<&PreviousModel>,
     ) -> Result<Self> {
         let prepared = PreparedModel::new(model, steps)?;
         let n = prepared.n();
-        let misfit = places.len() != self.n_cells() || places.iter().any(|&place| place >= n);
-        let larger = n > places.len();
+        let misfit =
+            new_cell_indices.len() != self.n_cells() || new_cell_indices.iter().any(|&place| place >= n);
+        let larger = n > new_cell_indices.len();
         if misfit
-            || before.is_some_and(|before| !before.fits(places.len()))
+            || previous.is_some_and(|before| !before.fits(new_cell_indices.len()))
             || (larger && !model.frame.has_uniform_axes())
         {
             return Err(Error::input("the state to go on from does not belong to this frame"));
         }
-        let formed: Vec<Vec<usize>> =
-            self.formed_cells.iter().map(|cells| cells.iter().map(|&cell| places[cell]).collect()).collect();
-        for cells in &formed {
+        let formed_cells: Vec<Vec<usize>> = self
+            .formed_cells
+            .iter()
+            .map(|cells| cells.iter().map(|&cell| new_cell_indices[cell]).collect())
+            .collect();
+        for cells in &formed_cells {
             prepared.form_flexibility(cells)?;
         }
-        let onto = StateTransfer { new_cell_indices: places, prepared: &prepared, previous: before };
+        let onto = StateTransfer { new_cell_indices, prepared: &prepared, previous };
         let (state, change) = onto.transfer_state(self.state)?;
-        let within = match self.progress {
+        let progress = match self.progress {
             StepProgress::NotStarted => StepProgress::NotStarted,
             StepProgress::WearStep(cycling) => StepProgress::WearStep(Box::new(onto.transfer_wear_step(
                 *cycling,
@@ -93,7 +97,7 @@ impl RunCheckpoint {
                 ));
             }
         };
-        Ok(Self { progress: within, state, formed_cells: formed, ..self })
+        Ok(Self { progress, state, formed_cells, ..self })
     }
 }
 
@@ -114,17 +118,17 @@ struct OperatorChange {
 
 impl StateTransfer<'_> {
     fn transfer_state(&self, state: RunState) -> Result<(RunState, Option<OperatorChange>)> {
-        let Self { new_cell_indices: places, prepared, previous: before } = *self;
-        let (n, n_before) = (prepared.n(), places.len());
-        let tractions = extend_field(&state.tractions, places, n, |_| 0.0);
+        let Self { new_cell_indices, prepared, previous } = *self;
+        let (n, n_before) = (prepared.n(), new_cell_indices.len());
+        let tractions = extend_field(&state.tractions, new_cell_indices, n, |_| 0.0);
         let mut elastic = vec![0.0; 3 * n];
         let operator = prepared.model.flexibility.as_ref();
         operator.apply(&tractions, &mut elastic);
         operator.complete_gap(&tractions, &mut elastic)?;
-        let change = before.map(|before| {
+        let change = previous.map(|before| {
             let was = before.tangential_gap(&state.elastic, &state.mode_amplitudes);
             let is = PreviousModel::of(prepared.model).tangential_gap(&elastic, &state.mode_amplitudes);
-            let changed = |k: usize| is[(k / n_before) * n + places[k % n_before]] - was[k];
+            let changed = |k: usize| is[(k / n_before) * n + new_cell_indices[k % n_before]] - was[k];
             OperatorChange {
                 gap: (0..2 * n_before).map(changed).collect(),
                 touch: prepared.first_touch
@@ -142,22 +146,22 @@ impl StateTransfer<'_> {
             gap
         };
         let mut reference = state.slip_reference;
-        let mut rigid = state.rigid_motion;
+        let mut rigid_motion = state.rigid_motion;
         if let Some(change) = &change {
             reference.iter_mut().zip(&change.gap).for_each(|(reference, by)| *reference += by);
-            rigid[2] += change.touch;
+            rigid_motion[2] += change.touch;
         }
-        let reference = extend_field(&reference, places, n, gap);
+        let slip_reference = extend_field(&reference, new_cell_indices, n, gap);
         if change.is_none() {
-            elastic = extend_field(&state.elastic, places, n, |k| elastic[k]);
+            elastic = extend_field(&state.elastic, new_cell_indices, n, |k| elastic[k]);
         }
         let state = RunState {
-            slip_reference: reference,
+            slip_reference,
             elastic,
-            wear_depth: extend_field(&state.wear_depth, places, n, |_| 0.0),
-            depth_errors: extend_field(&state.depth_errors, places, n, |_| 0.0),
+            wear_depth: extend_field(&state.wear_depth, new_cell_indices, n, |_| 0.0),
+            depth_errors: extend_field(&state.depth_errors, new_cell_indices, n, |_| 0.0),
             tractions,
-            rigid_motion: rigid,
+            rigid_motion,
             ..state
         };
         Ok((state, change))

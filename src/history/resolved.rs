@@ -208,16 +208,18 @@ impl Run<'_> {
             return Ok(());
         };
         let difference = self.volume_difference(&by_ends, &refined.wear);
-        let (factors, missed) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
+        let (factors, unresolved_wear_fraction) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
         let corrects = match used.correction {
             Correction::Always => true,
             // A correction that leaves out more than it corrects is worse than none.
-            Correction::WhereNeeded if missed.abs() > difference.max(used.tolerance) => false,
+            Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
+                false
+            }
             Correction::WhereNeeded => !slip.full_slip || difference > used.tolerance,
             Correction::Never => false,
         };
         if used.correction != Correction::Never {
-            self.warn_of_unresolved_wear(step, cycling, (missed, used.tolerance));
+            self.warn_of_unresolved_wear(step, cycling, (unresolved_wear_fraction, used.tolerance));
         } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
             > used.tolerance
         {
@@ -225,7 +227,12 @@ impl Run<'_> {
         }
         let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
         if corrects {
-            self.apply_correction((cycling, &by_ends), refined, (factors, missed), (before, slip));
+            self.apply_correction(
+                (cycling, &by_ends),
+                refined,
+                (factors, unresolved_wear_fraction),
+                (before, slip),
+            );
             return Ok(());
         }
         if let Some(before) = before {
@@ -234,7 +241,7 @@ impl Run<'_> {
         cycling.wear_rate.copy_from_slice(&by_ends.rate);
         cycling.dissipation_rate = by_ends.power;
         cycling.resolved_cycle = Some(ResolvedCycle {
-            unresolved_wear_fraction: missed,
+            unresolved_wear_fraction,
             ..self.error_measurement(cycling, (refined, &by_ends), slip)
         });
         Ok(())
@@ -245,31 +252,31 @@ impl Run<'_> {
         &mut self,
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
         RefinedCycle { wear, change, increments }: RefinedCycle,
-        (factors, missed): (Vec<f64>, f64),
+        (factors, unresolved_wear_fraction): (Vec<f64>, f64),
         (before, slip): (Option<ResolvedCycle>, CycleSlip),
     ) {
         let volume = self.volume(&wear.rate);
         let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
-        let done = cycling.completed;
-        let slope = match &before {
-            Some(before) if done > before.at_cycle => {
+        let at_cycle = cycling.completed;
+        let factor_rate = match &before {
+            Some(before) if at_cycle > before.at_cycle => {
                 self.add_factor_drift_error(&factors, before);
                 let change = factors.iter().zip(&before.measured_factors);
-                change.map(|(now, found)| (now - found) / (done - before.at_cycle)).collect()
+                change.map(|(now, found)| (now - found) / (at_cycle - before.at_cycle)).collect()
             }
             _ => vec![0.0; factors.len()],
         };
         let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
         cycling.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
-        let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
-        cycling.dissipation_rate = by_ends.power * power_factor;
+        let dissipation_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
+        cycling.dissipation_rate = by_ends.power * dissipation_factor;
         cycling.resolved_cycle = Some(ResolvedCycle {
             corrects: true,
             measured_factors: factors.clone(),
             factors,
-            factor_rate: slope,
-            at_cycle: done,
-            dissipation_factor: power_factor,
+            factor_rate,
+            at_cycle,
+            dissipation_factor,
             increments,
             is_new: true,
             slip: cycling.cycle.contact.slip.clone(),
@@ -278,8 +285,9 @@ impl Run<'_> {
             full_slip: slip.full_slip,
             remaining_error: change,
             // Over the wear that the factors stand for.
-            remaining_volume_error: (missed.abs() + drift) / (1.0 - missed).max(f64::EPSILON),
-            unresolved_wear_fraction: missed,
+            remaining_volume_error: (unresolved_wear_fraction.abs() + drift)
+                / (1.0 - unresolved_wear_fraction).max(f64::EPSILON),
+            unresolved_wear_fraction,
         });
     }
 
@@ -403,7 +411,7 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        ((course, closed, CycleSlip { full_slip: gross, slip_spread_share: transition, .. }), used): (
+        ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
             (&FrettingPath, &ClosedPath, CycleSlip),
             ResolvedCycleSettings,
         ),
@@ -411,7 +419,7 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
-        let may_agree = gross && used.correction == Correction::WhereNeeded;
+        let may_agree = full_slip && used.correction == Correction::WhereNeeded;
         // Polygons in an ellipse are of first order, all along it.
         let extrapolates = closed.amplitude[1] != 0.0;
         let begin = cycling
@@ -424,7 +432,7 @@ impl Run<'_> {
         let mut coarser = if increments == closed.increments && !extrapolates {
             by_ends.clone()
         } else {
-            let way = (course, closed, (increments, transition));
+            let way = (course, closed, (increments, slip_spread_share));
             let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place), observer)? else {
                 return Ok(None);
             };
@@ -433,7 +441,7 @@ impl Run<'_> {
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
         loop {
             increments *= 2;
-            let way = (course, closed, (increments, transition));
+            let way = (course, closed, (increments, slip_spread_share));
             let cycle =
                 self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
             let Some(wear) = cycle else { return Ok(None) };

@@ -60,10 +60,14 @@ impl FrettingPath {
         Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
     }
 
-    fn from_offsets(offsets: &[[f64; 2]], drive: Drive, (center, force): ([f64; 2], [f64; 2])) -> Self {
-        let about = if drive == Drive::Shift { center } else { force };
-        let ends = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
-        Self { drive, path_points: ends, center, center_force: force }
+    fn from_offsets(
+        offsets: &[[f64; 2]],
+        drive: Drive,
+        (center, center_force): ([f64; 2], [f64; 2]),
+    ) -> Self {
+        let about = if drive == Drive::Shift { center } else { center_force };
+        let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
+        Self { drive, path_points, center, center_force }
     }
 
     /// The same path through the ends of another number of increments, shorter ones in the share `transition` of each stroke.
@@ -122,8 +126,8 @@ impl CycleState {
             course.set_shift(end, &mut rigid);
             rigid
         });
-        let it = ContactState::new(n, motions.collect());
-        Self { contact: it, stick_mask: vec![true; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
+        let contact = ContactState::new(n, motions.collect());
+        Self { contact, stick_mask: vec![true; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
     }
 
     /// A single state, of steady sliding.

@@ -27,7 +27,7 @@ impl Rolling {
         })?;
         let ([nx, ny], (axis, sense)) = (grid.cells, self.axis());
         let (n, passage, last) = (frame.n_cells(), self.passage(frame), grid.cells[axis] - 1);
-        let (mut from, mut creep) = (Vec::with_capacity(n), vec![0.0; 2 * n]);
+        let (mut source_cell, mut rigid_slip) = (Vec::with_capacity(n), vec![0.0; 2 * n]);
         let mut cells = vec![None; nx * ny];
         (0..n).for_each(|cell| cells[frame.grid_index(cell)] = Some(cell));
         for cell in 0..n {
@@ -52,16 +52,17 @@ impl Rolling {
                 (false, i) => i - 1,
             };
             // Beyond an outline there is nothing that material could come from.
-            from.push(cells[at[0] * ny + at[1]].unwrap_or(cell));
+            source_cell.push(cells[at[0] * ny + at[1]].unwrap_or(cell));
             let [x, y] = frame.plane_coordinates(cell);
             // Along the direction of rolling and to its left.
             let (along, left) = if axis == 0 { (sense * x, sense * y) } else { (sense * y, -sense * x) };
             let along = along + 0.5 * passage;
             let slip = [self.creepage[0] - self.spin * left, self.creepage[1] + self.spin * along]
                 .map(|slip| share * slip * passage * sense);
-            (creep[cell], creep[n + cell]) = if axis == 0 { (slip[0], slip[1]) } else { (-slip[1], slip[0]) };
+            (rigid_slip[cell], rigid_slip[n + cell]) =
+                if axis == 0 { (slip[0], slip[1]) } else { (-slip[1], slip[0]) };
         }
-        Ok(Upstream { source_cell: from, rigid_slip: creep })
+        Ok(Upstream { source_cell, rigid_slip })
     }
 }
 

@@ -101,7 +101,8 @@ impl AccuracyRun<'_, '_, '_> {
         let search = &mut self.search;
         let words = search.describe(&levels);
         let shown = &mut *self.job.on_progress;
-        let show = &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let on_progress =
+            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
         let started = Instant::now();
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             if summary.status == Status::Converged {
@@ -111,7 +112,7 @@ impl AccuracyRun<'_, '_, '_> {
         };
         let job = RunOptions {
             frame: None,
-            on_progress: show,
+            on_progress,
             observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,
@@ -146,7 +147,8 @@ impl AccuracyRun<'_, '_, '_> {
         let search = &mut self.search;
         let words = search.describe(&levels);
         let shown = &mut *self.job.on_progress;
-        let show = &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let on_progress =
+            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
         let started = Instant::now();
         let mut written = false;
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
@@ -165,7 +167,7 @@ impl AccuracyRun<'_, '_, '_> {
         };
         let job = RunOptions {
             frame: None,
-            on_progress: show,
+            on_progress,
             observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,

@@ -178,8 +178,8 @@ pub fn run_simulation(
         let entries = || fork.and_then(|fork| fork.entries.clone());
         job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
         let records = snapshot.records().to_vec();
-        let keeper = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
-        let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
+        let checkpoint_writer = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
+        let parts = RecorderParts { output, records, written, checkpoint_writer };
         return run_segments(
             plan,
             study,
@@ -189,8 +189,8 @@ pub fn run_simulation(
         );
     }
     let (written, from) = match from.map(|from| from.checkpoint_data) {
-        Some(CheckpointData { snapshot, operator_history: course, written, .. }) => {
-            (written, Some((snapshot, course)))
+        Some(CheckpointData { snapshot, operator_history, written, .. }) => {
+            (written, Some((snapshot, operator_history)))
         }
         None => (WrittenFields::default(), None),
     };
@@ -253,18 +253,15 @@ fn run_segments<'p>(
         summary.near_fields.clone_from(&study.near_fields);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
         study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-        let Segment {
-            parts: RecorderParts { output, records, written, checkpoint_writer: keeper },
-            from,
-            stage,
-        } = leg;
+        let Segment { parts: RecorderParts { output, records, written, checkpoint_writer }, from, stage } =
+            leg;
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
         let fields = fields.with_surface(study.surface()).with_interior_points(&plan.interior_requests);
         let fields = fields.with_increment_stride(plan.fields_every).continuing_from(written);
         let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
         let recorder = recorder.with_progress(&mut *job.on_progress).with_cancel_flag(job.stop);
-        let mut recorder = match keeper {
+        let mut recorder = match checkpoint_writer {
             Some(keeper) => {
                 let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
                 recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
@@ -272,7 +269,7 @@ fn run_segments<'p>(
             None => recorder,
         };
         let ledger = (plan, &study.model().frame);
-        let room = match WearBudget::new(plan, &study, &stage.mesh_updates) {
+        let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
             Ok(room) => room,
             Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), (summary, ledger)),
         };
@@ -286,7 +283,7 @@ fn run_segments<'p>(
         let mut watched = RunObserver {
             recorder: &mut recorder,
             user_observer: &mut *job.observer,
-            wear_budget: room,
+            wear_budget,
             forks,
             entries,
         };

@@ -84,7 +84,7 @@ impl Queue {
             hidden[original] |= stages[original] == RunStage::Over;
             stages[original] = RunStage::Waiting;
         }
-        let mut begins_as = vec![Vec::new(); specs.len()];
+        let mut prefix_sources = vec![Vec::new(); specs.len()];
         // The first runs with a beginning: of those that leave files, and of all.
         let (mut with_files, mut all) = (HashMap::new(), HashMap::new());
         let computed = |number: usize| stages[number] == RunStage::Waiting && image_of[number].is_none();
@@ -92,7 +92,7 @@ impl Queue {
             let known: &HashMap<&str, usize> = if hidden[number] { &all } else { &with_files };
             let first =
                 |(steps, beginning): &(usize, String)| Some((*known.get(beginning.as_str())?, *steps));
-            begins_as[number] = spec.prefix_keys.iter().rev().filter_map(first).collect();
+            prefix_sources[number] = spec.prefix_keys.iter().rev().filter_map(first).collect();
             for (_, beginning) in &spec.prefix_keys {
                 all.entry(beginning).or_insert(number);
                 if !hidden[number] {
@@ -103,12 +103,12 @@ impl Queue {
         let mut recorded = vec![false; specs.len()];
         for &original in image_of.iter().flatten() {
             recorded[original] = true;
-            begins_as[original].iter().for_each(|(first, _)| recorded[*first] = true);
+            prefix_sources[original].iter().for_each(|(first, _)| recorded[*first] = true);
         }
         let originals = vec![Known::Nothing; specs.len()];
         let left = Mutex::new(Left { stages, forks: Vec::new(), originals });
         let (changed, kernels) = (Condvar::new(), Arc::default());
-        Self { image_of, hidden, recorded, prefix_sources: begins_as, left, changed, kernels }
+        Self { image_of, hidden, recorded, prefix_sources, left, changed, kernels }
     }
 
     fn left(&self) -> MutexGuard<'_, Left> {

@@ -107,10 +107,10 @@ pub fn decide_resume(
             differences.join("\n  ")
         )));
     }
-    let mut kept: CheckpointData<RunCheckpoint> = found.state()?;
-    let mut missing = output.restage(std::mem::take(&mut kept.files))?;
+    let mut checkpoint_data: CheckpointData<RunCheckpoint> = found.state()?;
+    let mut missing = output.restage(std::mem::take(&mut checkpoint_data.files))?;
     if !missing.is_empty() {
-        kept.written.remove_missing_files(&missing);
+        checkpoint_data.written.remove_missing_files(&missing);
         let more = missing.len().saturating_sub(LISTED);
         let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
         missing.truncate(LISTED);
@@ -119,10 +119,10 @@ pub fn decide_resume(
             missing.join(", ")
         ));
     }
-    if let Some(last) = kept.snapshot.records().last() {
+    if let Some(last) = checkpoint_data.snapshot.records().last() {
         say(&format!("going on after step \"{}\" ({})", last.name, last.increment));
     }
-    Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data: kept })))
+    Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }
 
 /// Takes over from the summary in `directory` what a table needs, how it ended, entries, warnings and times, where the results there are

@@ -250,18 +250,18 @@ impl StudyRunner<'_> {
         plan: &Plan,
         (output, checkpoints): (Option<OutputDir>, Option<CheckpointSettings>),
         summary: &mut Summary,
-        shares: SharedWork<'_>,
+        shared_work: SharedWork<'_>,
     ) -> std::result::Result<u8, SceneError> {
-        let show = &mut |_: &str, _: f64, _: Option<f64>| {};
-        let (watch, complete) = (&mut NullObserver, &mut keep_files);
+        let on_progress = &mut |_: &str, _: f64, _: Option<f64>| {};
+        let (observer, on_end) = (&mut NullObserver, &mut keep_files);
         let job = RunOptions {
             frame: None,
-            on_progress: show,
-            observer: watch,
+            on_progress,
+            observer,
             stop: self.stop,
             checkpoints,
-            shared_work: shares,
-            on_end: complete,
+            shared_work,
+            on_end,
         };
         run(plan, output, summary, job)
     }

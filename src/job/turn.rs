@@ -76,15 +76,15 @@ impl SimulationBuilder<'_> {
         stage: &RebuildState,
     ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
         let outgrown = study.into_frame_growth(snapshot);
-        let growths = stage.frame_growths + 1;
-        let frame = grow::grown_frame(plan, growths)?;
+        let frame_growths = stage.frame_growths + 1;
+        let frame = grow::grown_frame(plan, frame_growths)?;
         outgrown.ensure_half_spaces_fit(plan, &frame)?;
         let moves = stage.mesh_updates.clone();
-        let moves = match outgrown.frame.grid.zip(frame.grid) {
+        let mesh_updates = match outgrown.frame.grid.zip(frame.grid) {
             Some((before, now)) => moves.transfer_to(&before.indices_in(&now), frame.n_cells()),
             None => moves,
         };
-        let stage = RebuildState { frame_growths: growths, mesh_updates: moves };
+        let stage = RebuildState { frame_growths, mesh_updates };
         let Some(study) = self.build(plan, &stage)? else { return Ok(None) };
         let onto = outgrown.transfer_to(plan, &study);
         let (snapshot, places) = onto.map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
@@ -128,8 +128,8 @@ impl SimulationBuilder<'_> {
                 self.move_meshes(plan, (study, snapshot), (stage, meshes))
             }
             Continuation::SameOperators(snapshot) => {
-                let moves = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
-                let stage = RebuildState { mesh_updates: moves, ..*stage };
+                let mesh_updates = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
+                let stage = RebuildState { mesh_updates, ..*stage };
                 Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
             }
             Continuation::Stop(_) | Continuation::Interrupted => Ok(None),

@@ -56,7 +56,8 @@ impl AdditiveSchwarz {
         weights: &[f64],
     ) -> Self {
         let ranges = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS);
-        let larger = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS.max(matrix.n() / MAX_COARSE_GROUPS));
+        let coarse_groups =
+            matrix.tree().clusters_of_size(MAX_BLOCK_CELLS.max(matrix.n() / MAX_COARSE_GROUPS));
         let within = matrix.diagonal_blocks(&ranges);
         let groups: Vec<LocalBlock> = ranges
             .into_par_iter()
@@ -69,20 +70,12 @@ impl AdditiveSchwarz {
                 places,
             })
             .collect();
-        let sums = assembled(&matrix.group_sums(&larger, weights), larger.len(), uses, planes);
-        let of_sums = inverse_or_diagonal(sums, planes * larger.len());
-        let coarse = vec![0.0; planes * larger.len()];
+        let sums = assembled(&matrix.group_sums(&coarse_groups, weights), coarse_groups.len(), uses, planes);
+        let coarse_inverse = inverse_or_diagonal(sums, planes * coarse_groups.len());
+        let coarse = vec![0.0; planes * coarse_groups.len()];
         let weights = weights.to_vec();
         let scratch = Mutex::new([coarse.clone(), coarse]);
-        Self {
-            n: matrix.n(),
-            planes,
-            groups,
-            coarse_groups: larger,
-            coarse_inverse: of_sums,
-            weights,
-            scratch,
-        }
+        Self { n: matrix.n(), planes, groups, coarse_groups, coarse_inverse, weights, scratch }
     }
 
     /// Bytes that it takes for `n` places at most.

@@ -176,12 +176,9 @@ impl Factorisation<'_> {
         let (base, mut left) = (self.tree.fronts[self.tree.first_in_subtree[root]].offset, Some(left));
         for front in self.tree.first_in_subtree[root]..root + 1 {
             let range = self.tree.values_of(front..front + 1);
-            let left = if front == root { left.take() } else { None };
-            let memory = FrontBuffers {
-                contributions: &mut waiting,
-                own_contribution: left,
-                row_in_front: &mut local,
-            };
+            let own_contribution = if front == root { left.take() } else { None };
+            let memory =
+                FrontBuffers { contributions: &mut waiting, own_contribution, row_in_front: &mut local };
             self.factorise_front(front, &mut values[range.start - base..range.end - base], memory, Par::Seq)?;
         }
         self.thread_buffers.lock().expect("no panic while the memory is held").push((waiting, local));
@@ -197,7 +194,7 @@ impl Factorisation<'_> {
         par: Par,
     ) -> std::result::Result<(), FactorisationFailure> {
         interrupt::check()?;
-        let FrontBuffers { contributions: waiting, own_contribution: mut left, row_in_front: local } = memory;
+        let FrontBuffers { contributions, mut own_contribution, row_in_front } = memory;
         let front = &self.tree.fronts[index];
         let children: Vec<(ExtendAdd, Range<usize>)> = self
             .tree
@@ -208,23 +205,26 @@ impl Factorisation<'_> {
             .collect();
         // Fresh memory is written before it is read: a page read first would be mapped twice.
         panel.fill(0.0);
-        self.scatter_matrix_entries(front, panel, local);
-        children.iter().for_each(|(child, place)| child.add_to_panel(&waiting[place.clone()], front, panel));
+        self.scatter_matrix_entries(front, panel, row_in_front);
+        children
+            .iter()
+            .for_each(|(child, place)| child.add_to_panel(&contributions[place.clone()], front, panel));
         let own = self.schedule.contribution_range(index);
         let columns = MatMut::from_column_major_slice_mut(panel, front.size(), front.n_pivots);
-        let remainder = match left.as_deref_mut() {
+        let remainder = match own_contribution.as_deref_mut() {
             Some(left) => left,
-            None => &mut waiting[own.clone()],
+            None => &mut contributions[own.clone()],
         };
         front_elimination::eliminate_pivots(columns, remainder, par)
             .map_err(|i| FactorisationFailure::NonPositivePivot(front.start + i))?;
         interrupt::check()?;
         for (child, place) in children {
-            match left.as_deref_mut() {
-                Some(left) => child.add_to_contribution(&waiting[place], front, left),
+            match own_contribution.as_deref_mut() {
+                Some(left) => child.add_to_contribution(&contributions[place], front, left),
                 None => {
-                    let [source, target] =
-                        waiting.get_disjoint_mut([place, own.clone()]).expect("places in use do not overlap");
+                    let [source, target] = contributions
+                        .get_disjoint_mut([place, own.clone()])
+                        .expect("places in use do not overlap");
                     child.add_to_contribution(source, front, target);
                 }
             }

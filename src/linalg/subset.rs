@@ -25,10 +25,10 @@ impl SubsetFlexibility {
     ///
     /// # Panics
     /// If a place lies outside.
-    pub fn new(whole: Box<dyn Flexibility>, places: Vec<usize>) -> Self {
+    pub fn new(whole: Box<dyn Flexibility>, cells: Vec<usize>) -> Self {
         let n = whole.n_cells();
-        assert!(places.iter().all(|&place| place < n), "a cell outside of the operator");
-        Self { whole, cells: places, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
+        assert!(cells.iter().all(|&place| place < n), "a cell outside of the operator");
+        Self { whole, cells, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
     }
 
     /// Tractions `[3, M]` of the places as those of the whole, `[3, N]`.

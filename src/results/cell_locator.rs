@@ -31,9 +31,9 @@ impl<'a> CellLocator<'a> {
             2.0 * frame.corners(i).iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
         };
         let first = frame.triads.first().map(|triad| triad.normal());
-        let level =
+        let common_normal =
             first.filter(|n| frame.triads.distinct().iter().all(|triad| (triad.normal() - n).norm() < 1e-9));
-        let mut locator = Self { frame, side, common_normal: level, bin: 1.0, bins: HashMap::new() };
+        let mut locator = Self { frame, side, common_normal, bin: 1.0, bins: HashMap::new() };
         if frame.whole_grid().is_none() {
             let largest = (0..frame.n_cells()).map(diameter).fold(0.0, f64::max);
             locator.bin = if largest > 0.0 { largest } else { 1.0 };

@@ -173,11 +173,12 @@ fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, Unusabl
     }
     let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| content[at + i]));
     let state = usize::try_from(long(28)).ok().and_then(|length| HEADER_BYTES.checked_add(length));
-    let state = state.filter(|&state| state <= end).ok_or(UnusableCheckpoint::Damaged("wrong length"))?;
-    let origin = serde_json::from_slice(&content[HEADER_BYTES..state])
+    let state_offset =
+        state.filter(|&state| state <= end).ok_or(UnusableCheckpoint::Damaged("wrong length"))?;
+    let provenance = serde_json::from_slice(&content[HEADER_BYTES..state_offset])
         .map_err(|_| UnusableCheckpoint::Damaged("no origin"))?;
-    let (number, notes, path) = (long(20), Vec::new(), path.to_owned());
-    Ok(Checkpoint { number, provenance: origin, warnings: notes, path, state_offset: state, bytes })
+    let (number, warnings, path) = (long(20), Vec::new(), path.to_owned());
+    Ok(Checkpoint { number, provenance, warnings, path, state_offset, bytes })
 }
 
 impl Checkpoint {

@@ -51,12 +51,12 @@ impl MeshUpdates {
 
     /// On a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
-        let worn = if self.wear_depth_at_last_update.is_empty() {
+        let wear_depth_at_last_update = if self.wear_depth_at_last_update.is_empty() {
             Vec::new()
         } else {
             extend_field(&self.wear_depth_at_last_update, places, n, |_| 0.0)
         };
-        Self { wear_depth_at_last_update: worn, ..self }
+        Self { wear_depth_at_last_update, ..self }
     }
 }
 
@@ -101,13 +101,13 @@ pub struct CheckpointWriter {
 
 impl CheckpointWriter {
     /// Of a run that begins at the start.
-    pub fn new(origin: Provenance, interval: CheckpointInterval) -> Self {
-        let (now, last) = (Instant::now(), CompletedWork { entries: 0, cycles: 0 });
+    pub fn new(provenance: Provenance, interval: CheckpointInterval) -> Self {
+        let (now, last_saved) = (Instant::now(), CompletedWork { entries: 0, cycles: 0 });
         Self {
-            provenance: origin,
+            provenance,
             interval,
             number: 0,
-            last_saved: last,
+            last_saved,
             last_saved_at: now,
             frame_growths: 0,
             mesh_updates: MeshUpdates::default(),
@@ -151,13 +151,13 @@ impl CheckpointWriter {
         &mut self,
         output: &mut OutputDir,
         now: CompletedWork,
-        (snapshot, course): (S, &OperatorHistory),
+        (snapshot, operator_history): (S, &OperatorHistory),
         (written, files): (&WrittenFields, &[StagedFile]),
     ) -> Result<()> {
         output.keep_staged_files()?;
         let kept = CheckpointDataRef {
             snapshot,
-            operator_history: course,
+            operator_history,
             written,
             frame_growths: self.frame_growths,
             mesh_updates: &self.mesh_updates,

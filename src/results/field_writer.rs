@@ -124,8 +124,8 @@ impl<'a> FieldWriter<'a> {
     }
 
     /// Writes each so-manieth increment of monotone steps only, and those that did not converge.
-    pub fn with_increment_stride(self, every: usize) -> Self {
-        Self { increment_stride: every, ..self }
+    pub fn with_increment_stride(self, increment_stride: usize) -> Self {
+        Self { increment_stride, ..self }
     }
 
     /// Whether it writes an entry.
@@ -213,12 +213,11 @@ impl<'a> FieldWriter<'a> {
 
     /// Forgets the entry after `mark`, which was broken off.
     pub fn roll_back(&mut self, mark: FieldRollback) {
-        let WrittenFields { n_written: increments, series_files: collections, pictures: _, peaks } =
-            &mut self.written;
-        *increments = mark.increments;
+        let WrittenFields { n_written, series_files, pictures: _, peaks } = &mut self.written;
+        *n_written = mark.increments;
         peaks.truncate(mark.peaks);
-        collections.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
-        collections.retain(|_, files| !files.is_empty());
+        series_files.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
+        series_files.retain(|_, files| !files.is_empty());
     }
 
     /// Displacement and stress at the points inside that are asked for.
@@ -302,9 +301,9 @@ impl<'a> FieldWriter<'a> {
     /// # Errors
     /// Resources, if a file cannot be written.
     pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
-        let WrittenFields { series_files: collections, pictures, peaks, .. } = self.written;
+        let WrittenFields { series_files, pictures, peaks, .. } = self.written;
         summary.bodies = peaks;
-        for (series, files) in collections {
+        for (series, files) in series_files {
             write_text(output, &format!("{series}.pvd"), &pvd_collection(&files))?;
         }
         if !summary.loops.is_empty() {

@@ -68,21 +68,21 @@ impl OutputDir {
         fs::create_dir_all(target).map_err(|e| file_error("cannot make the output directory", target, &e))?;
         let lock = lock(target)?;
         checkpoint::remove_temporary_files(target, SUMMARY_FILE);
-        let untouched = checkpoint::are_in(target);
-        let gathering = target.join(STAGING_DIR);
-        if gathering.exists() && !untouched {
+        let holds_unfinished_run = checkpoint::are_in(target);
+        let staging = target.join(STAGING_DIR);
+        if staging.exists() && !holds_unfinished_run {
             // Without a checkpoint nothing can go on from it.
-            fs::remove_dir_all(&gathering).map_err(|e| file_error("cannot remove", &gathering, &e))?;
+            fs::remove_dir_all(&staging).map_err(|e| file_error("cannot remove", &staging, &e))?;
         }
-        fs::create_dir_all(&gathering)
-            .map_err(|e| file_error("cannot make the output directory", &gathering, &e))?;
+        fs::create_dir_all(&staging)
+            .map_err(|e| file_error("cannot make the output directory", &staging, &e))?;
         Ok(Self {
             target: target.to_owned(),
-            staging: gathering,
+            staging,
             files: Vec::new(),
-            holds_unfinished_run: untouched,
+            holds_unfinished_run,
             resumes: false,
-            keep_staging: untouched,
+            keep_staging: holds_unfinished_run,
             warnings: Vec::new(),
             _lock: lock,
         })

@@ -83,9 +83,9 @@ impl<'a> Recorder<'a> {
     }
 
     /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
-    pub fn with_checkpoints(mut self, keeper: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
+    pub fn with_checkpoints(mut self, writer: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
         self.checkpoints = Some(CheckpointState {
-            writer: keeper,
+            writer,
             operator,
             operator_history: operator.history(),
             before_unconverged: None,

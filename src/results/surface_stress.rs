@@ -38,9 +38,9 @@ impl<'a> SurfaceStress<'a> {
         field: &'a StressField,
         tractions: &'a [[f64; 3]],
     ) -> Self {
-        let mut contact = vec![None; field.points.n_points()];
-        field.contact.iter().enumerate().for_each(|(i, found)| contact[found.point] = Some(i));
-        Self { field, contact_point: contact, normals: normals(mesh, faces.iter()), tractions }
+        let mut contact_point = vec![None; field.points.n_points()];
+        field.contact.iter().enumerate().for_each(|(i, found)| contact_point[found.point] = Some(i));
+        Self { field, contact_point, normals: normals(mesh, faces.iter()), tractions }
     }
 
     /// The stress at a recovery point: on the contact surface from the strain in it and the traction on it, elsewhere

@@ -82,14 +82,14 @@ fn weighted_mean_material(
         }
     }
     let isotropic = first.name == fe.material.name && fe.material.isotropic;
-    let elastic = BodyMaterial {
+    let material = BodyMaterial {
         name: first.name.clone(),
         stiffness: first.stiffness.clone(),
         isotropic,
         fibre: fe.has_fibre.then_some(fibre),
     };
     let axes_spread = if isotropic { 0.0 } else { axes_spread };
-    MeanMaterial { material: elastic, fibre_spread, axes_spread, materials }
+    MeanMaterial { material, fibre_spread, axes_spread, materials }
 }
 
 fn lies_under(frame: &FramePlan, point: &Point) -> bool {

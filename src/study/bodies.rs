@@ -46,8 +46,8 @@ pub(super) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
 /// The contact frame of a plan, with the planes of symmetry at which it ends.
 pub(super) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
     let frame = cells(plan)?;
-    let bounded = planes::symmetry_axes_at_frame_edge(plan, &frame);
-    Ok(ContactFrame { symmetry_bounds: bounded, ..frame })
+    let symmetry_bounds = planes::symmetry_axes_at_frame_edge(plan, &frame);
+    Ok(ContactFrame { symmetry_bounds, ..frame })
 }
 
 /// The cells of the frame of a plan.
@@ -123,14 +123,8 @@ pub(super) struct BuiltBody {
 }
 
 impl BuiltBody {
-    fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
-        Self {
-            body: Box::new(body),
-            resident_bytes: held_bytes,
-            near_field: None,
-            truncation: None,
-            warning: None,
-        }
+    fn new(body: impl ElasticBody + 'static, resident_bytes: usize) -> Self {
+        Self { body: Box::new(body), resident_bytes, near_field: None, truncation: None, warning: None }
     }
 
     fn with_near_field(self, record: NearFieldRecord) -> Self {
@@ -171,8 +165,8 @@ pub(super) fn build_body(
             let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
             let note =
                 asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
-            let note = note.map(|note| format!("{key}: {note}"));
-            BuiltBody { warning: note, ..BuiltBody::new(body, held) }
+            let warning = note.map(|note| format!("{key}: {note}"));
+            BuiltBody { warning, ..BuiltBody::new(body, held) }
         }
         BodyPlan::TruncatedHalfSpace(spec) => {
             let stiffness = spec.material.stiffness_in_frame(0.0);
@@ -205,14 +199,14 @@ pub(super) fn build_body(
             if let Some(site) = near.half_space_fit() {
                 return build_hybrid(plan, fe, (index, frame, site), left);
             }
-            let keep = if needs_factor_after_condensation(plan, frame) {
+            let cache_contents = if needs_factor_after_condensation(plan, frame) {
                 CacheContents::FlexibilityAndFactor
             } else {
                 CacheContents::Flexibility
             };
             let resources = CondensationResources {
                 cache: plan.flexibility_cache.as_ref(),
-                cache_contents: keep,
+                cache_contents,
                 memory: left,
             };
             let contact = (fe.contact.as_str(), SIDES[index]);
@@ -254,10 +248,10 @@ fn build_hybrid(
     if let Some(reason) = indicators.rejection_reason() {
         return Ok(Err(HybridRejected { reason, indicators }));
     }
-    let (held, note, own_error) =
+    let (held, warning, own_error) =
         (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
     let body = body.with_limits(plan.strength_limits.clone());
-    Ok(Ok(BuiltBody { warning: note, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
+    Ok(Ok(BuiltBody { warning, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
         near_field: "half-space",
         reason: None,
@@ -347,11 +341,8 @@ pub(super) fn surface_distances(
     }
     let mut surfaces = [None, None];
     for (index, heights) in heights.into_iter().enumerate() {
-        surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, heights)| MeshedSurface {
-            mesh: &fe.mesh,
-            faces: &faces[index],
-            side: SIDES[index],
-            mean_heights: heights,
+        surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, mean_heights)| {
+            MeshedSurface { mesh: &fe.mesh, faces: &faces[index], side: SIDES[index], mean_heights }
         });
         if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].corrects_face_curvature()) {
             surface.mean_heights = surface.curved_heights(frame);

@@ -132,7 +132,7 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
         );
         return Err(SceneError { error, key: "body1.kind".to_owned() });
     }
-    let n_solves: usize = plan.steps.iter().map(expected::contact_problems).sum();
+    let n_contact_problems: usize = plan.steps.iter().map(expected::contact_problems).sum();
     let held = frame_bytes(plan, &frame) as f64 + bodies[0].resident_bytes as f64;
     let memory_bytes =
         (frame_bytes(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
@@ -146,21 +146,14 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     let making: f64 = bodies.iter().map(|body| body.seconds).sum();
     let steps = expected::step_times(plan, &frame, (&near, &bodies), &skipped);
     let solving: f64 = steps.iter().map(|step| step.seconds).sum();
-    let seconds = making + solving + expected::inside(plan, n_solves);
+    let seconds = making + solving + expected::inside(plan, n_contact_problems);
     saved::estimate(
         plan,
         &frame,
         &Spent { steps, bodies: making, operators: making, share: None },
         &mut skipped,
     );
-    Ok(RunEstimate {
-        n_cells: frame.n_cells(),
-        bodies,
-        n_contact_problems: n_solves,
-        skipped,
-        memory_bytes,
-        seconds,
-    })
+    Ok(RunEstimate { n_cells: frame.n_cells(), bodies, n_contact_problems, skipped, memory_bytes, seconds })
 }
 
 fn estimate_body(
@@ -182,29 +175,30 @@ fn estimate_body(
         },
         BodyPlan::HalfSpace(elastic) => {
             let compressed = is_compressed(plan, frame);
-            let mut what = format!("half-space, {}", elastic.name);
+            let mut description = format!("half-space, {}", elastic.name);
             if compressed {
                 let tolerance = plan.solver.compression_tolerance;
-                what.push_str(&format!("; its operator is compressed to {tolerance:e}"));
+                description.push_str(&format!("; its operator is compressed to {tolerance:e}"));
             }
             let body = configured_half_space(plan, elastic, index, frame)?;
             memory::ensure_half_space_fits(plan, frame, &body, &left).at(BODY_KEYS[index])?;
-            let held_bytes = half_space_bytes(plan, frame, &body);
-            let memory_bytes = held_bytes as f64;
-            let (seconds, application) = if frame.grid.is_some() && plan.solver.coupling == Coupling::Schur {
-                (0.1 + n * 2e-6, 4.0 * n * FFT_SECONDS_PER_POINT)
-            } else if compressed {
-                (body.building_seconds(), memory_bytes / MEMORY_BYTES_PER_SECOND)
-            } else {
-                (dense_matrix_seconds(frame.n_cells()), 72.0 * n * n / MEMORY_BYTES_PER_SECOND)
-            };
+            let resident_bytes = half_space_bytes(plan, frame, &body);
+            let memory_bytes = resident_bytes as f64;
+            let (seconds, seconds_per_product) =
+                if frame.grid.is_some() && plan.solver.coupling == Coupling::Schur {
+                    (0.1 + n * 2e-6, 4.0 * n * FFT_SECONDS_PER_POINT)
+                } else if compressed {
+                    (body.building_seconds(), memory_bytes / MEMORY_BYTES_PER_SECOND)
+                } else {
+                    (dense_matrix_seconds(frame.n_cells()), 72.0 * n * n / MEMORY_BYTES_PER_SECOND)
+                };
             BodyEstimate {
-                description: what,
+                description,
                 memory_bytes,
-                resident_bytes: held_bytes,
+                resident_bytes,
                 warning: None,
                 seconds,
-                seconds_per_product: application,
+                seconds_per_product,
                 cached: CacheContent::Insufficient,
             }
         }
@@ -238,13 +232,14 @@ fn truncated(
     let integrals =
         INFLUENCE_SECONDS_PER_PAIR[usize::from(!spec.material.isotropic)] * (n_elements as f64).powi(2);
     let flops = 2.0 / 3.0 * n.powi(3) + 6.0 * n * n * n_cells;
-    let what = format!(
+    let description = format!(
         "half-space, {}, {n_elements} elements on its surface as far as {}",
         spec.material.name, spec.half_size
     );
-    left.ensure_available(bytes, &what, "take fewer cells in the frame, or a smaller surface").at(&key)?;
+    left.ensure_available(bytes, &description, "take fewer cells in the frame, or a smaller surface")
+        .at(&key)?;
     Ok(BodyEstimate {
-        description: what,
+        description,
         memory_bytes: bytes as f64,
         resident_bytes: 72 * frame.n_cells().pow(2),
         warning: None,
@@ -313,7 +308,7 @@ fn estimate_hybrid(
     let n = frame.n_cells() as f64;
     let columns_bytes = Correction::bytes(&model, columns);
     let tables = if site.isotropic { 0 } else { memory::far_field_table_bytes(plan, frame) };
-    let held_bytes =
+    let resident_bytes =
         model.resident_bytes() + columns_bytes / 4 + memory::grid_operator_bytes(plan, frame) + tables;
     let n_free = model.n_free() as f64;
     let bowed = max_curvature_correction(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
@@ -333,8 +328,8 @@ fn estimate_hybrid(
             nodes[0],
             nodes[1]
         ),
-        memory_bytes: (peak + columns_bytes).max(held_bytes) as f64,
-        resident_bytes: held_bytes,
+        memory_bytes: (peak + columns_bytes).max(resident_bytes) as f64,
+        resident_bytes,
         warning: None,
         seconds: solving
             + (PER_UNKNOWN + ASSEMBLY) * n_free
@@ -391,16 +386,16 @@ fn finite_elements(
         && known.is_some()
         && plan.flexibility_cache.as_ref().is_some_and(|cache| model.has_cached_factor(map.nodes(), cache));
     let (mut cached, mut path) = (known.is_some(), "flexibility from the cache".to_owned());
-    let ([mut memory_bytes, mut held_bytes], mut seconds) = ([flexibility; 2], 0.0);
-    let mut note = None;
+    let ([mut memory_bytes, mut resident_bytes], mut seconds) = ([flexibility; 2], 0.0);
+    let mut warning = None;
     if !cached || solves {
         let analysis = model.analyse(map.nodes()).at(key)?;
         let method = analysis.choose_method(&model, &left).context(|| key.to_owned()).at(key)?;
         cached = cached || expected(method).is_some();
         let how = condensation_cost(&model, &analysis, method);
         if !cached || solves {
-            [memory_bytes, held_bytes] = analysis.peak_and_resident_bytes(&model, method);
-            let solving = if has_factor { held_bytes as f64 / READING } else { how.1 };
+            [memory_bytes, resident_bytes] = analysis.peak_and_resident_bytes(&model, method);
+            let solving = if has_factor { resident_bytes as f64 / READING } else { how.1 };
             seconds = solving + PER_UNKNOWN * n_free;
         }
         path = match (cached, solves) {
@@ -410,7 +405,7 @@ fn finite_elements(
             (true, false) => path,
         };
         if let CondensationMethod::ConjugateGradients(shortage) = method {
-            note = Some(format!("{key} is condensed by conjugate gradients: {shortage}"));
+            warning = Some(format!("{key} is condensed by conjugate gradients: {shortage}"));
         }
     }
     Ok(BodyEstimate {
@@ -422,8 +417,8 @@ fn finite_elements(
             map.nodes().len()
         ),
         memory_bytes: memory_bytes.max(making) as f64,
-        resident_bytes: held_bytes,
-        warning: note,
+        resident_bytes,
+        warning,
         seconds: seconds + ASSEMBLY * n_free,
         seconds_per_product: 4.0 * n_contact * n_contact / MEMORY_BYTES_PER_SECOND,
         cached: match (cached, solves) {

@@ -39,21 +39,21 @@ impl WearBudget {
     pub fn new(plan: &Plan, study: &Simulation, moves: &MeshUpdates) -> Result<Option<Self>> {
         let Some(share) = plan.mesh_motion_threshold.filter(|_| !moves.stopped) else { return Ok(None) };
         let n = study.model().frame.n_cells();
-        let mut depth = vec![f64::INFINITY; n];
+        let mut allowed_depth = vec![f64::INFINITY; n];
         for (index, fe, part) in worn_bodies(plan) {
             let heights = element_height_at_nodes(&fe.mesh, &fe.contact)?;
             let Some(map) = study.fe_body(index).map(FeBody::map) else { continue };
-            for (cell, depth) in depth.iter_mut().enumerate() {
+            for (cell, depth) in allowed_depth.iter_mut().enumerate() {
                 let behind = map.row(cell).map(|(node, _)| heights[map.nodes()[node]]);
                 *depth = behind.map(|height| share * height / part).fold(*depth, f64::min);
             }
         }
-        let worn = if moves.wear_depth_at_last_update.is_empty() {
+        let worn_at_last_move = if moves.wear_depth_at_last_update.is_empty() {
             vec![0.0; n]
         } else {
             moves.wear_depth_at_last_update.clone()
         };
-        Ok(Some(Self { worn_at_last_move: worn, allowed_depth: depth }))
+        Ok(Some(Self { worn_at_last_move, allowed_depth }))
     }
 
     /// Whether the bodies have worn deeper, `worn` being the depth of both, `[N]`, mm.

@@ -102,7 +102,7 @@ pub fn build_with<'p>(
         timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
     let mut near = choose_near_fields(plan, &frame)?;
-    let mut notes = super::fit::check(plan, &frame, &near)?;
+    let mut warnings = super::fit::check(plan, &frame, &near)?;
     let frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
     let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
     let mut truncations = Vec::new();
@@ -125,8 +125,8 @@ pub fn build_with<'p>(
                 let fits = super::fit::check(plan, &frame, &near);
                 let fits =
                     fits.map_err(|failure| SceneError { error: failure.error.context(&why), ..failure })?;
-                notes.extend(fits.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
-                notes.push(warning(&why));
+                warnings.extend(fits.into_iter().filter(|note| !warnings.contains(note)).collect::<Vec<_>>());
+                warnings.push(warning(&why));
                 let meshed =
                     timings.measure(key, || build_body(plan, (index, worn), (&frame, &near[index]), left))?;
                 let mut made = meshed.unwrap_or_else(|_| unreachable!("a mesh is not given up"));
@@ -138,14 +138,14 @@ pub fn build_with<'p>(
         };
         held += made.resident_bytes;
         if let Some(record) = made.near_field.take() {
-            notes.extend(coarse_mesh_warning(key, &record));
+            warnings.extend(coarse_mesh_warning(key, &record));
             near_fields.push(record);
         }
         if let Some(record) = made.truncation.take() {
-            notes.extend(record.accuracy_warning());
+            warnings.extend(record.accuracy_warning());
             truncations.push(record);
         }
-        notes.extend(made.warning.take());
+        warnings.extend(made.warning.take());
         bodies.push(made.body);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
@@ -167,7 +167,7 @@ pub fn build_with<'p>(
             let error = record.own_error.map(|error| error.mean);
             flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, (gap, approach))
         };
-        notes.extend(near_fields.iter().filter_map(own));
+        warnings.extend(near_fields.iter().filter_map(own));
     }
     let mut skipped = coupled.skipped;
     skipped.extend(candidates::omitted_work(&frame));
@@ -182,7 +182,7 @@ pub fn build_with<'p>(
             BodyEquations::FiniteElements(body) => body,
             BodyEquations::BoundaryElements(body) => {
                 let record = BoundaryElementRecord::new(index, body);
-                notes.extend(record.accuracy_warning());
+                warnings.extend(record.accuracy_warning());
                 boundary_elements.push(record);
                 continue;
             }
@@ -194,9 +194,9 @@ pub fn build_with<'p>(
         let solves = condensed.model().has_own_loads() || needs_factor_after_condensation(plan, &frame);
         let saved = origin.seconds_saved_by_cache.filter(|_| !solves || condensed.factor_was_cached());
         skipped.extend(saved.map(|seconds| omitted_factorisation(index, Some(seconds), solves)));
-        notes.extend(origin.cache_warning.clone());
+        warnings.extend(origin.cache_warning.clone());
         let record = CondensationRecord::new(index, body.condensed());
-        notes.extend(record.note());
+        warnings.extend(record.note());
         condensation.push(record);
     }
     let model = Model {
@@ -219,7 +219,7 @@ pub fn build_with<'p>(
         boundary_elements,
         truncations,
         near_fields,
-        warnings: notes,
+        warnings,
         timings,
     }))
 }
@@ -320,14 +320,9 @@ impl Simulation<'_> {
     }
 
     /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
-    pub fn into_frame_growth(self, snapshot: RunCheckpoint) -> FrameGrowth {
+    pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
-        FrameGrowth {
-            frame: self.model.frame,
-            gap: self.model.initial_gap,
-            half_spaces,
-            checkpoint: snapshot,
-        }
+        FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }
     }
 
     /// Body `index`, if it is meshed.
@@ -372,7 +367,7 @@ impl Simulation<'_> {
         let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies).zip(&self.contact_nodes);
         parts
             .filter_map(|(((side, body), spec), contact_nodes)| {
-                let shape = match spec {
+                let location = match spec {
                     BodyPlan::Rigid => return None,
                     BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) => RecoveryLocation::FrameCells,
                     BodyPlan::Be(be) => RecoveryLocation::MeshNodes { mesh: &be.meshed.mesh, contact_nodes },
@@ -384,7 +379,7 @@ impl Simulation<'_> {
                         RecoveryLocation::MeshNodes { mesh: now.unwrap_or(&fe.mesh), contact_nodes }
                     }
                 };
-                Some(BodyOutput { side, body: body.as_ref(), location: shape })
+                Some(BodyOutput { side, body: body.as_ref(), location })
             })
             .collect()
     }

@@ -145,7 +145,7 @@ fn boundary_elements(
     if !fe.foundations.is_empty() {
         return Err(Error::input(format!("{body} has foundations, which boundary elements have not")));
     }
-    let elastic = single(
+    let material = single(
         mean_material_of_body(fe)?,
         (body, "in it", "a body of boundary elements"),
         ROUNDING_SPREAD_DEG,
@@ -162,14 +162,8 @@ fn boundary_elements(
         None => Arc::new(skin(&fe.mesh).context(|| body.to_owned())?),
     };
     let near_field = NearField::Mesh;
-    let meshed = MeshedBodyPlan {
-        material: elastic,
-        mesh,
-        regions: Vec::new(),
-        element: None,
-        near_field,
-        ..fe.clone()
-    };
+    let meshed =
+        MeshedBodyPlan { material, mesh, regions: Vec::new(), element: None, near_field, ..fe.clone() };
     let solids = Some(fe.mesh.clone());
     Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
 }

@@ -46,14 +46,14 @@ pub(super) fn expected_omitted_work(
     let on_grid = on_grid(plan, frame, near);
     let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
     let options = options(plan);
-    let apart = options.method == Method::Auto
+    let uncoupled = options.method == Method::Auto
         && grid.is_some()
         && options.skip.allows(OmittableWork::NormalComponents)
         && !bodies_couple_normal_tangential(plan, frame, summed)?;
     let operator = OperatorOmissions {
         grid: grid.is_some(),
         windows: solves_windows(grid, &options),
-        uncoupled: apart,
+        uncoupled,
         mirrors: mirror_symmetries(plan, frame, (grid.filter(|_| on_halves(grid, &options)), near))?,
     };
     let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, (&options, operator));

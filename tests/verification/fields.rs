@@ -174,8 +174,8 @@ fn surfaces_carry_displacement_and_traction() {
     // Body 1 looks at the frame with its top, body 2 with its base.
     for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
         let contact: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == height).collect();
-        let shape = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact };
-        let output = BodyOutput { side, body: &body, location: shape };
+        let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact };
+        let output = BodyOutput { side, body: &body, location };
         let tractions = [[1.0, 2.0, 3.0]; 4];
         let grid =
             surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &tractions).expect("a grid");

@@ -59,17 +59,16 @@ impl TreeOrder {
     }
 
     pub fn new(elements: &BoundaryElements, order: &[usize]) -> Self {
-        let places: Vec<(usize, usize)> =
+        let node_locations: Vec<(usize, usize)> =
             order.iter().flat_map(|&i| (0..elements.nodes_of(i).len()).map(move |node| (i, node))).collect();
-        let nodes = places.iter().map(|&(i, node)| elements.nodes_of(i).start + node).collect();
-        Self { elements: order.to_vec(), nodes, node_locations: places }
+        let nodes = node_locations.iter().map(|&(i, node)| elements.nodes_of(i).start + node).collect();
+        Self { elements: order.to_vec(), nodes, node_locations }
     }
 }
 
 impl CollocationKernel for BoundaryKernel<'_> {
     fn entries(&self, node: usize, element: usize, values: &mut [f64]) {
-        let BoundaryValueProblem { elements, displacement_known: held, boundary_values: known, .. } =
-            self.problem;
+        let BoundaryValueProblem { elements, displacement_known, boundary_values, .. } = self.problem;
         let element = self.order.elements[element];
         let influence = influence(elements, self.order.node_locations[node], element);
         let nodes = elements.nodes_of(element);
@@ -83,17 +82,17 @@ impl CollocationKernel for BoundaryKernel<'_> {
             let (single, double) = (&influence.single_layer[a], &influence.double_layer[a]);
             for c in 0..3 {
                 let dof = 3 * node + c;
-                let (unknown, of_held) = if held[dof] {
+                let (unknown, of_held) = if displacement_known[dof] {
                     (single.column(c) * -self.traction_scale, -double.column(c))
                 } else {
                     (double.column(c).into_owned(), single.column(c).into_owned())
                 };
                 values[3 * (3 * a + c)..][..3].copy_from_slice(unknown.as_slice());
-                if held[dof] {
+                if displacement_known[dof] {
                     (0..3).for_each(|r| translations[3 * c + r] -= of_held[r]);
                 }
                 if let Some(size) = self.summed_columns.boundary_value_scale {
-                    let value = known[dof] / size;
+                    let value = boundary_values[dof] / size;
                     (0..3).for_each(|r| of_known[r] += of_held[r] * value);
                 }
             }

@@ -89,69 +89,65 @@ impl CompressedEquations {
                 TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }
-        let (scale, motions) = (problem.traction_scale(), problem.motions());
+        let (traction_scale, motions) = (problem.traction_scale(), problem.motions());
         let size = problem
             .boundary_values
             .iter()
             .zip(problem.displacement_known)
             .fold(0.0_f64, |size, (value, held)| {
-                size.max(value.abs() * if *held { 1.0 } else { 1.0 / scale })
+                size.max(value.abs() * if *held { 1.0 } else { 1.0 / traction_scale })
             });
         let areas = problem.elements.areas();
         let area: f64 = areas.iter().sum();
         let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
-        let with = SummedColumns {
+        let summed_columns = SummedColumns {
             prescribed_translations: problem.displacement_known.contains(&true),
             boundary_value_scale: (size > 0.0).then_some(size),
             motions: ((largest / area).sqrt(), motions.ncols()),
         };
-        let layout = layout(problem.elements, with.count());
+        let layout = layout(problem.elements, summed_columns.count());
         let order = TreeOrder::new(problem.elements, &layout.tree().order);
-        let kernel = BoundaryKernel {
-            problem,
-            order: &order,
-            traction_scale: scale,
-            motions: &motions,
-            summed_columns: with,
-        };
+        let kernel =
+            BoundaryKernel { problem, order: &order, traction_scale, motions: &motions, summed_columns };
         let n = 3 * order.nodes.len();
         let error = tolerance * ENTRY_ERROR_SHARE / (n as f64).sqrt();
         let (matrix, sums) = layout.fill(&kernel, error)?;
         let held: Vec<bool> = (0..n).map(|at| problem.displacement_known[order.dof(at)]).collect();
-        let mut own = rigid_translation_blocks(&matrix, &sums, &held, problem.domain)?;
-        let mut right = vec![0.0; n + motions.ncols()];
-        if let Some(size) = with.boundary_value_scale {
-            let at = 3 * usize::from(with.prescribed_translations);
-            right.iter_mut().zip(sums.column(at)).for_each(|(right, sum)| *right = size * sum);
+        let mut diagonal_blocks = rigid_translation_blocks(&matrix, &sums, &held, problem.domain)?;
+        let mut boundary_value_side = vec![0.0; n + motions.ncols()];
+        if let Some(size) = summed_columns.boundary_value_scale {
+            let at = 3 * usize::from(summed_columns.prescribed_translations);
+            boundary_value_side.iter_mut().zip(sums.column(at)).for_each(|(right, sum)| *right = size * sum);
         }
         for (at, held) in held.iter().enumerate() {
             if *held {
-                let column = own[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
-                (0..3).for_each(|r| right[at - at % 3 + r] -= column[r]);
+                let column = diagonal_blocks[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
+                (0..3).for_each(|r| boundary_value_side[at - at % 3 + r] -= column[r]);
             }
         }
         let mut columns = DenseMatrix::zeros(n + motions.ncols(), motions.ncols())?;
         let mut rows = DenseMatrix::zeros(n, motions.ncols())?;
         let mean = area / areas.len() as f64;
         for j in 0..motions.ncols() {
-            let sums = sums.column(with.count() - with.motions.1 + j);
+            let sums = sums.column(summed_columns.count() - summed_columns.motions.1 + j);
             let to = columns.column_mut(j).iter_mut();
-            to.zip(sums).for_each(|(to, sum)| *to = sum / with.motions.0);
+            to.zip(sums).for_each(|(to, sum)| *to = sum / summed_columns.motions.0);
             for at in (0..n).filter(|&at| !held[at]) {
                 let dof = order.dof(at);
                 rows.column_mut(j)[at] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
-            right[n + j] = problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+            boundary_value_side[n + j] =
+                problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
         }
         let positions = problem.elements.positions();
         let positions: Vec<Point> = order.nodes.iter().map(|&node| positions[node]).collect();
         for (at, held) in held.iter().enumerate() {
             if *held {
-                own[at / 3].column_mut(at % 3).fill(0.0);
+                diagonal_blocks[at / 3].column_mut(at % 3).fill(0.0);
             }
         }
-        let additions = DiagonalAndBorder { blocks: &own, columns: &columns, rows: &rows };
-        let inverse = CoarseBlockJacobi::new(
+        let additions = DiagonalAndBorder { blocks: &diagonal_blocks, columns: &columns, rows: &rows };
+        let preconditioner = CoarseBlockJacobi::new(
             &matrix,
             &additions,
             CollocationUnknowns { positions: &positions, is_traction: &held },
@@ -160,11 +156,11 @@ impl CompressedEquations {
             tolerance,
             matrix,
             order,
-            diagonal_blocks: own,
+            diagonal_blocks,
             columns,
             rows,
-            boundary_value_side: right,
-            preconditioner: inverse,
+            boundary_value_side,
+            preconditioner,
         })
     }
 
@@ -331,11 +327,11 @@ struct KrylovSystem<'a> {
 
 impl MultiRhsSystem for KrylovSystem<'_> {
     fn apply(&mut self, x: &DenseMatrix, image: &mut DenseMatrix) {
-        let CompressedEquations { matrix, diagonal_blocks: own, columns, rows, .. } = self.equations;
+        let CompressedEquations { matrix, diagonal_blocks, columns, rows, .. } = self.equations;
         let n = matrix.n();
         for j in 0..x.n_columns() {
             let (from, to) = (x.column(j), image.column_mut(j));
-            for (node, own) in own.iter().enumerate() {
+            for (node, own) in diagonal_blocks.iter().enumerate() {
                 let product = own * Point::from_column_slice(&from[3 * node..3 * node + 3]);
                 to[3 * node..3 * node + 3].copy_from_slice(product.as_slice());
             }

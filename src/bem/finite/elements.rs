@@ -64,8 +64,8 @@ impl BoundaryElements {
                 interpolation.degree(),
             )
         });
-        let ready = ready.collect();
-        Self { kernels, interpolation, prepared: ready, nodes, first }
+        let prepared = ready.collect();
+        Self { kernels, interpolation, prepared, nodes, first }
     }
 
     /// How displacement and traction vary over an element.

@@ -163,8 +163,8 @@ impl ReferencePart {
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
-        let sides = self.sides.map(|[u, v]| 0.5 * (u * a + v * b));
-        Parallelogram { middle: panel.position(middle), half_sides: sides }
+        let half_sides = self.sides.map(|[u, v]| 0.5 * (u * a + v * b));
+        Parallelogram { middle: panel.position(middle), half_sides }
     }
 
     fn quarters(&self) -> [Self; 4] {
@@ -218,14 +218,15 @@ impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
         // The polynomials, and the collapse or the curvature of the element.
         let affine = panel.is_affine() && !panel.is_triangle();
-        let least = degree + if affine { 1 } else { 2 };
+        let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
         let samples = std::array::from_fn(|i| {
-            let points = if i + 1 < least { Vec::new() } else { whole.points(&kernels.rules[i]).collect() };
+            let points =
+                if i + 1 < min_points { Vec::new() } else { whole.points(&kernels.rules[i]).collect() };
             points.into_iter().map(|point| QuadraturePoint::new(kernels, (&panel, nodes), point)).collect()
         });
         let patch = whole.linearised_on(&panel);
-        Self { panel, samples, min_points: least, patch }
+        Self { panel, samples, min_points, patch }
     }
 }
 
@@ -233,8 +234,8 @@ impl InfluenceIntegrator {
     /// Kernels whose integrals over an element are accurate to about `accuracy` of their largest values.
     pub fn new(stiffness: Stiffness, field: FullSpaceField, accuracy: f64) -> Self {
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
-        let nearness = QuadratureOrder::new(&stiffness, accuracy, MOST_POINTS);
-        Self { stiffness, field, rules, quadrature_order: nearness }
+        let quadrature_order = QuadratureOrder::new(&stiffness, accuracy, MOST_POINTS);
+        Self { stiffness, field, rules, quadrature_order }
     }
 
     /// What an element does at a point `y` that is not on it.
@@ -247,8 +248,8 @@ impl InfluenceIntegrator {
     /// The points of the rule over an element that a point `y` off it needs.
     #[inline]
     fn each_sample(&self, element: ElementView, y: &Point, visit: &mut impl FnMut(&QuadraturePoint)) {
-        let PreparedElement { panel, samples, min_points: least, patch } = element.prepared;
-        match self.quadrature_order.points(patch, y).map(|n| n.max(*least)) {
+        let PreparedElement { panel, samples, min_points, patch } = element.prepared;
+        match self.quadrature_order.points(patch, y).map(|n| n.max(*min_points)) {
             Some(n) if n <= MAX_STORED_POINTS_PER_SIDE => samples[n - 1].iter().for_each(visit),
             _ => self.divide(element, y, (ReferencePart::whole(panel.is_triangle()), MOST_DIVISIONS), visit),
         }
@@ -477,10 +478,8 @@ mod tests {
             ([3.0, -2.0, 0.5], 0.0),
         ];
         for (y, flux) in cases {
-            let at = |ready| {
-                kernels
-                    .off_element(ElementView { prepared: ready, nodes: &nodes }, &Point::from(y))
-                    .double_layer[0]
+            let at = |prepared| {
+                kernels.off_element(ElementView { prepared, nodes: &nodes }, &Point::from(y)).double_layer[0]
             };
             let sum: Matrix3<f64> = panels.iter().map(at).sum();
             let error = (sum - Matrix3::identity() * flux).amax();

@@ -68,11 +68,12 @@ impl ElementNodes {
     pub fn new(interpolation: Interpolation, triangle: bool) -> Self {
         let rule =
             if triangle { on_triangle(interpolation) } else { quadrilateral(interpolation.degree() + 1) };
-        let (places, weights): (Vec<[f64; 2]>, Vec<f64>) = rule.into_iter().unzip();
-        let n = places.len();
-        let matrix = DMatrix::from_fn(n, n, |monomial, node| monomials(n, triangle, places[node])[monomial]);
+        let (reference_points, weights): (Vec<[f64; 2]>, Vec<f64>) = rule.into_iter().unzip();
+        let n = reference_points.len();
+        let matrix =
+            DMatrix::from_fn(n, n, |monomial, node| monomials(n, triangle, reference_points[node])[monomial]);
         let coefficients = matrix.try_inverse().expect("nodes of a rule determine their polynomials");
-        Self { reference_points: places, weights, triangle, coefficients }
+        Self { reference_points, weights, triangle, coefficients }
     }
 
     /// Where the nodes lie in the reference element.

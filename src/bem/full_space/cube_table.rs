@@ -250,19 +250,15 @@ impl CubeTable {
         }
         let (mut patches, mut covered, mut area) = (Vec::new(), Vec::new(), 0.0);
         for values in of_patch {
-            let &[face, scale, u, v] = &values[..4] else { return None };
-            let halvings = (0..=MOST_HALVINGS).find(|k| f64::from(1 << k) == scale)?;
-            let place = [u, v].map(|middle| ((middle + 1.0) * scale - 1.0) / 2.0);
-            let inside = |k: f64| k.fract() == 0.0 && (0.0..scale).contains(&k);
+            let &[face, inverse_half_side, u, v] = &values[..4] else { return None };
+            let level = (0..=MOST_HALVINGS).find(|k| f64::from(1 << k) == inverse_half_side)?;
+            let place = [u, v].map(|middle| ((middle + 1.0) * inverse_half_side - 1.0) / 2.0);
+            let inside = |k: f64| k.fract() == 0.0 && (0.0..inverse_half_side).contains(&k);
             if ![0.0, 1.0, 2.0].contains(&face) || !place.into_iter().all(inside) {
                 return None;
             }
-            covered.push(FaceSquare {
-                face: face as usize,
-                level: halvings,
-                place: place.map(|k| k as usize),
-            });
-            area += 1.0 / (scale * scale);
+            covered.push(FaceSquare { face: face as usize, level, place: place.map(|k| k as usize) });
+            area += 1.0 / (inverse_half_side * inverse_half_side);
             let coefficients = values[4..].chunks_exact(N_ENTRIES).map(|used| {
                 let mut entries = [0.0; PADDED_LEN];
                 entries[..N_ENTRIES].copy_from_slice(used);
@@ -270,7 +266,7 @@ impl CubeTable {
             });
             patches.push(ChebyshevPatch {
                 middle: [u, v],
-                inverse_half_side: scale,
+                inverse_half_side,
                 coefficients: coefficients.collect(),
             });
         }

@@ -99,8 +99,8 @@ impl CellInfluence {
         let areas: Vec<f64> = cells.iter().map(|cell| cell.area).collect();
         let most = (tolerance / MIN_TOLERANCE).log10().max(0.0).ceil();
         let decade = |share: f64| (-share.log10()).ceil().clamp(0.0, most) as u8;
-        let decades: Vec<u8> = tolerance_shares(&areas).into_iter().map(decade).collect();
-        let finer = decades.iter().copied().max().unwrap_or(0);
+        let extra_decades: Vec<u8> = tolerance_shares(&areas).into_iter().map(decade).collect();
+        let finer = extra_decades.iter().copied().max().unwrap_or(0);
         let short = green.clone().truncated_at(
             HARMONIC_CUTOFF_SHARE * INTEGRAL_TOLERANCE_SHARE * tolerance * 0.1f64.powi(finer.into()),
         );
@@ -119,7 +119,7 @@ impl CellInfluence {
             integrator,
             components,
             far,
-            extra_decades: decades,
+            extra_decades,
             scale: 1.0,
         };
         // Entries of the order of 1, whatever the units.

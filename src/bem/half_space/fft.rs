@@ -296,9 +296,10 @@ impl Flexibility for FftFlexibility {
     /// Which of the operators on smaller grids serve a window depends on the windows before it.
     fn history(&self) -> OperatorHistory {
         let kept = self.smaller_grids.lock().expect("no panic while the operators are held");
-        let smaller = kept.iter().map(|operator| (operator.cells(), operator.symbol.coarsening)).collect();
+        let restricted_grids =
+            kept.iter().map(|operator| (operator.cells(), operator.symbol.coarsening)).collect();
         let parts = kept.iter().map(|operator| operator.history()).collect();
-        OperatorHistory { restricted_grids: smaller, parts, ..OperatorHistory::default() }
+        OperatorHistory { restricted_grids, parts, ..OperatorHistory::default() }
     }
 
     fn replay(&self, course: &OperatorHistory) -> Result<()> {

@@ -25,16 +25,13 @@ pub(super) struct GridSymbol {
 
 impl GridSymbol {
     /// Of the kernel in `table` on `cells` whose sides are `factor` of its own.
-    pub(super) fn new(cells: [usize; 2], (table, factor): (Arc<KernelTable>, usize), coupled: bool) -> Self {
+    pub(super) fn new(
+        cells: [usize; 2],
+        (table, coarsening): (Arc<KernelTable>, usize),
+        coupled: bool,
+    ) -> Self {
         let plan = PaddedGridPlan::new(cells);
-        Self {
-            plan,
-            table,
-            coarsening: factor,
-            coupled,
-            normal: OnceLock::new(),
-            other_planes: OnceLock::new(),
-        }
+        Self { plan, table, coarsening, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.

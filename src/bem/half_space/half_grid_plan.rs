@@ -63,17 +63,17 @@ struct Scratch<T> {
 
 impl<T: FftReal> HalfGridPlan<T> {
     /// Half of a grid of `cells`, their number across the mirror even, `padded` to sizes as a whole one is, even there too.
-    pub(super) fn new(cells: [usize; 2], padded: [usize; 2], across: usize) -> Self {
-        let (padded, harmonics) = (padded[1 - across], padded[across] / 2);
+    pub(super) fn new(cells: [usize; 2], padded: [usize; 2], mirror_axis: usize) -> Self {
+        let (padded, harmonics) = (padded[1 - mirror_axis], padded[mirror_axis] / 2);
         let mut planner = RealFftPlanner::new();
         let turn = |k: usize| {
             let (sin, cos) = (-PI * k as f64 / (2 * harmonics) as f64).sin_cos();
             Complex::new(T::from_double(cos), T::from_double(sin))
         };
         Self {
-            mirror_axis: across,
-            cells_along: cells[1 - across],
-            cells_across: cells[across] / 2,
+            mirror_axis,
+            cells_along: cells[1 - mirror_axis],
+            cells_across: cells[mirror_axis] / 2,
             padded,
             harmonics,
             half_sample_phases: (0..=harmonics / 2).map(turn).collect(),

@@ -52,7 +52,7 @@ impl<'a> OpenDirection<'a> {
         axis: usize,
         (cells, padded): ([usize; 2], [usize; 2]),
         spacing: [f64; 2],
-        (admittance, clearance): (&'a Admittance, f64),
+        (admittance, singularity_distance): (&'a Admittance, f64),
     ) -> Self {
         let datum = 0.5 * cells[axis] as f64 * spacing[axis];
         Self {
@@ -62,7 +62,7 @@ impl<'a> OpenDirection<'a> {
             padded: padded[axis],
             spacing,
             datum,
-            singularity_distance: clearance,
+            singularity_distance,
         }
     }
 

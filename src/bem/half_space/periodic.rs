@@ -89,12 +89,12 @@ impl PeriodicFlexibility {
         interrupt::check()?;
         let buffers = Mutex::new(convolution.buffers(3));
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        let own = Matrix3::zeros();
+        let self_influence = Matrix3::zeros();
         let (normal_inverse, full_inverse) = (OnceLock::new(), OnceLock::new());
         let mut made = Self {
             convolution,
             symbol,
-            self_influence: own,
+            self_influence,
             coupled,
             buffers,
             spacing,

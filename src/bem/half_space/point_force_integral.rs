@@ -242,8 +242,8 @@ impl PointForceIntegral {
 impl DirectionRule {
     /// For directions with this sine of the angle from the inner axis and this z, at distance 1.
     pub(super) fn new(sin: f64, depth: f64) -> Self {
-        let cluster = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
-        Self { depth, radius_over_depth: -sin / depth, pole_stretch: cluster, levels: Vec::new() }
+        let pole_stretch = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
+        Self { depth, radius_over_depth: -sin / depth, pole_stretch, levels: Vec::new() }
     }
 }
 

@@ -168,23 +168,18 @@ impl PointForceTable {
         let per_radian = self.angles as f64 / (2.0 * PI);
         let position = ((phi + PI) * per_radian).min(self.angles as f64);
         let angle = position as usize;
-        let [along, slope] = lagrange_with_derivative(position - angle as f64);
+        let [angle_weights, angle_slopes] = lagrange_with_derivative(position - angle as f64);
         let height = (t * self.rows as f64).min(self.rows as f64);
         let row = (height as usize).min(self.rows - (NODES - 1 - N_GHOST_ROWS));
-        let [across, steep] = lagrange_with_derivative(height - row as f64);
+        let [row_weights, row_slopes] = lagrange_with_derivative(height - row as f64);
         // Next to the axis the derivative along φ vanishes with t.
-        let over_t = if row <= N_GHOST_ROWS {
+        let row_weights_over_t = if row <= N_GHOST_ROWS {
             lagrange_over_distance(height - row as f64, N_GHOST_ROWS - row).map(|w| w * self.rows as f64)
         } else {
-            across.map(|w| w / t)
+            row_weights.map(|w| w / t)
         };
-        let weights = StencilWeights {
-            angle_weights: along,
-            angle_slopes: slope,
-            row_weights: across,
-            row_slopes: steep,
-            row_weights_over_t: over_t,
-        };
+        let weights =
+            StencilWeights { angle_weights, angle_slopes, row_weights, row_slopes, row_weights_over_t };
         let mut sums = [[0.0; 9]; 3];
         weigh(&self.entries[(row * around + angle) * 9..], around * 9, &weights, &mut sums);
         sums[1].iter_mut().for_each(|sum| *sum *= self.rows as f64);

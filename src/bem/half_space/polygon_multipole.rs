@@ -92,13 +92,13 @@ impl PolygonMultipole {
             (1..from.len()).for_each(|k| from[k] = from[k].min(from[k - 1]));
             from
         });
-        let from = from.collect();
+        let min_ratio = from.collect();
         Self {
             table,
             n_components: components.len(),
             per_radian: angles as f64 / (2.0 * PI),
             stride,
-            min_ratio: from,
+            min_ratio,
         }
     }
 

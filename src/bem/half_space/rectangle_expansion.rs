@@ -178,11 +178,11 @@ impl RectangleExpansion {
             plane.truncate(TERMS);
         }
         let parity = planes.iter().map(|terms| parity(terms, &largest)).collect();
-        let from = std::array::from_fn(|m| {
+        let min_distance = std::array::from_fn(|m| {
             let next = m + 1;
             (largest[next] / (TRUNCATION_TOLERANCE * largest[0])).powf(0.5 / next as f64)
         });
-        Self { planes, min_distance: from, parity }
+        Self { planes, min_distance, parity }
     }
 
     /// Distance from which on the expansion holds, mm.

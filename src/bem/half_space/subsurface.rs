@@ -152,11 +152,10 @@ impl<'a> SubsurfaceField<'a> {
         cells: impl Iterator<Item = (Vec<[f64; 2]>, Point)>,
     ) -> Self {
         let loaded = cells.filter(|(_, traction)| *traction != Point::zeros());
-        let parts = loaded.flat_map(|(corners, traction)| split_polygon(&corners, traction)).collect();
+        let quads = loaded.flat_map(|(corners, traction)| split_polygon(&corners, traction)).collect();
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
-        let nearness = QuadratureOrder::new(stiffness, RELATIVE_TOLERANCE, MOST_POINTS);
-        let mut made =
-            Self { field, stiffness, quadrature_order: nearness, rules, quads: parts, clusters: Vec::new() };
+        let quadrature_order = QuadratureOrder::new(stiffness, RELATIVE_TOLERANCE, MOST_POINTS);
+        let mut made = Self { field, stiffness, quadrature_order, rules, quads, clusters: Vec::new() };
         if !made.quads.is_empty() {
             made.build_cluster(0..made.quads.len());
         }
@@ -192,8 +191,8 @@ impl<'a> SubsurfaceField<'a> {
                 }
             }
         }
-        let sides = [Point::new(half[0], 0.0, 0.0), Point::new(0.0, half[1], 0.0)];
-        let patch = Parallelogram { middle: Point::new(middle[0], middle[1], 0.0), half_sides: sides };
+        let half_sides = [Point::new(half[0], 0.0, 0.0), Point::new(0.0, half[1], 0.0)];
+        let patch = Parallelogram { middle: Point::new(middle[0], middle[1], 0.0), half_sides };
         self.clusters.push(CellCluster { patch, forces, members });
         self.clusters.len() - 1
     }

@@ -87,7 +87,7 @@ impl BeBody {
     ) -> Result<Self> {
         let faces = spec.faces(contact)?;
         refuse_crossing(&spec.mesh, &faces, contact)?;
-        let (elements, number, (kernel_error, note)) = spec.elements(cache)?;
+        let (elements, number, (kernel_error, cache_warning)) = spec.elements(cache)?;
         let map = build_face_map(spec, (&elements, &number), (frame, side), &faces)?;
         let known = spec.nodal_conditions(&elements, &number)?;
         refuse_held(&map, &known, &elements)?;
@@ -128,7 +128,7 @@ impl BeBody {
             rigid_body_modes: None,
             asymmetry,
             kernel_error,
-            cache_warning: note,
+            cache_warning,
             limit: None,
             elements,
         };
@@ -184,8 +184,8 @@ impl BeBody {
                 load_work: loads.map(work).sum(),
             }
         };
-        let motions = (0..free.n_modes()).map(motion).collect();
-        UnconstrainedModes { side: self.side, modes: motions, names: free.names.clone() }
+        let modes = (0..free.n_modes()).map(motion).collect();
+        UnconstrainedModes { side: self.side, modes, names: free.names.clone() }
     }
 
     /// Number of elements.

@@ -214,10 +214,10 @@ impl BeSpec {
             let first = own.next();
             own.all(|other| Some(other) == first)
         };
-        let aligned = (0..map.n_cells()).all(of_cell);
+        let cells_within_elements = (0..map.n_cells()).all(of_cell);
         Ok(FrameFit {
             n_nodes: map.nodes().len(),
-            cells_within_elements: aligned,
+            cells_within_elements,
             thinnest_element: elements.max_spacing_to_thickness(),
         })
     }

@@ -44,17 +44,17 @@ impl BeBody {
                 points.points_of_cell(i).iter().zip(face.kind.face_reference_nodes()).zip(areas)
             {
                 let mut gradient = field.surface_gradient(i, *xi);
-                let mut load = field.traction(i, *xi);
+                let mut own_traction = field.traction(i, *xi);
                 if let Some(of_weight) = &self.weight {
                     let x = panel.position(*xi);
                     gradient += of_weight.gradient(&x);
-                    load += of_weight.stress(&x) * area.try_normalize(0.0).unwrap_or_default();
+                    own_traction += of_weight.stress(&x) * area.try_normalize(0.0).unwrap_or_default();
                 }
-                let sample = FaceContribution { area, weight, gradient, stiffness, own_traction: load };
+                let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
                 if touches {
                     // That of the contact comes with its cells.
-                    let load = load - field.interpolate(&of_contact, i, *xi);
+                    let load = own_traction - field.interpolate(&of_contact, i, *xi);
                     contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }
             }

@@ -172,22 +172,22 @@ impl AppliedLoadDisplacement {
         let (near, far): (Vec<PatchLoad>, Vec<PatchLoad>) =
             pads.into_iter().partition(|pad| pad.is_near(&forces.patch));
         let mut at_nodes = own.work.clone();
-        let mut remainder = vec![0.0; at_nodes.len()];
+        let mut support_work = vec![0.0; at_nodes.len()];
         for batch in others.chunks(FACES_PER_BATCH) {
             interrupt::check()?;
             let shares: Vec<[Vec<Point>; 2]> = batch.par_iter().map(|face| on_faces.work(face)).collect();
             for [work, rest] in shares {
                 at_nodes.chunks_exact_mut(3).zip(&work).for_each(|(sum, part)| add(sum, part));
-                remainder.chunks_exact_mut(3).zip(&rest).for_each(|(sum, part)| add(sum, part));
+                support_work.chunks_exact_mut(3).zip(&rest).for_each(|(sum, part)| add(sum, part));
             }
         }
         let by_far: Vec<Point> =
             forces.points.par_iter().map(|&point| displacement(&far, field, point)).collect();
         for (i, sum) in at_nodes.chunks_exact_mut(3).enumerate() {
             let rigid = forces.patch.axes.to_local(&own.prescribed_motion.rigid(&forces.position(i)));
-            add(sum, &(by_far[i] + rigid + Point::from_row_slice(&remainder[3 * i..3 * i + 3])));
+            add(sum, &(by_far[i] + rigid + Point::from_row_slice(&support_work[3 * i..3 * i + 3])));
         }
-        Ok(Self { at_nodes, support_work: remainder, near_loads: near })
+        Ok(Self { at_nodes, support_work, near_loads: near })
     }
 
     /// The part of it that the stress at the supports has, at the nodes of the polynomials, mm.

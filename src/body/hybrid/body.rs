@@ -89,20 +89,20 @@ impl HybridBody {
         let green = SurfaceGreen::new(&in_frame, side)?;
         let model = FeModel::with_memory_limit(spec, memory)?;
         let recovery = StressRecovery::new(&model)?;
-        let (near, note) = PatchHalfSpace::new(site, resources)?;
+        let (near, cache_warning) = PatchHalfSpace::new(site, resources)?;
         let (correction, judged) =
             polynomial_order::adaptive_correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
         let [indicators] = judged[..] else { return Err(Error::numerical("one patch has one correction")) };
-        let far = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
-        let (mut free_gap, mut own_error) = (None, None);
+        let far_field = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
+        let (mut free_gap, mut applied_load_error) = (None, None);
         if let Some(own) = &correction.applied_loads {
             let forces = near.forces(indicators.nodes);
             let stress = recovery.stress(&model, &own.displacement)?;
             let recovered = (&**recovery.points(), &stress[..]);
             let displacement = AppliedLoadDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
             let cells = (&grid, frame.grid_indices.as_deref());
-            free_gap = Some(displacement.gap(&far, cells, (&near.field, side))?);
-            own_error = Some(polynomial_order::applied_load_error(
+            free_gap = Some(displacement.gap(&far_field, cells, (&near.field, side))?);
+            applied_load_error = Some(polynomial_order::applied_load_error(
                 (&model, &recovery),
                 (&forces, &correction),
                 (&own.displacement, &stress),
@@ -113,7 +113,7 @@ impl HybridBody {
         Ok(Self {
             side,
             green,
-            far_field: far,
+            far_field,
             correction,
             indicators,
             grid,
@@ -121,14 +121,14 @@ impl HybridBody {
             patch: site.patch,
             stiffness: site.stiffness.clone(),
             field: near.field,
-            cache_warning: note,
+            cache_warning,
             recovery,
             model,
             limits: BTreeMap::new(),
             faces,
             heights,
             free_gap,
-            applied_load_error: own_error,
+            applied_load_error,
             on_surface,
             taken: false,
         })

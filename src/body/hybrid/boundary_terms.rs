@@ -60,11 +60,11 @@ impl BoundaryFaces {
             model.faces_on_foundations().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
         let own_faces: Vec<_> = sources.0.iter().map(|forces| forces.own_faces(mesh)).collect();
         let faces = outer_faces(mesh).into_iter().map(|face| {
-            let held = [0, 1, 2]
+            let fixed = [0, 1, 2]
                 .map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
             let bedding = bedded.get(&(face.owner, face.local_face)).copied();
-            let own = own_faces.iter().map(|own| own(&face)).collect();
-            BoundaryFace { face, on_patch_surface: own, fixed: held, bedding }
+            let on_patch_surface = own_faces.iter().map(|own| own(&face)).collect();
+            BoundaryFace { face, on_patch_surface, fixed, bedding }
         });
         Self(faces.filter(|face| face.on_patch_surface.contains(&false)).collect())
     }
@@ -205,7 +205,7 @@ impl Fields {
     /// Adds those of the forces on one patch.
     fn add_forces(
         &mut self,
-        BoundaryFace { face, fixed: held, bedding, .. }: &BoundaryFace,
+        BoundaryFace { face, fixed, bedding, .. }: &BoundaryFace,
         points: &[FacePoint],
         (first, forces): (usize, &PatchForces),
     ) {
@@ -240,7 +240,7 @@ impl Fields {
                 for column in 0..3 {
                     let load = &mut self.loads[(3 * (first + i) + column) * 3 * n_nodes..][..3 * n_nodes];
                     for (load, value) in load.chunks_exact_mut(3).zip(&point.values) {
-                        for c in (0..3).filter(|&c| !held[c]) {
+                        for c in (0..3).filter(|&c| !fixed[c]) {
                             load[c] -= value * traction[(c, column)];
                         }
                     }

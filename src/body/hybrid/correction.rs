@@ -140,12 +140,13 @@ impl Correction {
         solver.solve(&mut columns)?;
         let free = columns.split_off(n * model.n_free());
         let displacement = DenseMatrix::from_values(model.n_free(), n, columns);
-        let own = if free.is_empty() {
+        let applied_loads = if free.is_empty() {
             None
         } else {
-            let supports = PrescribedMotion::new(model, &prescribed);
-            let work = work_of_own(model, &supports, (&displacement, &held), (&prescribed, &held_loads))?;
-            Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion: supports })
+            let prescribed_motion = PrescribedMotion::new(model, &prescribed);
+            let work =
+                work_of_own(model, &prescribed_motion, (&displacement, &held), (&prescribed, &held_loads))?;
+            Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion })
         };
         let mut matrix = boundary.work;
         let defect = {
@@ -164,7 +165,7 @@ impl Correction {
             fields,
             imbalance: boundary.imbalance,
             asymmetry,
-            applied_loads: own,
+            applied_loads,
             solved: solver.info(),
         })
     }

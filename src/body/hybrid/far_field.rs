@@ -56,14 +56,14 @@ impl FarField {
     /// On `cells` of a grid with sides `spacing`, the first of which begins at `first` from the middle of the patch, axes of the
     /// frame.
     pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> FarFieldOnGrid {
-        let m = self.nodes_per_side();
+        let nodes_per_side = self.nodes_per_side();
         let [x, y] = [0, 1].map(|axis| {
             let turned = axis == 1 && self.y_flipped;
             self.nodes[axis].means(cells[axis], spacing[axis], first[axis], turned)
         });
         let n = cells[1];
-        let by_node = (0..m[1] * n).map(|k| y[(k % n) * m[1] + k / n]).collect();
-        FarFieldOnGrid { cells, x, y: by_node, nodes_per_side: m, area: spacing[0] * spacing[1] }
+        let by_node = (0..nodes_per_side[1] * n).map(|k| y[(k % n) * nodes_per_side[1] + k / n]).collect();
+        FarFieldOnGrid { cells, x, y: by_node, nodes_per_side, area: spacing[0] * spacing[1] }
     }
 
     /// All entries by rows.

@@ -23,14 +23,14 @@ impl HalfSpaceField {
     ///
     /// # Errors
     /// If C(e3, e3) is singular, which that of a material is not.
-    pub fn new(stiffness: &Stiffness, points: PointForceField, green: &SurfaceGreen) -> Result<Self> {
+    pub fn new(stiffness: &Stiffness, point_force: PointForceField, green: &SurfaceGreen) -> Result<Self> {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
-        let normal = contract(2).try_inverse();
+        let inverse_normal = contract(2).try_inverse();
         Ok(Self {
-            point_force: points,
+            point_force,
             patch_integrals: PatchIntegrator::new(green),
             tangential: [contract(0), contract(1)],
-            inverse_normal: normal
+            inverse_normal: inverse_normal
                 .ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
         })
     }

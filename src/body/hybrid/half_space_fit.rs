@@ -103,7 +103,7 @@ impl HalfSpaceFit {
         // The tangent plane of a curved surface.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
         let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
-        let surface =
+        let curved_faces =
             if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
         if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
@@ -112,7 +112,7 @@ impl HalfSpaceFit {
         let own = regions.element(under[0].owner).unwrap_or(0);
         let stiffness = regions.stiffness(own);
         let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
-        let to_edges = distance(spec, &patch, &surface)?;
+        let to_edges = distance(spec, &patch, &curved_faces)?;
         let shorter = half_width[0].min(half_width[1]);
         let limits = [
             ("an edge of the body, or a support,", to_edges, MIN_EDGE_DISTANCE),
@@ -144,7 +144,7 @@ impl HalfSpaceFit {
             distance,
             limited_by_material: to_others == distance,
             rise,
-            curved_faces: surface,
+            curved_faces,
         }))
     }
 }

@@ -16,13 +16,13 @@ pub struct ContactPatch {
 impl ContactPatch {
     /// The rectangle about `middle` with sides along the x and y of a frame, on the body at `side` of it. Body 2 sees the frame
     /// turned about x.
-    pub fn on_body(frame: &Triad, side: Side, middle: Point, half_width: [f64; 2]) -> Self {
+    pub fn on_body(frame: &Triad, side: Side, center: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;
         if side == Side::Upper {
             axes.column_mut(1).neg_mut();
             axes.column_mut(2).neg_mut();
         }
-        Self { axes: Triad(axes), center: middle, half_width }
+        Self { axes: Triad(axes), center, half_width }
     }
 
     /// Of two heights along the global z the one further out of the body.

@@ -36,15 +36,15 @@ pub(super) fn add_patch_coupling(
     let patches: Vec<(usize, &PatchForces)> = sources.patches().collect();
     let line: Vec<(f64, f64)> =
         gauss_legendre(GAUSS_POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
-    for (p, &(first_y, by)) in patches.iter().enumerate() {
-        for (q, &(first_x, bx)) in patches.iter().enumerate().filter(|(q, _)| *q != p) {
+    for (p, &(first_y, row_forces)) in patches.iter().enumerate() {
+        for (q, &(first_x, column_forces)) in patches.iter().enumerate().filter(|(q, _)| *q != p) {
             let on_surface = faces
                 .iter()
                 .filter(|face| face.on_patch_surface[p] && !face.on_patch_surface[q] && face.is_free());
-            let edges = edges(&outline_loops(mesh, on_surface.map(|face| &face.face), &by.patch));
-            let pair = PatchPair { row_forces: by, column_forces: bx, edges: &edges, line: &line };
+            let edges = edges(&outline_loops(mesh, on_surface.map(|face| &face.face), &row_forces.patch));
+            let pair = PatchPair { row_forces, column_forces, edges: &edges, line: &line };
             let rows: Vec<Vec<Matrix3<f64>>> =
-                (0..by.points.len()).into_par_iter().map(|y| pair.row(y)).collect();
+                (0..row_forces.points.len()).into_par_iter().map(|y| pair.row(y)).collect();
             for (y, row) in rows.iter().enumerate() {
                 for (x, block) in row.iter().enumerate() {
                     let n_rows = work.n_rows();

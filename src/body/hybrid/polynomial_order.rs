@@ -32,12 +32,12 @@ impl<'a> PatchHalfSpace<'a> {
     ///
     /// # Errors
     /// As [`PointForceField::load_or_compute`].
-    pub fn new(site: &'a HalfSpaceFit, resources: &CondensationResources) -> Result<(Self, Option<String>)> {
-        let stiffness = site.stiffness.rotated(&site.patch.axes.0.transpose());
+    pub fn new(fit: &'a HalfSpaceFit, resources: &CondensationResources) -> Result<(Self, Option<String>)> {
+        let stiffness = fit.stiffness.rotated(&fit.patch.axes.0.transpose());
         let (points, note) = PointForceField::load_or_compute(&stiffness, resources.cache)?;
         let green = SurfaceGreen::new(&stiffness, Side::Lower)?;
         let field = HalfSpaceField::new(&stiffness, points, &green)?;
-        Ok((Self { fit: site, stiffness, field, green }, note))
+        Ok((Self { fit, stiffness, field, green }, note))
     }
 
     /// Forces at `m` nodes of the patch, those along y one after the other.

@@ -36,8 +36,8 @@ pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> boo
 /// The increment without friction, in which nothing holds body 2 along the surface.
 pub(super) fn without_friction<'p>(problem: &Increment<'p>) -> Increment<'p> {
     let bare = |end: &PathPoint| PathPoint { tangential: TangentialControl::Shift, ..end.clone() };
-    let ends = problem.path_points.iter().map(bare).collect();
-    Increment { friction: None, scales: problem.scales.clone(), path_points: ends, ..*problem }
+    let path_points = problem.path_points.iter().map(bare).collect();
+    Increment { friction: None, scales: problem.scales.clone(), path_points, ..*problem }
 }
 
 /// Solves from the state in `it`.

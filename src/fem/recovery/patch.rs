@@ -34,7 +34,7 @@ impl PatchFit {
     /// The fit of polynomials of `terms` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
     /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
     pub fn new(
-        (terms, axes): (PolynomialSpace, Matrix3<f64>),
+        (space, axes): (PolynomialSpace, Matrix3<f64>),
         samples: Vec<usize>,
         position: impl Fn(usize) -> [f64; 3],
     ) -> Self {
@@ -48,7 +48,7 @@ impl PatchFit {
         // An axis along which the samples do not differ, to rounding, has no size of its own.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
-        let mut patch = Self { samples, space: terms, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
+        let mut patch = Self { samples, space, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
         let a = DMatrix::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j]);
         let svd = a.svd(true, true);

@@ -49,7 +49,7 @@ impl RecoveryPoints {
             }
             offsets.push(first + face.nodes.len());
         }
-        let (mut node, mut cell_points) = (Vec::new(), vec![0; offsets[faces.len()]]);
+        let (mut mesh_nodes, mut cell_points) = (Vec::new(), vec![0; offsets[faces.len()]]);
         for (i, around) in at_nodes.iter().enumerate() {
             let mut parent: Vec<usize> = (0..around.len()).collect();
             for (a, b) in (0..around.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
@@ -62,13 +62,13 @@ impl RecoveryPoints {
             for a in 0..around.len() {
                 let first = find_root(&mut parent, a);
                 if first == a {
-                    point[a] = node.len();
-                    node.push(i);
+                    point[a] = mesh_nodes.len();
+                    mesh_nodes.push(i);
                 }
                 cell_points[around[a].0] = point[first];
             }
         }
-        Self { mesh_nodes: node, cell_points, offsets }
+        Self { mesh_nodes, cell_points, offsets }
     }
 
     pub(super) fn new(elements: ElementContext, class: &[usize]) -> Self {

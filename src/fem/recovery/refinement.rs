@@ -49,10 +49,10 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
 mod tests {
     use super::*;
 
-    fn estimate(element: Vec<f64>) -> ErrorEstimate {
-        let n = element.len();
+    fn estimate(cell_errors: Vec<f64>) -> ErrorEstimate {
+        let n = cell_errors.len();
         ErrorEstimate {
-            cell_errors: element,
+            cell_errors,
             cell_volumes: vec![1.0; n],
             cell_centres: vec![[0.0; 3]; n],
             stress_norm: 10.0,

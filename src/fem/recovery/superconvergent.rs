@@ -59,20 +59,22 @@ impl StressRecovery {
             .into_par_iter()
             .map(|p| patch_sources(elements, &points, &topology, p))
             .collect();
-        let mut dense = vec![false; elements.n_elements()];
+        let mut samples_gauss_points = vec![false; elements.n_elements()];
         for source in sources.iter().flatten() {
             if let PatchSource::ExtendedRing(vertex) = source {
-                extended_ring(&points, &topology, *vertex).into_iter().for_each(|cell| dense[cell] = true);
+                extended_ring(&points, &topology, *vertex)
+                    .into_iter()
+                    .for_each(|cell| samples_gauss_points[cell] = true);
             }
         }
         let rules = RecoveryRules::new();
-        let layout = SampleLayout::new(elements, &dense, &rest, &rules)?;
+        let layout = SampleLayout::new(elements, &samples_gauss_points, &rest, &rules)?;
         let builder = RowBuilder { elements, points: &points, topology: &topology, layout: &layout };
         let rows = builder.rows(&sources);
         let mut recovery = Self {
             points: Arc::new(points),
             rules,
-            samples_gauss_points: dense,
+            samples_gauss_points,
             starts: vec![0],
             samples: Vec::new(),
             weights: Vec::new(),

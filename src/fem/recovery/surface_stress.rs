@@ -145,13 +145,13 @@ pub(crate) fn surface_stress_points(
         for ((area_vector, gradient), &node) in at_nodes.into_iter().zip(local) {
             let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
             let normal = area_vector.try_normalize(0.0).unwrap_or_default();
-            let load = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
+            let own_traction = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
             let sample = FaceContribution {
                 area: area_vector,
                 weight: 1.0 / area,
                 gradient,
                 stiffness: &stiffness,
-                own_traction: load,
+                own_traction,
             };
             sums.add(points.points_of_cell(owner)[node], &sample);
         }

@@ -20,8 +20,8 @@ pub fn symmetric_partition(tree: &ClusterTree, admissibility: f64) -> Vec<Cluste
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {
         let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
-        let far = rows != columns && row.is_admissible_with(column, admissibility);
-        match (far, row.children, column.children) {
+        let is_admissible = rows != columns && row.is_admissible_with(column, admissibility);
+        match (is_admissible, row.children, column.children) {
             (false, Some([first, second]), _) if rows == columns => {
                 waiting.extend([(second, second), (first, second), (first, first)]);
             }
@@ -32,7 +32,7 @@ pub fn symmetric_partition(tree: &ClusterTree, admissibility: f64) -> Vec<Cluste
                 waiting.extend([(second, columns), (first, columns)]);
             }
             (false, _, Some([first, second])) => waiting.extend([(rows, second), (rows, first)]),
-            _ => blocks.push(ClusterPair { rows, columns, is_admissible: far }),
+            _ => blocks.push(ClusterPair { rows, columns, is_admissible }),
         }
     }
     blocks
@@ -43,16 +43,16 @@ pub fn full_partition<const D: usize>(tree: &ClusterTree<D>, admissibility: f64)
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {
         let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
-        let far = rows != columns && row.is_admissible_with(column, admissibility);
+        let is_admissible = rows != columns && row.is_admissible_with(column, admissibility);
         let rows_first = column.children.is_none() || row.diameter() >= column.diameter();
-        match (far, row.children, column.children) {
+        match (is_admissible, row.children, column.children) {
             (false, Some([a, b]), Some([c, d])) if rows == columns => {
                 waiting.extend([(b, d), (b, c), (a, d), (a, c)]);
             }
             // The larger one is cut, so that both keep about the same size.
             (false, Some([a, b]), _) if rows_first => waiting.extend([(b, columns), (a, columns)]),
             (false, _, Some([c, d])) => waiting.extend([(rows, d), (rows, c)]),
-            _ => blocks.push(ClusterPair { rows, columns, is_admissible: far }),
+            _ => blocks.push(ClusterPair { rows, columns, is_admissible }),
         }
     }
     blocks

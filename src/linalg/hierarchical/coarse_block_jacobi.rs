@@ -61,7 +61,7 @@ pub struct CollocationUnknowns<'a> {
 }
 
 impl RigidGroup {
-    fn new(places: Range<usize>, first: usize, unknowns: CollocationUnknowns) -> Self {
+    fn new(places: Range<usize>, first_motion: usize, unknowns: CollocationUnknowns) -> Self {
         let nodes = places.start / 3..places.end / 3;
         let middle = unknowns.positions[nodes.clone()].iter().sum::<Vector3<f64>>() / nodes.len() as f64;
         let translation = |c: usize, traction: bool| -> Vec<f64> {
@@ -91,7 +91,7 @@ impl RigidGroup {
                 motions.extend(motion.iter().map(|value| value / left));
             }
         }
-        Self { places, first_motion: first, motions }
+        Self { places, first_motion, motions }
     }
 
     /// Number of motions.
@@ -132,7 +132,7 @@ impl CoarseBlockJacobi {
             let inverse = inverse(values, Par::Seq)?;
             Ok((places, inverse.values().iter().map(|value| *value as f32).collect()))
         };
-        let locals = dof_clusters(matrix.layout(), MAX_BLOCK_NODES)
+        let block_inverses = dof_clusters(matrix.layout(), MAX_BLOCK_NODES)
             .into_par_iter()
             .map(local)
             .collect::<Result<Vec<_>>>()?;
@@ -166,7 +166,7 @@ impl CoarseBlockJacobi {
                 }
             }
         }
-        Ok(Self { n, block_inverses: locals, groups, coarse_inverse: inverse(means, Par::rayon(0))? })
+        Ok(Self { n, block_inverses, groups, coarse_inverse: inverse(means, Par::rayon(0))? })
     }
 
     /// Bytes that it takes while it is made on a layout, and that it holds: blocks counted, six motions for each group.

@@ -32,13 +32,13 @@ pub struct ElementNumbering {
 impl ElementNumbering {
     /// `nodes` of each element in the order of the tree, three columns for each, and `extra` columns of each element that are only
     /// summed up.
-    pub fn new(nodes: impl Iterator<Item = usize>, extra: usize) -> Self {
+    pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());
         for (element, count) in nodes.enumerate() {
             element_of.resize(element_of.len() + count, element as u32);
             first.push(element_of.len());
         }
-        Self { first, element_of, n_sum_columns: extra }
+        Self { first, element_of, n_sum_columns }
     }
 
     /// Number of nodes.
@@ -96,12 +96,12 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         elements: Range<usize>,
     ) -> Self {
         let nodes = groups.nodes(&rows);
-        let kept = ROWS_PER_NODE * groups.nodes(&elements).len();
+        let n_matrix_columns = ROWS_PER_NODE * groups.nodes(&elements).len();
         Self {
             kernel,
             groups,
-            n_matrix_columns: kept,
-            n_columns: kept + groups.n_sum_columns * elements.len(),
+            n_matrix_columns,
+            n_columns: n_matrix_columns + groups.n_sum_columns * elements.len(),
             values: Vec::new(),
             first_row_of_node: vec![NOT_COMPUTED; nodes.len()],
             first_column_of_element: vec![NOT_COMPUTED; elements.len()],

@@ -91,8 +91,8 @@ impl BlockLayout {
     /// See [`blocks`] for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
         let blocks = symmetric_partition(&tree, admissibility);
-        let shares = vec![1.0; tree.clusters.len()];
-        Self { tree, blocks, tolerance_shares: shares }
+        let tolerance_shares = vec![1.0; tree.clusters.len()];
+        Self { tree, blocks, tolerance_shares }
     }
 
     /// With shares of the tolerance for the points, `[N]` in their own order; a block gets the least one of its rows and
@@ -101,8 +101,8 @@ impl BlockLayout {
         let of = |range: Range<usize>| {
             self.tree.order[range].iter().map(|&point| shares[point]).fold(f64::INFINITY, f64::min)
         };
-        let shares = self.tree.clusters.iter().map(|cluster| of(cluster.range.clone())).collect();
-        Self { tolerance_shares: shares, ..self }
+        let tolerance_shares = self.tree.clusters.iter().map(|cluster| of(cluster.range.clone())).collect();
+        Self { tolerance_shares, ..self }
     }
 
     /// The tolerance of a block.

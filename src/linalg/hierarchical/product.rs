@@ -58,12 +58,12 @@ impl HierarchicalMatrix {
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
         // Entries that meet zeros only are not read: tractions vanish outside the contact.
-        let [ahead, back] = [&block.columns, &block.rows].map(|range| {
+        let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
         });
-        let back = back.filter(|_| !block.is_diagonal());
-        if ahead.is_none() && back.is_none() {
+        let x_of_rows = back.filter(|_| !block.is_diagonal());
+        if x_of_columns.is_none() && x_of_rows.is_none() {
             return;
         }
         let (mirrored, m) = (one.sign * self.signs[one.component], block.rows.len());
@@ -72,23 +72,18 @@ impl HierarchicalMatrix {
                 let size = m * block.columns.len();
                 let rows = values[one.component * size..(one.component + 1) * size].chunks_exact(size / m);
                 for (k, row) in rows.enumerate() {
-                    if let Some(x) = ahead {
+                    if let Some(x) = x_of_columns {
                         y[block.rows.start + k] += one.sign * dot(row, x);
                     }
-                    if let Some(x) = back.filter(|x| x[k] != 0.0) {
+                    if let Some(x) = x_of_rows.filter(|x| x[k] != 0.0) {
                         add(&mut y[block.columns.clone()], mirrored * x[k], row);
                     }
                 }
             }
             BlockContent::Far(components) => {
                 let terms = &components[one.component];
-                let mut of = FarBlockProduct {
-                    block,
-                    x_of_columns: ahead,
-                    x_of_rows: back,
-                    y,
-                    factors: [one.sign, mirrored],
-                };
+                let mut of =
+                    FarBlockProduct { block, x_of_columns, x_of_rows, y, factors: [one.sign, mirrored] };
                 of.add_terms(&terms.double);
                 of.add_terms(&terms.single);
             }

@@ -44,16 +44,16 @@ impl CoarseSpace {
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);
         let motions = motions(matrix, &part, n_parts);
-        let (offsets, parts, forces) = forces(matrix, &part, &motions);
-        let coarse = coarse_matrix(&part, &motions, (&offsets, &parts, &forces), n_parts);
-        let pairs = edges(&part, &offsets, &parts);
+        let (offsets, part_of_block, force_blocks) = forces(matrix, &part, &motions);
+        let coarse = coarse_matrix(&part, &motions, (&offsets, &part_of_block, &force_blocks), n_parts);
+        let pairs = edges(&part, &offsets, &part_of_block);
         let graph = NodeGraph::from_edges(n_parts, &pairs);
         let order = nested_dissection(&graph, &(0..n_parts).collect::<Vec<_>>(), &[])?;
         let order: Vec<usize> = order.into_iter().flat_map(|p| 6 * p..6 * p + 6).collect();
         let factor = SymbolicCholesky::new(&coarse, &order, 0)?
             .factorise(&coarse, |row| format!("a part of the mesh (motion {row})"))?;
-        let part = part.into_iter().map(|p| p as u32).collect();
-        Ok(Self { part_of_node: part, motions, offsets, part_of_block: parts, force_blocks: forces, factor })
+        let part_of_node = part.into_iter().map(|p| p as u32).collect();
+        Ok(Self { part_of_node, motions, offsets, part_of_block, force_blocks, factor })
     }
 
     /// Number of coarse unknowns.

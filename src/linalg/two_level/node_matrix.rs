@@ -65,13 +65,14 @@ impl NodeMatrix {
         }
         let mut lower = blocks(columns.len())?;
         let mut diagonal = blocks(n)?;
-        let mut exists = vec![[false; 3]; n];
-        let places: Vec<usize> = unknowns.of_row.iter().map(|&(node, c)| 3 * place[node] + c).collect();
-        places.iter().for_each(|row| exists[row / 3][row % 3] = true);
+        let mut has_component = vec![[false; 3]; n];
+        let position_of_row: Vec<usize> =
+            unknowns.of_row.iter().map(|&(node, c)| 3 * place[node] + c).collect();
+        position_of_row.iter().for_each(|row| has_component[row / 3][row % 3] = true);
         let (starts, rows, values) = matrix.lower();
         for column in 0..matrix.n() {
             for k in starts[column]..starts[column + 1] {
-                let (a, b) = (places[rows[k]], places[column]);
+                let (a, b) = (position_of_row[rows[k]], position_of_row[column]);
                 let ((i, r), (j, c)) = ((a.max(b) / 3, a.max(b) % 3), (a.min(b) / 3, a.min(b) % 3));
                 if i == j {
                     diagonal[i][3 * r + c] = values[k];
@@ -83,11 +84,11 @@ impl NodeMatrix {
                 }
             }
         }
-        for (block, exists) in diagonal.iter_mut().zip(&exists) {
+        for (block, exists) in diagonal.iter_mut().zip(&has_component) {
             (0..3).filter(|&c| !exists[c]).for_each(|c| block[4 * c] = 1.0);
         }
         let points = order.iter().map(|&old| unknowns.points[old]).collect();
-        Ok(Self { position_of_row: places, points, offsets, columns, lower, diagonal, has_component: exists })
+        Ok(Self { position_of_row, points, offsets, columns, lower, diagonal, has_component })
     }
 
     /// Number of nodes.

@@ -64,8 +64,8 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
                 nodes.push(cursor.nonnegative_int("a node of an element")?);
             }
             cursor.end_record()?;
-            let set = group_set_of_tag(raw, physical);
-            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set: set });
+            let group_set = group_set_of_tag(raw, physical);
+            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set });
         }
         left -= run;
     }

@@ -99,7 +99,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
         let in_block = cursor.check_count(in_block, bytes_each, "elements")?;
         cursor.end_record()?;
         seen += in_block;
-        let set = raw.entity_set(kind.dim(), entity);
+        let group_set = raw.entity_set(kind.dim(), entity);
         for _ in 0..in_block {
             let tag = cursor.size("an element number")?;
             nodes.clear();
@@ -107,7 +107,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
                 nodes.push(cursor.size("a node of an element")?);
             }
             cursor.end_record()?;
-            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set: set });
+            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set });
         }
     }
     same_count(cursor, seen, n, "elements")

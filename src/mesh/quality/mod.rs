@@ -63,7 +63,7 @@ impl Quality {
 
     /// That displacements have gaps between neighbours.
     fn nonconforming_warnings(&self) -> Vec<String> {
-        let NonconformingFaces { split_quadrangles: split, mixed_orders: orders } = self.nonconforming_faces;
+        let NonconformingFaces { split_quadrangles, mixed_orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
             let words = format!(
                 "{n} {what} (one at element {tag}): their displacements differ between the nodes; {mend}"
@@ -72,12 +72,12 @@ impl Quality {
         };
         [
             told(
-                split,
+                split_quadrangles,
                 "quadrangles of solids lie on triangles of others with the same nodes",
                 "put pyramids between hexahedra and tetrahedra",
             ),
             told(
-                orders,
+                mixed_orders,
                 "faces of neighbouring solids have the same corners but not the same nodes between them",
                 "give all solids one order (in gmsh: `Mesh.ElementOrder`)",
             ),
@@ -122,7 +122,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
             mesh.source
         )));
     }
-    let (mean_aspect, largest_aspect) = aspect_ratios(mesh);
+    let (mean_aspect_ratio, max_aspect_ratio) = aspect_ratios(mesh);
     let solids = mesh.blocks.iter().filter(|b| b.kind.dim() == 3).map(|b| (b.kind, b.n_cells())).collect();
     Ok(Quality {
         n_points: mesh.n_points(),
@@ -131,8 +131,8 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
         min_scaled_jacobian: jacobians.least,
         folded_at_nodes: jacobians.folded_at_nodes,
         nonconforming_faces: find_nonconforming_faces(mesh),
-        max_aspect_ratio: largest_aspect,
-        mean_aspect_ratio: mean_aspect,
+        max_aspect_ratio,
+        mean_aspect_ratio,
         connected_parts: connected_parts(mesh),
         coincident_points: coincident_points(&mesh.points),
     })

@@ -59,13 +59,13 @@ impl Bodies {
         let displacement = grid.point_field("displacement").filter(|field| field.components == 3);
         let displacement =
             displacement.map_or_else(|| vec![0.0; 3 * grid.points.len()], |field| field.values.clone());
-        let base: Vec<[f64; 3]> = grid
+        let undeformed_points: Vec<[f64; 3]> = grid
             .points
             .iter()
             .zip(displacement.chunks_exact(3))
             .map(|(p, u)| [p[0] - u[0], p[1] - u[1], p[2] - u[2]])
             .collect();
-        self.numbers += 6 * base.len() + 3 * triangles.len();
+        self.numbers += 6 * undeformed_points.len() + 3 * triangles.len();
         if self.numbers > MAX_SURFACE_NUMBERS {
             return Err("is not in the view in space: the page would be too large".to_owned());
         }
@@ -76,7 +76,7 @@ impl Bodies {
                 fields.insert(name.to_owned(), encode_f32(field.values.iter().copied()));
             }
         }
-        let surface = self.surface(KnownSurface { undeformed_points: base, triangles });
+        let surface = self.surface(KnownSurface { undeformed_points, triangles });
         self.list.push(json!({
             "body": body,
             "file": number,

@@ -58,15 +58,10 @@ impl ResultDirectory {
         let names = names(directory)?;
         let found =
             ResultKind::ALL.into_iter().find(|what| names.iter().any(|name| name == what.summary_file()));
-        let what = found.ok_or_else(|| no_results_error(directory, &names))?;
-        let mut source = Self {
-            directory: directory.to_owned(),
-            kind: what,
-            summary: Value::Null,
-            problems: Vec::new(),
-            names,
-        };
-        match source.json(what.summary_file()) {
+        let kind = found.ok_or_else(|| no_results_error(directory, &names))?;
+        let mut source =
+            Self { directory: directory.to_owned(), kind, summary: Value::Null, problems: Vec::new(), names };
+        match source.json(kind.summary_file()) {
             Ok(said) => source.summary = said,
             Err(error) => source.problems.push(error.to_string()),
         }

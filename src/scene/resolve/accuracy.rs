@@ -13,7 +13,7 @@ pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
         return Some(None);
     }
     let all = |relative| AccuracyTable { relative, of: None, keep: Vec::new() };
-    let AccuracyTable { relative, of, keep } = match r.section::<Accuracy>("accuracy")? {
+    let AccuracyTable { relative, of, keep: fixed_parameters } = match r.section::<Accuracy>("accuracy")? {
         Accuracy::Number(relative) => all(relative),
         Accuracy::Table(wanted) => wanted,
         Accuracy::Text(text) => match text.trim().parse::<f64>() {
@@ -29,6 +29,6 @@ pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
     Some(Some(AccuracyPlan {
         relative,
         quantities: of.unwrap_or_else(|| AccuracyQuantity::ALL.to_vec()),
-        fixed_parameters: keep,
+        fixed_parameters,
     }))
 }

@@ -28,9 +28,9 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Optio
         }
     }
     let [body1, body2] = [(body1, "body1"), (body2, "body2")];
-    let others =
+    let alternatives =
         [alternative_meshes(r, body1, bodies[0].as_ref()), alternative_meshes(r, body2, bodies[1].as_ref())];
-    Some(ComparePlan { variants: variants.map(|_| pairs), alternatives: others })
+    Some(ComparePlan { variants: variants.map(|_| pairs), alternatives })
 }
 
 /// The other meshes of a body.

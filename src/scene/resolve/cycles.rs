@@ -104,7 +104,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
         Some(StrokeIncrements::Given(number)) => (number.0, Correction::Never),
         Some(StrokeIncrements::Automatic(AutoKeyword::Auto)) => (usual, Correction::Always),
     };
-    let resolve = tolerance.map(|tolerance| ResolvedCycleSettings { tolerance, correction });
+    let resolved_cycles = tolerance.map(|tolerance| ResolvedCycleSettings { tolerance, correction });
     if cycles.path == CyclePath::Ellipse && increments < 2 {
         let message = "with one increment per half cycle an elliptic path degenerates to a line";
         r.report(
@@ -115,7 +115,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
         );
     }
     let angle = cycles.angle.to_radians();
-    Some(ClosedPath { drive, amplitude: [amplitude, across], angle, increments, resolved_cycles: resolve })
+    Some(ClosedPath { drive, amplitude: [amplitude, across], angle, increments, resolved_cycles })
 }
 
 /// Only friction carries a tangential force.

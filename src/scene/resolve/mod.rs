@@ -91,16 +91,14 @@ impl<'a> Resolver<'a> {
 }
 
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
-pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
-    let mut r = Resolver {
-        document,
-        diagnostics: Vec::new(),
-        notes: Vec::new(),
-        files: Vec::new(),
-        schema_valid: clean,
-    };
+pub(super) fn resolve(
+    document: &Document,
+    schema_valid: bool,
+) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
+    let mut r =
+        Resolver { document, diagnostics: Vec::new(), notes: Vec::new(), files: Vec::new(), schema_valid };
     let plan = build_plan(&mut r);
-    let whole = clean && r.diagnostics.is_empty();
+    let whole = schema_valid && r.diagnostics.is_empty();
     (plan.filter(|_| whole), r.diagnostics, r.notes)
 }
 
@@ -114,7 +112,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let title: Option<String> = r.section_or_default("title");
     let units: Option<Units> = r.section_or_default("units");
     let materials = materials::resolve(r);
-    let limits = self::materials::strength_limits(r);
+    let strength_limits = self::materials::strength_limits(r);
     let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
     let frame = frame::resolve_frame(r, &bodies);
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
@@ -128,7 +126,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
     let compare = compare::resolve(r, &bodies);
-    let inside = interior_points::resolve(r, output.as_ref(), &bodies, frame.as_ref());
+    let interior_requests = interior_points::resolve(r, output.as_ref(), &bodies, frame.as_ref());
     let accuracy = accuracy::resolve(r);
     let [body1, body2] = bodies;
     let laws = laws?;
@@ -136,7 +134,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
-        strength_limits: limits,
+        strength_limits,
         frame: frame?,
         gap: gap?,
         friction: laws.friction,
@@ -149,7 +147,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         memory_limit: memory?,
         output: output?,
         compare: compare?,
-        interior_requests: inside,
+        interior_requests,
         accuracy: accuracy?,
         fields_every: 1,
         flexibility_cache: None,

@@ -66,8 +66,9 @@ impl Convergence {
             .map(|i| differences[i].abs() / (sizes[i].powf(order) - sizes[i + 1].powf(order)))
             .fold(0.0, f64::max);
         let least = if steady { ORDERS[0] } else { MIN_NOISY_ORDER };
-        let seen = fitted.map(|[slope, _]| slope).filter(|slope| *slope > least && *slope < ORDERS[1]);
-        Self { order, observed_order: seen, constant }
+        let observed_order =
+            fitted.map(|[slope, _]| slope).filter(|slope| *slope > least && *slope < ORDERS[1]);
+        Self { order, observed_order, constant }
     }
 
     /// The power p, if the values show it.

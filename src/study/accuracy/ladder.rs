@@ -92,17 +92,17 @@ impl RefinementLadder {
             .iter()
             .filter_map(|step| step.cycles)
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
-        let around =
+        let increments_per_stroke =
             plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
-        let given =
+        let has_own_tolerances =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
         let mut ladder = Self {
             relative: spec.relative,
             is_refined: [false; 3],
             aspect: [None; 2],
-            increments_per_stroke: around,
+            increments_per_stroke,
             cycles,
-            has_own_tolerances: given,
+            has_own_tolerances,
         };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
@@ -123,7 +123,8 @@ impl RefinementLadder {
         let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
         let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
         let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
-        ladder.is_refined[1] = (by_path || around > 0) && !kept(RefinementParameter::Increments);
+        ladder.is_refined[1] =
+            (by_path || increments_per_stroke > 0) && !kept(RefinementParameter::Increments);
         ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && wears(step))
             && !kept(RefinementParameter::Jumps);
         Ok(ladder)

@@ -84,17 +84,8 @@ impl<'p> AccuracySearch<'p> {
             );
             return Err(SceneError { error, key: "accuracy".to_owned() });
         }
-        let (samples, turns) = (Vec::new(), Vec::new());
-        Ok(Some(Self {
-            plan,
-            spec,
-            ladder,
-            knobs,
-            samples,
-            refinements: turns,
-            base: None,
-            stop_reason: None,
-        }))
+        let (samples, refinements) = (Vec::new(), Vec::new());
+        Ok(Some(Self { plan, spec, ladder, knobs, samples, refinements, base: None, stop_reason: None }))
     }
 
     /// What is turned, in this order.
@@ -125,12 +116,12 @@ impl<'p> AccuracySearch<'p> {
         (cell, seconds): (Option<f64>, f64),
     ) {
         let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
-        let cut = self.ladder.outline_area_error(self.plan, &levels);
-        let punch = self.ladder.outline_cell_area(self.plan, cut);
+        let outline_area_error = self.ladder.outline_area_error(self.plan, &levels);
+        let punch = self.ladder.outline_cell_area(self.plan, outline_area_error);
         self.samples.push(MeasuredRun {
             levels,
             values: values(self.plan, records, punch),
-            outline_area_error: cut,
+            outline_area_error,
             seconds,
         });
         let number = self.samples.len() - 1;

@@ -93,14 +93,14 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
         let mut push = |name: &'static str, value: f64, scale: f64| {
             let step = step.name.clone();
-            let power = match name {
+            let area_power = match name {
                 _ if !flat => 0.0,
                 "approach" | "shift x" | "shift y" => -PUNCH_LOAD_AREA_POWER,
                 "normal_force" | "tangential_force x" | "tangential_force y" => PUNCH_LOAD_AREA_POWER,
                 _ => 0.0,
             };
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            found.push(TargetValue { step, name, value, scale, area_power: power, fills_outline: flat });
+            found.push(TargetValue { step, name, value, scale, area_power, fills_outline: flat });
         };
         if wanted.contains(&AccuracyQuantity::Load) {
             let [qx, qy] = record.tangential_force;

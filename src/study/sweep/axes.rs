@@ -152,9 +152,9 @@ pub(super) fn axes(
         let n = own.keys.len();
         let source = if own.range.is_some() { AxisKind::Range } else { AxisKind::Values };
         let written = |key| KeyLocation { axis: i, name: String::new(), key, of: n, source };
-        let written = (0..n).map(written).collect();
+        let locations = (0..n).map(written).collect();
         let (name, keys) = (own.name.clone(), own.keys.clone());
-        axes.push(Axis { name, keys, locations: written, values, is_sample: false });
+        axes.push(Axis { name, keys, locations, values, is_sample: false });
     }
     draw(document, keys, &mut axes, mistakes);
     assign_names(&mut axes);

@@ -141,27 +141,17 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let mut reader = SceneReader::new(&document, &scene, keys.study.symmetry);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
-    let SceneReader { study_diagnostics: mistakes, scene_diagnostics: of_scene, first, jumping, .. } = reader;
-    let (Some(first), true) = (first, mistakes.is_empty() && of_scene.is_none()) else {
+    let SceneReader {
+        study_diagnostics: mistakes, scene_diagnostics, first, jumping: curve_abscissa, ..
+    } = reader;
+    let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
         let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
-        return Err(study.map(reworded_for_study).into_iter().chain(of_scene).collect());
+        return Err(study.map(reworded_for_study).into_iter().chain(scene_diagnostics).collect());
     };
     let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    Ok(Sweep {
-        document,
-        title,
-        scene,
-        units,
-        axes,
-        collect,
-        curves,
-        left_out,
-        runs,
-        curve_abscissa: jumping,
-        first,
-    })
+    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, curve_abscissa, first })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.
@@ -235,14 +225,14 @@ fn runs(
         }
         let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
         folders.insert(folder.clone());
-        let Some(RunScene { memory, beginnings, shape }) = read(&choice, &own) else { continue };
+        let Some(RunScene { memory, beginnings: prefix_keys, shape }) = read(&choice, &own) else { continue };
         let run = runs.len();
         let image_of = shape.and_then(|shape| {
             let (run, first) = shapes.entry(shape.text.clone()).or_insert_with(|| (run, shape.clone()));
             Some(ImageOf { run: *run, symmetry: shape.from(first)? })
         });
         let image_of = image_of.filter(|image| image.run != run);
-        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys: beginnings, image_of, memory });
+        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys, image_of, memory });
     }
     runs
 }

@@ -16,8 +16,8 @@ pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: 
         (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,
         _ => usize::MAX,
     };
-    let side_by_side = threads.min(runs).min(fit).max(1);
-    Concurrency { parallel_runs: side_by_side, threads_per_run: (threads / side_by_side).max(1) }
+    let parallel_runs = threads.min(runs).min(fit).max(1);
+    Concurrency { parallel_runs, threads_per_run: (threads / parallel_runs).max(1) }
 }
 
 #[cfg(test)]

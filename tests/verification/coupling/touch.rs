@@ -40,8 +40,8 @@ fn with_surface<T>(
     then: impl FnOnce(&MeshedSurface) -> T,
 ) -> T {
     let faces: Vec<SurfaceFace> = group_faces(mesh, group).unwrap();
-    let heights = FaceMap::new(frame, mesh, &faces, side).unwrap().mean_heights(frame, mesh);
-    then(&MeshedSurface { mesh, faces: &faces, side, mean_heights: heights })
+    let mean_heights = FaceMap::new(frame, mesh, &faces, side).unwrap().mean_heights(frame, mesh);
+    then(&MeshedSurface { mesh, faces: &faces, side, mean_heights })
 }
 
 /// Motion of the meshed surface down to the plane z = 0.

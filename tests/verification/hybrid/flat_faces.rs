@@ -43,8 +43,8 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.05, -0.1], 0.0).unwrap();
     let faces = group_faces(mesh, "z1").unwrap();
     let map = FaceMap::new(&frame, mesh, &faces, Side::Lower).unwrap();
-    let heights = map.mean_heights(&frame, mesh);
-    let surface = MeshedSurface { mesh, faces: &faces, side: Side::Lower, mean_heights: heights };
+    let mean_heights = map.mean_heights(&frame, mesh);
+    let surface = MeshedSurface { mesh, faces: &faces, side: Side::Lower, mean_heights };
     let bowed = surface.curved_heights(&frame);
     let gauss = 0.5 * 0.05 / 3f64.sqrt();
     let largest = |heights: &[f64]| {
@@ -83,8 +83,9 @@ fn what_is_plane_stays_so() {
         });
         let frame = ContactFrame::grid([0.8; 2], [16; 2], [0.0; 2], 0.0).unwrap();
         let faces = group_faces(&mesh, "z1").unwrap();
-        let heights = FaceMap::new(&frame, &mesh, &faces, Side::Lower).unwrap().mean_heights(&frame, &mesh);
-        let surface = MeshedSurface { mesh: &mesh, faces: &faces, side: Side::Lower, mean_heights: heights };
+        let mean_heights =
+            FaceMap::new(&frame, &mesh, &faces, Side::Lower).unwrap().mean_heights(&frame, &mesh);
+        let surface = MeshedSurface { mesh: &mesh, faces: &faces, side: Side::Lower, mean_heights };
         let bowed = surface.curved_heights(&frame);
         assert!(bowed.iter().zip(&surface.mean_heights).all(|(a, b)| (a - b).abs() < 1e-12));
     }

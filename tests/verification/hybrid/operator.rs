@@ -143,12 +143,12 @@ fn two_bodies() {
 fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
-        let z = [-depth, upper];
+        let z_range = [-depth, upper];
         upper = -depth;
         let axes = nalgebra::Matrix3::identity();
         let orientation = orthowear::material::Orientation::Uniform(axes);
         Ply {
-            z_range: z,
+            z_range,
             material: PlacedMaterial { name: "ply".into(), stiffness: (*stiffness).clone(), orientation },
         }
     };

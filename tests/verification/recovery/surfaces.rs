@@ -62,8 +62,8 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let mut field = body.recover(&planes).unwrap();
     field.stress = body.recover_stress(&planes, &field.displacement, ErrorEstimation::Skip).unwrap();
     let contact_nodes = mesh.group_nodes("z1").unwrap();
-    let shape = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
-    let output = BodyOutput { side: Side::Lower, body: &body, location: shape };
+    let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
+    let output = BodyOutput { side: Side::Lower, body: &body, location };
     surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &cells).unwrap()
 }
 
@@ -127,9 +127,9 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
     let pulled = |spec: &mut FeSpec| spec.tractions.push(("z1".into(), [0.0, 0.0, 0.7]));
-    let bedded = |bedding: FoundationStiffness| {
+    let bedded = |stiffness: FoundationStiffness| {
         move |spec: &mut FeSpec| {
-            spec.foundations.push(Foundation { group: "z1".into(), stiffness: bedding });
+            spec.foundations.push(Foundation { group: "z1".into(), stiffness });
             spec.supports[2].value = [0.0, 0.0, 0.01];
         }
     };

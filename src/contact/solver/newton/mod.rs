@@ -96,7 +96,7 @@ impl IncrementSolver for Newton {
         let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
         problem.evaluate(it);
         let flexibility = WithPrecision { operator: problem.flexibility, precision: options.precision };
-        let given = LinearModel { flexibility, zeros: vec![0.0; 3 * problem.n()] };
+        let linear = LinearModel { flexibility, zeros: vec![0.0; 3 * problem.n()] };
         let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();
@@ -105,7 +105,7 @@ impl IncrementSolver for Newton {
             options,
             report,
             krylov,
-            linear: given,
+            linear,
             workspace,
             start: Unknowns::from_state(it),
         };

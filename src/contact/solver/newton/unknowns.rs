@@ -50,15 +50,15 @@ pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<Activ
     for end in 0..problem.path_points.len() {
         for cell in 0..problem.n() {
             let Some(state) = state(problem, it, end, cell) else { continue };
-            let first = tractions;
+            let tangential_row = tractions;
             tractions += match state {
                 CellStatus::PressureOnly => 0,
                 CellStatus::Slip { .. } => 1,
                 CellStatus::Stick => 2,
             };
-            let pressure = (problem.pressures == Pressures::Unknown).then_some(tractions);
-            tractions += usize::from(pressure.is_some());
-            active.push(ActiveCell { end, cell, tangential_row: first, pressure_row: pressure, state });
+            let pressure_row = (problem.pressures == Pressures::Unknown).then_some(tractions);
+            tractions += usize::from(pressure_row.is_some());
+            active.push(ActiveCell { end, cell, tangential_row, pressure_row, state });
         }
     }
     (active, tractions)
