@@ -16,7 +16,7 @@ UNITS = {"length": "mm", "force": "N"}
 UNKNOWN_UNITS = {"length": "length", "force": "force"}
 
 
-def frozen(arrays: dict[str, Any]) -> dict[str, Any]:
+def read_only(arrays: dict[str, Any]) -> dict[str, Any]:
     """The same, none of the arrays writable."""
     for array in arrays.values():
         if isinstance(array, np.ndarray):
@@ -55,7 +55,7 @@ class Fields:
         self.__setstate__({**arrays, "units": {**UNITS, **(units or {})}})
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(frozen(state))
+        self.__dict__.update(read_only(state))
 
     @property
     def pressure(self) -> Array:
@@ -103,7 +103,7 @@ class Fields:
         return xarray.Dataset(data, coords)
 
 
-class OfFields:
+class FieldAttributes:
     """What has the arrays of its `fields` as attributes of its own."""
 
     fields: Fields | None
@@ -129,11 +129,11 @@ class OfFields:
     def __getattr__(self, name: str) -> Any:
         # Called for what is no attribute of the object's own; by copy and pickle, before it has any.
         fields = self.__dict__.get("fields")
-        if fields is None and name in OfFields.__annotations__:
+        if fields is None and name in FieldAttributes.__annotations__:
             raise AttributeError(f"{name}: there are no fields, for no increment was done")
         if fields is None or name.startswith("_") or not hasattr(fields, name):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
         return getattr(fields, name)
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *OfFields.__annotations__})
+        return sorted({*super().__dir__(), *FieldAttributes.__annotations__})

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from . import _orthowear
-from .fields import Array, frozen
+from .fields import Array, read_only
 
 #: Largest dense matrix that is made, bytes.
-LARGEST = 1 << 30
+MAX_DENSE_BYTES = 1 << 30
 
 
 class Flexibility:
@@ -26,7 +26,7 @@ class Flexibility:
 
     def __init__(self, core: _orthowear.Flexibility) -> None:
         self._core = core
-        cells = frozen(core.places())
+        cells = read_only(core.places())
         self.points: Array = cells["points"]
         self.areas: Array = cells["areas"]
         self.grid: tuple[int, int] | None = cells["grid"]
@@ -49,7 +49,7 @@ class Flexibility:
         weight: Array = np.repeat(self.areas, 3)
         return weight * self.matvec(np.asarray(values, dtype=float).ravel() / weight)
 
-    def to_dense(self, largest: int = LARGEST) -> Array:
+    def to_dense(self, largest: int = MAX_DENSE_BYTES) -> Array:
         """The matrix (3 N, 3 N), column by column; refused where it takes more than `largest` bytes."""
         n = self.shape[0]
         if 8 * n * n > largest:

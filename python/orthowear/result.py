@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .fields import UNITS, UNKNOWN_UNITS, Fields, OfFields
+from .fields import UNITS, UNKNOWN_UNITS, FieldAttributes, Fields
 
 
 class Entries(list[dict[str, Any]]):
@@ -22,21 +22,21 @@ class Entries(list[dict[str, Any]]):
         """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
         import pandas
 
-        return pandas.DataFrame([flat(entry) for entry in self])
+        return pandas.DataFrame([flatten(entry) for entry in self])
 
 
-def flat(value: Any, key: str = "") -> dict[str, Any]:
+def flatten(value: Any, key: str = "") -> dict[str, Any]:
     """The numbers and texts of dicts and lists inside each other, by dotted keys."""
     if not isinstance(value, dict | list):
         return {key: value}
     parts = value.items() if isinstance(value, dict) else enumerate(value)
     found: dict[str, Any] = {}
     for name, part in parts:
-        found.update(flat(part, f"{key}.{name}" if key else str(name)))
+        found.update(flatten(part, f"{key}.{name}" if key else str(name)))
     return found
 
 
-class Result(OfFields):
+class Result(FieldAttributes):
     """The summary of a run, and the fields of its last entry.
 
     `summary` is what summary.json says (docs/results.md). `fields` is None where no increment was done; its arrays are

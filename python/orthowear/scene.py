@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _orthowear
 from .errors import NotConvergedWarning
-from .fields import Fields, OfFields
+from .fields import FieldAttributes, Fields
 from .flexibility import Flexibility
 from .mesh import files as meshes
 from .result import Result
@@ -55,11 +55,11 @@ def _directory(out: str | os.PathLike[str] | None) -> Path | None:
     return None if out is None else _path("out", out)
 
 
-def _table(name: str, value: Mapping[str, Any], example: str, files: list[meshes.File]) -> dict[str, Any]:
+def _with_mesh_paths(name: str, value: Mapping[str, Any], example: str, files: list[meshes.MeshFile]) -> dict[str, Any]:
     """A dict with paths in place of its meshes; their files are appended."""
     if not isinstance(value, Mapping):
         raise _wrong(name, value, f"a dict, such as {example}")
-    return {key: meshes.placed(part, str(key), files) for key, part in value.items()}
+    return {key: meshes.meshes_to_paths(part, str(key), files) for key, part in value.items()}
 
 
 OVERRIDES = '{"gap.radius": 25.0}'
@@ -84,7 +84,7 @@ class Scene:
         self._core = core
         # Where the process is may change.
         self._path = path.absolute()
-        self._files = meshes.held(core.to_dict())
+        self._files = meshes.mesh_files_of(core.to_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -92,8 +92,8 @@ class Scene:
 
         Raises InputError with all mistakes at once.
         """
-        files: list[meshes.File] = []
-        replaced = _table("overrides", {} if overrides is None else overrides, OVERRIDES, files)
+        files: list[meshes.MeshFile] = []
+        replaced = _with_mesh_paths("overrides", {} if overrides is None else overrides, OVERRIDES, files)
         path = _path("path", path)
         return cls(_orthowear.Scene.load(path, replaced), path)
 
@@ -106,8 +106,8 @@ class Scene:
         of a temporary folder, which is kept as long as a scene uses it.
         """
         path = _path("folder", "." if folder is None else folder) / NAME
-        files: list[meshes.File] = []
-        return cls(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
+        files: list[meshes.MeshFile] = []
+        return cls(_orthowear.Scene.from_dict(_with_mesh_paths("scene", scene, SCENE, files), path), path)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a dict, overrides included."""
@@ -115,15 +115,15 @@ class Scene:
 
     def replace(self, overrides: Mapping[str, Any]) -> Scene:
         """The same scene with some values replaced, by dotted keys as those of `load`."""
-        files: list[meshes.File] = []
-        return Scene(self._core.replace(_table("overrides", overrides, OVERRIDES, files)), self._path)
+        files: list[meshes.MeshFile] = []
+        return Scene(self._core.replace(_with_mesh_paths("overrides", overrides, OVERRIDES, files)), self._path)
 
     def with_(self, **overrides: Any) -> Scene:
         """As `replace`: scene.with_(**{"body1.fibre.tilt": 30})."""
         return self.replace(overrides)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (meshes.with_meshes(self.to_dict(), self._files), self._path)
+        return _unpickled, (meshes.paths_to_meshes(self.to_dict(), self._files), self._path)
 
     @property
     def title(self) -> str:
@@ -201,11 +201,11 @@ class Scene:
 
 
 def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
-    files: list[meshes.File] = []
-    return Scene(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
+    files: list[meshes.MeshFile] = []
+    return Scene(_orthowear.Scene.from_dict(_with_mesh_paths("scene", scene, SCENE, files), path), path)
 
 
-class Entry(OfFields):
+class Entry(FieldAttributes):
     """An increment or cycle jump: `record` as in Result.entries, and the fields of that moment.
 
     The arrays are attributes of the entry, too: entry.pressure; values of the record are had by name: entry["approach"].

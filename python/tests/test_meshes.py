@@ -17,7 +17,7 @@ from conftest import missing, needed
 
 import orthowear
 from orthowear import mesh as meshes
-from orthowear.mesh import files, of_meshio
+from orthowear.mesh import files, meshio_reader
 
 #: A block of hexahedra, graded towards its base, whose top is in two groups.
 BLOCK = """
@@ -209,9 +209,9 @@ def test_nodes_of_second_order(kind):
 
     points = places(vtk)
     nodes = np.arange(len(points))[None, :]
-    assert np.allclose(points[of_meshio._gmsh_order(kind, nodes, points)[0]], places(gmsh), rtol=0, atol=1e-15)
+    assert np.allclose(points[meshio_reader._gmsh_order(kind, nodes, points)[0]], places(gmsh), rtol=0, atol=1e-15)
     if kind in ("wedge18", "pyramid14"):  # meshio gives those of gmsh's files as they are
-        assert np.array_equal(of_meshio._gmsh_order(kind, nodes, places(gmsh)), nodes)
+        assert np.array_equal(meshio_reader._gmsh_order(kind, nodes, places(gmsh)), nodes)
 
 
 def test_equal_meshes_are_equal_scenes():
@@ -364,15 +364,15 @@ def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
     folder = Path(child.stdout.readline().strip())
     assert folder.parent == temporary
     assert len(list(folder.glob("*.msh"))) == 1
-    monkeypatch.setattr(files, "WHILE", -1.0)
+    monkeypatch.setattr(files, "STALE_AFTER_SECONDS", -1.0)
     files._clear_stale()
     assert folder.exists()
     child.kill()
     child.wait(10)
-    monkeypatch.setattr(files, "WHILE", 60.0)
+    monkeypatch.setattr(files, "STALE_AFTER_SECONDS", 60.0)
     files._clear_stale()
     assert folder.exists()
-    monkeypatch.setattr(files, "WHILE", -1.0)
+    monkeypatch.setattr(files, "STALE_AFTER_SECONDS", -1.0)
     files._clear_stale()
     assert not folder.exists()
 

@@ -5,8 +5,8 @@ A scene takes them wherever it names a mesh file: `Scene.from_dict({"body1": {"k
 `from_meshio` and `from_gmsh` make at once. What becomes of an object afterwards changes no scene. Neither package is imported.
 """
 
+from .gmsh_reader import from_gmsh
+from .meshio_reader import from_meshio
 from .msh import Mesh
-from .of_gmsh import from_gmsh
-from .of_meshio import from_meshio
 
 __all__ = ["Mesh", "from_gmsh", "from_meshio"]

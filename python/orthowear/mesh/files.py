@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from .gmsh_reader import from_gmsh, is_gmsh
+from .meshio_reader import from_meshio, is_meshio
 from .msh import Mesh, refuse, type_of
-from .of_gmsh import from_gmsh, is_gmsh
-from .of_meshio import from_meshio, is_meshio
 
 
 def _mesh(value: Any) -> Mesh:
@@ -32,7 +32,7 @@ def _mesh(value: Any) -> Mesh:
     )
 
 
-class File:
+class MeshFile:
     """A mesh as a file, which goes with the last scene that uses it.
 
     It is named by its content, so that equal meshes give equal scenes.
@@ -46,7 +46,7 @@ class File:
 
 # Collecting garbage may remove a file while another one is made.
 _lock = threading.RLock()
-_files: weakref.WeakValueDictionary[str, File] = weakref.WeakValueDictionary()
+_files: weakref.WeakValueDictionary[str, MeshFile] = weakref.WeakValueDictionary()
 #: By process: a forked one leaves its parent's alone.
 _folders: dict[int, Path] = {}
 
@@ -57,7 +57,7 @@ def _folder() -> Path:
         _clear_stale()
         folder = Path(tempfile.mkdtemp(prefix=PREFIX))
         # Where there are no locks the folder has no such file, so that nobody takes it for stale.
-        if not _is_locked(folder / LOCK):
+        if not _try_lock(folder / LOCK):
             (folder / LOCK).unlink(missing_ok=True)
         _folders[pid] = folder
         atexit.register(_clear, pid)
@@ -70,10 +70,10 @@ def _clear(pid: int) -> None:
 
 
 #: Folders have a file that their process keeps locked; without the lock, and after a while, they are those of one that was killed.
-PREFIX, LOCK, WHILE = "orthowear-meshes-", "lock", 60.0
+PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 
-def _is_locked(path: Path) -> bool:
+def _try_lock(path: Path) -> bool:
     """Locks a file for the life of the process; whether it could be."""
     try:
         import fcntl
@@ -92,7 +92,7 @@ def _clear_stale() -> None:
     """Removes the folders of processes of the same user that were killed."""
     for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
         try:
-            stale = time.time() - lock.stat().st_mtime > WHILE and _is_locked(lock)
+            stale = time.time() - lock.stat().st_mtime > STALE_AFTER_SECONDS and _try_lock(lock)
         except OSError:
             continue
         if stale:
@@ -105,12 +105,12 @@ def _remove(path: Path, pid: int) -> None:
             path.unlink(missing_ok=True)
 
 
-def _file(mesh: Mesh) -> File:
+def _file(mesh: Mesh) -> MeshFile:
     with _lock:
         path = _folder() / f"{mesh.sha256[:32]}.msh"
         file = _files.get(str(path))
         if file is None:
-            file = File(mesh, path)
+            file = MeshFile(mesh, path)
             _files[str(path)] = file
             mesh.write(path)
         return file
@@ -120,7 +120,7 @@ def _file(mesh: Mesh) -> File:
 DEEPEST = 8
 
 
-def placed(value: Any, key: str, files: list[File]) -> Any:
+def meshes_to_paths(value: Any, key: str, files: list[MeshFile]) -> Any:
     """A part of a scene with paths in place of meshes, whose files are appended."""
     name = key.rpartition(".")[2]
     if name == "mesh" and value is not None and not isinstance(value, str | os.PathLike):
@@ -132,7 +132,7 @@ def placed(value: Any, key: str, files: list[File]) -> Any:
             raise InputError(message, exit_code=2, mistakes=[mistake], report=f"error: {message}\n") from None
         return str(files[-1].path)
     if isinstance(value, dict) and key.count(".") < DEEPEST:
-        return {k: placed(part, f"{key}.{k}" if key else str(k), files) for k, part in value.items()}
+        return {k: meshes_to_paths(part, f"{key}.{k}" if key else str(k), files) for k, part in value.items()}
     return value
 
 
@@ -144,14 +144,14 @@ def _paths(value: Any) -> Iterator[str]:
             yield from _paths(part)
 
 
-def held(scene: Mapping[str, Any]) -> tuple[File, ...]:
+def mesh_files_of(scene: Mapping[str, Any]) -> tuple[MeshFile, ...]:
     """The files of meshes that a scene's dict names."""
     found = (_files.get(path) for path in set(_paths(scene)))
     return tuple(file for file in found if file is not None)
 
 
-def with_meshes(value: Any, files: Iterable[File]) -> Any:
-    """A part of a scene with meshes in place of the paths of their files; the reverse of `placed`."""
+def paths_to_meshes(value: Any, files: Iterable[MeshFile]) -> Any:
+    """A part of a scene with meshes in place of the paths of their files; the reverse of `meshes_to_paths`."""
     meshes = {str(file.path): file.mesh for file in files}
 
     def visit(part: Any) -> Any:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ..errors import InputError
 
 #: Element types by their names in meshio: gmsh's type number, dimension, number of nodes.
-KINDS: dict[str, tuple[int, int, int]] = {
+ELEMENT_TYPES: dict[str, tuple[int, int, int]] = {
     "vertex": (15, 0, 1),
     "line": (1, 1, 2),
     "line3": (8, 1, 3),
@@ -36,11 +36,11 @@ KINDS: dict[str, tuple[int, int, int]] = {
     "pyramid13": (19, 3, 13),
     "pyramid14": (14, 3, 14),
 }
-NAMES = {code: name for name, (code, _, _) in KINDS.items()}
+NAMES = {code: name for name, (code, _, _) in ELEMENT_TYPES.items()}
 
 Groups = tuple[int, ...]
 #: Elements of one type in the same groups: type, nodes (n, k) from 0 in gmsh's order, tags of the groups.
-Run = tuple[str, npt.NDArray[np.int64], Groups]
+ElementBlock = tuple[str, npt.NDArray[np.int64], Groups]
 
 
 #: What is said of a mesh without any.
@@ -76,18 +76,18 @@ class Mesh:
     def __init__(
         self,
         points: npt.NDArray[np.float64],
-        runs: list[Run],
+        runs: list[ElementBlock],
         names: Mapping[tuple[int, int], str],
         fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]] | None = None,
     ) -> None:
         """points (N, 3): length. names: of groups by dimension and tag. fields: by name, element numbers from 1 and values."""
         self.groups = {}
         for kind, nodes, groups in runs:
-            dim = KINDS[kind][1]
+            dim = ELEMENT_TYPES[kind][1]
             for tag in groups:
                 name = names.get((dim, tag), str(tag))
                 self.groups[dim, name] = self.groups.get((dim, name), 0) + len(nodes)
-        dims = {KINDS[kind][1] for kind, nodes, _ in runs if len(nodes)}
+        dims = {ELEMENT_TYPES[kind][1] for kind, nodes, _ in runs if len(nodes)}
         if not dims & {2, 3}:
             found = "no elements" if not dims else "only points and lines"
             refuse(f'the mesh has {found}: a body is made of solids, or of a closed surface where kind = "be"')
@@ -97,7 +97,7 @@ class Mesh:
             if not name or '"' in name or any(ord(letter) < 32 for letter in name):
                 refuse(f"the name {name!r}: names of groups and fields have a letter and no quotation marks or line ends")
         self.n_nodes = len(points)
-        self.n_solids = sum(len(nodes) for kind, nodes, _ in runs if KINDS[kind][1] == 3)
+        self.n_solids = sum(len(nodes) for kind, nodes, _ in runs if ELEMENT_TYPES[kind][1] == 3)
         self._content = b"".join(_sections(points, runs, names, fields or {}))
         self.sha256 = hashlib.sha256(self._content).hexdigest()
 
@@ -118,7 +118,7 @@ class Mesh:
 
 def _sections(
     points: npt.NDArray[np.float64],
-    runs: list[Run],
+    runs: list[ElementBlock],
     names: Mapping[tuple[int, int], str],
     fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]],
 ) -> Iterator[bytes]:
@@ -130,7 +130,7 @@ def _sections(
     # An entity for each set of groups: elements have their groups from it.
     entities: list[dict[Groups, int]] = [{}, {}, {}, {}]
     for kind, _, groups in runs:
-        of_dim = entities[KINDS[kind][1]]
+        of_dim = entities[ELEMENT_TYPES[kind][1]]
         of_dim.setdefault(groups, len(of_dim) + 1)
     box = [*points.min(axis=0), *points.max(axis=0)]
     yield b"$Entities\n" + struct.pack("=4Q", *map(len, entities))
@@ -149,7 +149,7 @@ def _sections(
     yield b"$Elements\n" + struct.pack("=4Q", len(runs), n, 1, n)
     first = 1
     for kind, nodes, groups in runs:
-        code, dim, _ = KINDS[kind]
+        code, dim, _ = ELEMENT_TYPES[kind]
         yield struct.pack("=3iQ", dim, entities[dim][groups], code, len(nodes))
         yield np.column_stack([np.arange(first, first + len(nodes)), nodes + 1]).astype(np.uint64).tobytes()
         first += len(nodes)

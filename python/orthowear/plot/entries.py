@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..fields import UNKNOWN_UNITS, Array
-from ..result import Entries, Result, flat
+from ..result import Entries, Result, flatten
 from .axes import axes_of, unit_of
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def history(
     only. options: of matplotlib's plot.
     """
     entries, _ = _entries(of, step)
-    rows = [flat(entry) for entry in entries]
+    rows = [flatten(entry) for entry in entries]
     columns = _columns(rows, name)
     if over is None:
         over = "cycles_done" if any(row.get("cycles_done") for row in rows) else "entry"

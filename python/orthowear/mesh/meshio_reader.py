@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .msh import KINDS, Groups, Mesh, Run, refuse, type_of
+from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
 #: The corners that each node beyond the corners lies between, in gmsh's order and in VTK's, which is meshio's.
 GMSH_EDGES = {
@@ -41,11 +41,11 @@ def from_meshio(mesh: Any) -> Mesh:
         refuse(f"a {type_of(mesh)} is no meshio.Mesh: it has points, cells, cell_sets and cell_data")
     points = np.zeros((len(mesh.points), 3))
     points[:, : np.shape(mesh.points)[1]] = mesh.points
-    unknown = sorted({block.type for block in mesh.cells} - set(KINDS))
+    unknown = sorted({block.type for block in mesh.cells} - set(ELEMENT_TYPES))
     if unknown:
-        refuse(f"elements of the type {', '.join(unknown)} are not read; allowed are {', '.join(KINDS)}")
+        refuse(f"elements of the type {', '.join(unknown)} are not read; allowed are {', '.join(ELEMENT_TYPES)}")
     names, sets, per_block = _groups(mesh)
-    runs: list[Run] = []
+    runs: list[ElementBlock] = []
     for block, places in zip(mesh.cells, per_block, strict=True):
         nodes = np.asarray(block.data, dtype=np.int64)
         wrong = nodes[(nodes < 0) | (nodes >= len(points))]
@@ -84,7 +84,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
         values = np.abs(values.astype(np.int64))
         for tag in np.unique(values[values != 0]).tolist():
             add(i, np.flatnonzero(values == tag), tag)
-            taken.add((KINDS[mesh.cells[i].type][1], tag))
+            taken.add((ELEMENT_TYPES[mesh.cells[i].type][1], tag))
     tags = {(dim, name): tag for (dim, tag), name in names.items()}
     for name, chosen in mesh.cell_sets.items():
         # Those are meshio's own notes.
@@ -94,7 +94,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
             if given is None or not len(given):
                 continue
             cells = np.asarray(given, dtype=np.int64)
-            dim = KINDS[mesh.cells[i].type][1]
+            dim = ELEMENT_TYPES[mesh.cells[i].type][1]
             if (dim, name) not in tags:
                 tags[dim, name] = next(tag for tag in range(1, len(taken) + 2) if (dim, tag) not in taken)
                 taken.add((dim, tags[dim, name]))
@@ -110,7 +110,7 @@ def _fields(mesh: Any) -> dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.
     """Vectors and tensors of the solids."""
     fields = {}
     firsts = np.cumsum([1, *(len(block.data) for block in mesh.cells)])
-    solid = [i for i, block in enumerate(mesh.cells) if KINDS[block.type][1] == 3 and len(block.data)]
+    solid = [i for i, block in enumerate(mesh.cells) if ELEMENT_TYPES[block.type][1] == 3 and len(block.data)]
     for name, per_block in mesh.cell_data.items():
         values = [np.asarray(per_block[i]).reshape(len(mesh.cells[i].data), -1) for i in solid]
         if solid and all(part.dtype.kind == "f" and part.shape[1] in (3, 9) for part in values):
@@ -124,7 +124,7 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
     shape = kind.rstrip("0123456789")
     if kind == shape or shape not in GMSH_EDGES or not len(nodes):
         return nodes
-    corners = int(KINDS[shape][2])
+    corners = int(ELEMENT_TYPES[shape][2])
     gmsh = GMSH_EDGES[shape].split() + GMSH_FACES.get(kind, "").split()
     vtk = VTK_EDGES[shape].split() + VTK_FACES.get(kind, "").split()
     order = [*range(corners), *(corners + vtk.index(between) for between in gmsh)]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .msh import KINDS, NAMES, NO_GROUPS, Mesh, Run, refuse, type_of
+from .msh import ELEMENT_TYPES, NAMES, NO_GROUPS, ElementBlock, Mesh, refuse, type_of
 
 
 def is_gmsh(model: Any) -> bool:
@@ -42,16 +42,16 @@ def from_gmsh(gmsh: Any) -> Mesh:
         refuse(NO_GROUPS)
     index = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     index[tags] = np.arange(len(tags))
-    runs: list[Run] = []
+    runs: list[ElementBlock] = []
     for entity, types, _, nodes_of in found:
         for code, nodes in zip(types, nodes_of, strict=True):
             kind = NAMES.get(int(code))
             if kind is None:
                 refuse(
                     f"elements of gmsh's type {int(code)} ({model.mesh.getElementProperties(code)[0]}) are not read; allowed are "
-                    f"{', '.join(KINDS)}: mesh with setOrder(1) or setOrder(2)"
+                    f"{', '.join(ELEMENT_TYPES)}: mesh with setOrder(1) or setOrder(2)"
                 )
-            runs.append((kind, index[nodes].reshape(-1, KINDS[kind][2]), tuple(sorted(groups[entity]))))
+            runs.append((kind, index[nodes].reshape(-1, ELEMENT_TYPES[kind][2]), tuple(sorted(groups[entity]))))
     used = np.zeros(len(tags), dtype=bool)
     for _, nodes, _ in runs:
         used[nodes] = True
