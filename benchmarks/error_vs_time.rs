@@ -16,8 +16,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use orthowear::results::plot::axis::Scale;
-use orthowear::results::plot::chart::{Chart, Series};
+use orthowear::output::plot::axis::Scale;
+use orthowear::output::plot::chart::{Chart, Series};
 use serde_json::Value;
 
 use places::{program, root};

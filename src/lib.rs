@@ -13,8 +13,6 @@
 #![deny(missing_docs)]
 
 pub mod error;
-pub mod interrupt;
-pub mod skip;
 pub mod npy;
 pub mod geometry;
 pub mod linalg;
@@ -27,12 +25,18 @@ pub mod bem;
 pub mod frame;
 pub mod body;
 pub mod coupling;
-pub mod friction;
-pub mod wear;
 pub mod contact;
-pub mod history;
-pub mod results;
 pub mod scene;
-pub mod study;
-pub mod job;
 pub mod cli;
+pub mod adaptive;
+pub mod cancel;
+pub mod compare;
+pub mod estimate;
+pub mod evolution;
+pub mod flexibility;
+pub mod laws;
+pub mod omitted;
+pub mod output;
+pub mod report;
+pub mod simulation;
+pub mod sweep;

@@ -13,7 +13,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;

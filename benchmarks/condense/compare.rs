@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use orthowear::results::plot::axis::Scale;
-use orthowear::results::plot::chart::{Chart, Series};
+use orthowear::output::plot::axis::Scale;
+use orthowear::output::plot::chart::{Chart, Series};
 
 use crate::case::{Case, NAMES};
 use crate::{Outcome, machine};

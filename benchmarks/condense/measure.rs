@@ -72,7 +72,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     println!("unknowns {}\ncontact {n_contact}\nentries {entries}\nflops {flops:.6e}", matrix.n());
     println!(
         "estimate_bytes {bytes}\npeak_bytes {}\ntrace {trace:.15e}",
-        orthowear::results::memory::peak_bytes()
+        orthowear::output::peak_memory::peak_bytes()
     );
     println!("residual {:.1e}", factor.residual());
     Ok(())
@@ -109,6 +109,6 @@ pub fn iterate(name: &str) -> Outcome<()> {
     let trace: f64 = (0..rows.len()).map(|i| block.values.at(i, i)).sum();
     println!("unknowns {}\ncontact {}\ncoarse {}", solver.n(), rows.len(), solver.n_coarse());
     println!("iterations {}\nresidual {:.1e}", block.convergence.iterations, block.residual);
-    println!("peak_bytes {}\ntrace {trace:.15e}", orthowear::results::memory::peak_bytes());
+    println!("peak_bytes {}\ntrace {trace:.15e}", orthowear::output::peak_memory::peak_bytes());
     Ok(())
 }

@@ -19,8 +19,8 @@ use std::path::Path;
 use std::process::Command;
 
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet4, Tet10, Wedge6, Wedge15};
-use orthowear::results::plot::axis::Scale;
-use orthowear::results::plot::chart::{Chart, Series};
+use orthowear::output::plot::axis::Scale;
+use orthowear::output::plot::chart::{Chart, Series};
 use places::{program, root};
 use serde_json::Value;
 

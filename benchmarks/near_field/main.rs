@@ -27,8 +27,8 @@ use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::body::{ElasticBody, HalfSpaceBody, HybridBody};
 use orthowear::fem::{CondensationResources, FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::results::plot::axis::Scale;
-use orthowear::results::plot::chart::{Chart, Series};
+use orthowear::output::plot::axis::Scale;
+use orthowear::output::plot::chart::{Chart, Series};
 use places::{program, root};
 use serde_json::Value;
 

@@ -14,10 +14,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use orthowear::history::record::{FrameState, IncrementRecord, Observer};
-use orthowear::results::plot::axis::Scale;
-use orthowear::results::plot::chart::{Chart, Series};
-use orthowear::{scene, study};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::output::plot::axis::Scale;
+use orthowear::output::plot::chart::{Chart, Series};
+use orthowear::{scene, simulation};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -50,7 +50,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
     let mut runs = Vec::new();
     for _ in 0..repeats {
-        let study = study::build(&plan, &mut |_, _| {}, &AtomicBool::new(false))
+        let study = simulation::build(&plan, &mut |_, _| {}, &AtomicBool::new(false))
             .map_err(|failure| failure.error.to_string())?
             .ok_or("interrupted")?;
         let result = study.run(&mut Silent).map_err(|error| error.to_string())?;

@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use orthowear::interrupt;
-use orthowear::job::THREAD_STACK_BYTES;
+use orthowear::cancel;
+use orthowear::simulation::job::THREAD_STACK_BYTES;
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -35,7 +35,7 @@ impl Drop for Active {
         let mut active = ACTIVE.lock().unwrap_or_else(PoisonError::into_inner);
         *active -= 1;
         if *active == 0 {
-            interrupt::reset();
+            cancel::reset();
         }
     }
 }
@@ -103,7 +103,7 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);
             let heard = py.detach(move || messages.recv_timeout(PAUSE));
             if let Err(signal) = py.check_signals() {
-                interrupt::flag().store(true, Ordering::Relaxed);
+                cancel::flag().store(true, Ordering::Relaxed);
                 self.close(py);
                 return Err(signal);
             }

@@ -3,7 +3,7 @@
 use orthowear::cli::{exit, render};
 use orthowear::error::{Error, ErrorKind};
 use orthowear::scene::{Diagnostics, Plan};
-use orthowear::study::SceneError;
+use orthowear::simulation::SceneError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};

@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArrayMethods};
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::FrameState;
+use orthowear::evolution::records::FrameState;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

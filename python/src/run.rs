@@ -7,14 +7,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
 use orthowear::error::{Error, Result};
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::{FrameState, IncrementRecord, Observer};
-use orthowear::interrupt;
-use orthowear::job::resume::CheckpointSettings;
-use orthowear::job::{self, RunOptions, SharedWork, keep_files};
-use orthowear::results::output_dir::OutputDir;
-use orthowear::results::summary::Summary;
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::cancel;
+use orthowear::simulation::resume::CheckpointSettings;
+use orthowear::simulation::job;
+use orthowear::simulation::segments::{RunOptions, keep_files};
+use orthowear::sweep::shared_beginnings::SharedWork;
+use orthowear::output::output_dir::OutputDir;
+use orthowear::output::summary::Summary;
 use orthowear::scene::Plan;
-use orthowear::study::SceneError;
+use orthowear::simulation::SceneError;
 
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
@@ -54,7 +56,7 @@ impl FieldCollector<'_> {
                 Err(RecvTimeoutError::Disconnected) => return false,
                 Err(RecvTimeoutError::Timeout) => {
                     let stop = self.line.stop.load(Ordering::Relaxed);
-                    if stop || interrupt::flag().load(Ordering::Relaxed) {
+                    if stop || cancel::flag().load(Ordering::Relaxed) {
                         return false;
                     }
                 }

@@ -11,7 +11,7 @@ use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::{self, Plan};
-use orthowear::study::{self, SceneError};
+use orthowear::simulation::{self, SceneError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
@@ -125,7 +125,7 @@ impl Scene {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
         let looked = run_in_background(py, settings.threads, move |_| {
-            Ok::<_, SceneError>((study::estimate(&shared)?, study::fit_warnings(&shared)?))
+            Ok::<_, SceneError>((simulation::estimate(&shared)?, simulation::fit_warnings(&shared)?))
         })?;
         let (forecast, notes) = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use orthowear::error::Error;
-use orthowear::job::sweep::{StudyOutcome, StudyRunner};
-use orthowear::study::sweep::table::{StudyResult, StudyRun};
-use orthowear::study::sweep::{self, Sweep};
+use orthowear::sweep::run::{StudyOutcome, StudyRunner};
+use orthowear::sweep::table::{StudyResult, StudyRun};
+use orthowear::sweep::{self, Sweep};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
@@ -89,7 +89,7 @@ impl Study {
         write: bool,
     ) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
         let ended = py.detach(|| {
-            let stop = orthowear::interrupt::flag();
+            let stop = orthowear::cancel::flag();
             let job = StudyRunner { sweep: &self.sweep, directory: &out, cache: None, stop, resume: false };
             job.find_directory()?;
             concluded(&job, job.collect(), write)

@@ -4,6 +4,7 @@ pub mod finite;
 pub mod full_space;
 pub mod half_space;
 mod quadrature_order;
+pub mod green_tensor;
 
 use nalgebra::Matrix3;
 

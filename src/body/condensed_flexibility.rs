@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::frame::FaceMap;
 use crate::geometry::Point;
-use crate::linalg::PerCell;
-use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::operator::{EntryAccess, Flexibility};
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::{EntryAccess, Flexibility};
 use crate::linalg::packed::PackedSymmetric;
 
 /// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.

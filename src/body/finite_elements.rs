@@ -13,7 +13,7 @@ use crate::fem::{
 };
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};

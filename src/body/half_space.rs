@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::{BodyEquations, BodyField, ElasticBody, PointState};
-use crate::bem::half_space::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
+use crate::bem::half_space::plane::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
     CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, KernelCache, PeriodicFlexibility,
     PointForceField, SubsurfaceField, SurfaceGreen,
@@ -14,12 +14,12 @@ use crate::bem::half_space::{
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_point};
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::cache::Cache;
-use crate::linalg::composed::SharedFlexibility;
+use crate::flexibility::composed::SharedFlexibility;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::Flexibility;
-use crate::linalg::subset::SubsetFlexibility;
+use crate::flexibility::Flexibility;
+use crate::flexibility::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 
 /// Largest angle (radians) between a cell's axes and the plane's.
@@ -429,7 +429,7 @@ impl ElasticBody for HalfSpaceBody {
         };
         let mut states = Vec::with_capacity(points.len());
         for batch in points.chunks(POINTS_PER_CANCEL_CHECK) {
-            interrupt::check()?;
+            cancel::check()?;
             states.extend(batch.par_iter().map(at).collect::<Vec<_>>());
         }
         Ok(Some(states))

@@ -13,11 +13,11 @@ use super::condensed_flexibility::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
 use crate::frame::FaceMap;
-use crate::linalg::PerCell;
-use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::course::OperatorHistory;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::operator_history::OperatorHistory;
 use crate::linalg::dense::SymmetricDense;
-use crate::linalg::operator::{EntryAccess, Flexibility};
+use crate::flexibility::{EntryAccess, Flexibility};
 
 /// S = I F I^T A on some of the cells.
 pub struct LazyFlexibility {

@@ -16,7 +16,7 @@ use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
 use crate::frame::{ContactFrame, MeshedSurface};
 use crate::geometry::Point;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 
 pub use crate::bem::PointState;
 pub use boundary_elements::{BeBody, BeSpec, FrameFit};

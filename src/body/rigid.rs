@@ -3,7 +3,7 @@
 use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 
 /// A rigid body: it has no flexibility and no row in the block system.
 #[derive(Debug, Clone, Copy, Default)]

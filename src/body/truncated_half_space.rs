@@ -16,10 +16,10 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side, format_number};
 use crate::linalg::cache::Cache;
-use crate::linalg::composed::SharedFlexibility;
+use crate::flexibility::composed::SharedFlexibility;
 use crate::linalg::dense_lu;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 use crate::material::Stiffness;
 
 /// Accuracy of the integrals, over the largest values.

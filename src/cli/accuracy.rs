@@ -1,7 +1,7 @@
 //! Results with the estimates of their errors, as a person reads them.
 
 use super::table::{align_columns, five_digits};
-use crate::results::accuracy::{AccuracyRecord, EstimatedResult};
+use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
 /// Results with estimates below this share of the accuracy are left out of the table.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;

@@ -5,15 +5,14 @@ use super::run::{print_error, show_failure};
 use super::table::{align_columns, five_digits};
 use super::{SceneArgs, exit, print_diagnostics, to_stdout, with_severity};
 use crate::fem::FlexibilityCache;
-use crate::friction::FrictionLaw;
-use crate::history::step::{
-    Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
-};
+use crate::laws::friction::FrictionLaw;
+use crate::evolution::step::{Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::plan::{FramePlan, Plan};
 use crate::scene::spec::frame::FramePoints;
-use crate::study::accuracy::AccuracySearch;
-use crate::study::{self, RunEstimate, moving};
-use crate::wear::WearLaw;
+use crate::adaptive::AccuracySearch;
+use crate::estimate::RunEstimate;
+use crate::simulation::{self, mesh_motion};
+use crate::laws::wear::WearLaw;
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
 const LISTED_DEFAULTS: [(&str, &str); 12] = [
@@ -41,7 +40,7 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
         Ok(cache) => cache,
         Err(error) => return print_error(&error),
     };
-    let looked = || Ok((study::estimate(&plan)?, study::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
+    let looked = || Ok((simulation::estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
     match looked() {
         Ok((forecast, notes, search)) => {
             to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
@@ -172,7 +171,7 @@ fn describe_friction(law: &FrictionLaw) -> String {
 fn describe_wear(plan: &Plan) -> String {
     let law = wear_law(&plan.wear);
     let Some(share) = plan.mesh_motion_threshold else { return law };
-    let bodies = moving::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
+    let bodies = mesh_motion::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
     let bodies: Vec<String> = bodies.collect();
     format!(
         "{law}; the mesh of {} is moved when the wear depth exceeds {share} of its element size",

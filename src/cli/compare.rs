@@ -12,16 +12,18 @@ use super::{CompareArgs, exit, print_diagnostics, signal, to_stderr, to_stdout, 
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
-use crate::job::{RunOptions, SharedWork, keep_files, run_simulation, units};
-use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
-use crate::results::memory::{peak_bytes, restart_peak};
-use crate::results::output_dir::{OutputDir, file_error, write_atomically};
-use crate::results::report::remove_stale_report;
-use crate::results::step_ends::{StepEndStates, VariantStates};
-use crate::results::summary::{Status, Summary};
-use crate::results::vtu::pvd_collection;
+use crate::simulation::job::units;
+use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
+use crate::sweep::shared_beginnings::SharedWork;
+use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
+use crate::output::peak_memory::{peak_bytes, restart_peak};
+use crate::output::output_dir::{OutputDir, file_error, write_atomically};
+use crate::report::remove_stale_report;
+use crate::compare::step_ends::{StepEndStates, VariantStates};
+use crate::output::summary::{Status, Summary};
+use crate::output::vtu::pvd_collection;
 use crate::scene::{Diagnostics, Plan};
-use crate::study::compare::{Variant, variants};
+use crate::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {

@@ -27,7 +27,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::WARNING_PREFIX;
 pub use crate::error::exit;
-use crate::job::THREAD_STACK_BYTES;
+use crate::simulation::job::THREAD_STACK_BYTES;
 use crate::scene::variant::DiscretisationPair;
 use crate::scene::{self, Diagnostics, Plan};
 pub use allocator::Allocator;

@@ -11,14 +11,14 @@ use super::{SceneArgs, exit, print_diagnostics, signal, to_stderr, to_stdout};
 use crate::body::ErrorEstimation;
 use crate::error::{Error, ErrorKind, Result};
 use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
-use crate::history::record::{FrameState, IncrementRecord, Observer, Outcome};
+use crate::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
-use crate::results::body_fields::{BodyOutput, RecoveryLocation};
-use crate::results::body_peaks::ErrorRecord;
+use crate::output::body_fields::{BodyOutput, RecoveryLocation};
+use crate::output::body_peaks::ErrorRecord;
 use crate::scene::Plan;
-use crate::study::refine::{RefinementTarget, SizeField, size_field};
-use crate::study::{self, Simulation};
+use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
+use crate::simulation::{self, Simulation};
 
 /// Options of `orthowear refine`.
 #[derive(Debug, Args)]
@@ -103,7 +103,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
             Err(error) => return print_error(&error),
         };
     let mut progress = ProgressDisplay::new(arguments.quiet);
-    let study = match study::build(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
+    let study = match simulation::build(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
         Ok(Some(study)) => study,
         Ok(None) => return exit::INTERRUPTED,
         Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,

@@ -7,7 +7,7 @@ use clap::Args;
 use super::run::print_error as refuse;
 use super::{exit, to_stderr, to_stdout};
 use crate::error::{Error, Result};
-use crate::results::report::{REPORT, Report, is_report};
+use crate::report::{REPORT, Report, is_report};
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {

@@ -8,15 +8,17 @@ use super::progress::{ProgressDisplay, format_duration};
 use super::{RunArgs, exit, print_diagnostics, resume, signal, table, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::job::resume::{CheckpointSettings, ResumeDecision, decide_resume};
-use crate::job::{self, NullObserver, RunOptions, SharedWork, keep_files};
-use crate::results::checkpoint;
-use crate::results::output_dir::{OutputDir, SUMMARY_FILE};
-use crate::results::summary::{Status, Summary, Units};
+use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
+use crate::simulation::job;
+use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
+use crate::sweep::shared_beginnings::SharedWork;
+use crate::output::checkpoint;
+use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
+use crate::output::summary::{Status, Summary, Units};
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::{self, Diagnostics, Plan};
-use crate::study::SceneError;
+use crate::simulation::SceneError;
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {

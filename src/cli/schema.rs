@@ -2,7 +2,7 @@
 
 use super::{exit, to_stdout};
 use crate::scene::schema::{json_schema, json_schema_of};
-use crate::study::sweep::keys::StudyFile;
+use crate::sweep::spec::StudyFile;
 
 /// Prints the JSON Schema of a scene, or of a study.
 pub(super) fn schema(study: bool) -> u8 {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{exit, to_stderr};
-use crate::interrupt;
+use crate::cancel;
 
 /// What is said at once.
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
@@ -29,7 +29,7 @@ pub(super) fn install() -> &'static AtomicBool {
             unblock(&signals);
         }
     });
-    interrupt::flag()
+    cancel::flag()
 }
 
 /// Blocks the signals in this thread and those that it will start.
@@ -62,7 +62,7 @@ fn wait(signals: &libc::sigset_t) {
         match first {
             None => {
                 first = Some(Instant::now());
-                interrupt::flag().store(true, Ordering::Relaxed);
+                cancel::flag().store(true, Ordering::Relaxed);
                 to_stderr(INTERRUPT_MESSAGE);
             }
             Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::study::StudyArgs;
-use crate::study::estimate;
-use crate::study::sweep::Sweep;
+use crate::estimate::estimate;
+use crate::sweep::Sweep;
 
 /// Most jobs of an array where none are asked for: one below what Slurm allows by default.
 const MAX_ARRAY_JOBS: usize = 1000;

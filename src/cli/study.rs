@@ -13,11 +13,11 @@ use super::table::{align_columns, five_digits};
 use super::{exit, print_diagnostics, signal, slurm, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::job::sweep::{StudyOutcome, StudyRunner};
-use crate::results::summary::Status;
-use crate::study::sweep::share::Concurrency;
-use crate::study::sweep::table::{StudyResult, StudyRun};
-use crate::study::sweep::{self, Sweep};
+use crate::sweep::run::{StudyOutcome, StudyRunner};
+use crate::output::summary::Status;
+use crate::sweep::share::Concurrency;
+use crate::sweep::table::{StudyResult, StudyRun};
+use crate::sweep::{self, Sweep};
 
 /// Options of `orthowear study`.
 #[derive(Debug, Args)]

@@ -1,9 +1,9 @@
 //! Tables for people.
 
-use crate::history::record::IncrementRecord;
-use crate::results::body_peaks::Peak;
-pub(super) use crate::results::number_format::five_digits;
-use crate::results::summary::{Summary, Units};
+use crate::evolution::records::IncrementRecord;
+use crate::output::body_peaks::Peak;
+pub(super) use crate::output::number_format::five_digits;
+use crate::output::summary::{Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
 pub(super) fn align_columns(rows: &[Vec<String>]) -> String {

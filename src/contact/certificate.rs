@@ -1,7 +1,7 @@
 //! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
 use super::{ContactState, Increment};
-use crate::linalg::operator::Defect;
+use crate::flexibility::Defect;
 
 /// Independent checks of a state; all are relative and all are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

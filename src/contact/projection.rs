@@ -358,7 +358,7 @@ fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::FrictionEllipse;
+    use crate::laws::friction::FrictionEllipse;
 
     /// Numbers from -0.5 to 0.5, of a golden section.
     struct Numbers(usize);

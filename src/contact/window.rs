@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::scales::ContactScales;
 use super::{ContactState, Increment, PathPoint, SlipReference, Upstream};
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 
 /// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

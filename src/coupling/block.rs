@@ -23,8 +23,8 @@ use super::block_rows::{BodyRows, LoadTerms};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
-use crate::linalg::PerCell;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::Flexibility;
 use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 
 /// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.

@@ -14,10 +14,10 @@ use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
 use crate::body::{ElasticBody, UnconstrainedModes};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
-use crate::linalg::composed::SumFlexibility;
+use crate::flexibility::composed::SumFlexibility;
 use crate::linalg::constrained::ConstrainedFlexibility;
-use crate::linalg::operator::Flexibility;
-use crate::skip::{OmissionKind, OmittableWork, OmittedWork};
+use crate::flexibility::Flexibility;
+use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
 pub use distance::mesh_distance;

@@ -11,7 +11,7 @@ use super::foundation::FoundationFace;
 use super::integration_points::ElementDefect;
 use super::spec::HexFormulation;
 use crate::error::{Error, Result};
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
@@ -46,7 +46,7 @@ impl ElementContext<'_> {
 
     /// Stiffness of the element `i`, lower triangle by rows.
     pub fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
-        interrupt::check()?;
+        cancel::check()?;
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);
         let mut packed = vec![0.0; packed_len(kind)];
@@ -107,7 +107,7 @@ pub(super) fn assemble(
     for face in foundations {
         scatter(&face.nodes, &face.packed, dofs, &mut matrix, &mut rhs);
     }
-    interrupt::check()?;
+    cancel::check()?;
     Ok((matrix, rhs))
 }
 

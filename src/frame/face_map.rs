@@ -16,7 +16,7 @@ use super::cell_coverage::{CellCoverage, FacetIndex, is_covered, refuse_uncovere
 use super::{ContactFrame, Side};
 use crate::error::Result;
 use crate::geometry::{Point, Triad};
-use crate::linalg::PerCell;
+use crate::flexibility::per_cell::PerCell;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 

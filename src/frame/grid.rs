@@ -3,7 +3,8 @@
 use super::{ContactFrame, Grid};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Triad};
-use crate::linalg::{PerCell, memory};
+use crate::flexibility::per_cell::PerCell;
+use crate::linalg::memory;
 
 /// Bytes of one cell: centre and area.
 const CELL_BYTES: u128 = 24 + 8;

@@ -23,7 +23,7 @@ mod initial_contact;
 use std::borrow::Cow;
 
 use crate::geometry::{Point, Triad};
-use crate::linalg::PerCell;
+use crate::flexibility::per_cell::PerCell;
 
 pub use crate::geometry::Side;
 pub use face_curvature::{EdgeSagitta, edge_sagittas};

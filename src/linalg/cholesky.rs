@@ -11,7 +11,7 @@ use super::fronts::{Front, FrontTree};
 use super::multifrontal::{self, FactorisationFailure};
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
-use crate::interrupt;
+use crate::cancel;
 
 /// A relative residual above this is not rounding: the factor is wrong.
 const RESIDUAL_LIMIT: f64 = 1e-8;
@@ -252,7 +252,7 @@ impl CholeskyFactor {
     }
 
     fn trailing_inverse_with(&self, par: Par) -> Result<SymmetricDense> {
-        interrupt::check()?;
+        cancel::check()?;
         let m = self.n_trailing;
         let mut inverse = SymmetricDense::zeros(m)?;
         let Some(root) = self.tree.fronts.last().filter(|_| m > 0) else { return Ok(inverse) };

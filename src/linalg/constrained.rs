@@ -4,10 +4,10 @@ use std::sync::{Mutex, MutexGuard};
 
 use nalgebra::Matrix3;
 
-use super::PerCell;
-use super::cell_matrix::CellMatrix;
-use super::course::OperatorHistory;
-use super::operator::{EntryAccess, Flexibility};
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::{EntryAccess, Flexibility};
 use crate::error::Result;
 
 /// A cell on one or two planes of symmetry.

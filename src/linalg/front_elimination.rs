@@ -14,7 +14,7 @@ use faer::{Accum, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
 use super::lower_blocks;
-use crate::interrupt;
+use crate::cancel;
 
 /// Pivots eliminated together.
 const PANEL_COLUMNS: usize = 128;
@@ -45,7 +45,7 @@ pub(super) fn eliminate_pivots(
     let (size, n_pivots) = (columns.nrows(), columns.ncols());
     let n_left = size - n_pivots;
     for start in (0..n_pivots).step_by(PANEL_COLUMNS) {
-        if interrupt::requested() {
+        if cancel::requested() {
             return Ok(());
         }
         let width = PANEL_COLUMNS.min(n_pivots - start);

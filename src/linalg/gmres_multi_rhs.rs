@@ -7,7 +7,7 @@
 use super::dense_matrix::DenseMatrix;
 use super::gmres::{Hessenberg, KrylovOptions, KrylovReport, axpy, dot};
 use crate::error::Result;
-use crate::interrupt;
+use crate::cancel;
 
 /// A linear system by what Krylov methods for several right sides ask of it.
 pub trait MultiRhsSystem {
@@ -52,7 +52,7 @@ pub fn solve_multi_rhs(
         store_basis_vectors(&mut basis, 0, &residual, |j| if open[j] { 1.0 / starts[j] } else { 0.0 })?;
         let mut hessenbergs: Vec<Hessenberg> = starts.iter().map(|start| Hessenberg::new(*start)).collect();
         for k in 0..options.restart.min(options.max_products - products) {
-            interrupt::check()?;
+            cancel::check()?;
             let [step, image] = &mut work;
             system.precondition(&basis[k], step);
             system.apply(step, image);

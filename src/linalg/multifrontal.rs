@@ -20,7 +20,7 @@ use super::fronts::{Front, FrontTree};
 use super::schedule::FactorisationSchedule;
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
-use crate::interrupt;
+use crate::cancel;
 
 /// Why a factor was not made.
 pub(super) enum FactorisationFailure {
@@ -193,7 +193,7 @@ impl Factorisation<'_> {
         memory: FrontBuffers<'_>,
         par: Par,
     ) -> std::result::Result<(), FactorisationFailure> {
-        interrupt::check()?;
+        cancel::check()?;
         let FrontBuffers { contributions, mut own_contribution, row_in_front } = memory;
         let front = &self.tree.fronts[index];
         let children: Vec<(ExtendAdd, Range<usize>)> = self
@@ -217,7 +217,7 @@ impl Factorisation<'_> {
         };
         front_elimination::eliminate_pivots(columns, remainder, par)
             .map_err(|i| FactorisationFailure::NonPositivePivot(front.start + i))?;
-        interrupt::check()?;
+        cancel::check()?;
         for (child, place) in children {
             match own_contribution.as_deref_mut() {
                 Some(left) => child.add_to_contribution(&contributions[place], front, left),

@@ -19,15 +19,15 @@ use crate::bem::half_space::KernelCache;
 use crate::body;
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
-use crate::friction::FrictionLaw;
+use crate::laws::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
-use crate::history::step::Step;
+use crate::evolution::step::Step;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::MaterialStrength;
 use crate::material::{RegionMaterial, Stiffness};
 use crate::mesh::Mesh;
-use crate::results::interior_points::InteriorPointRequest;
-use crate::wear::WearLaw;
+use crate::output::interior_points::InteriorPointRequest;
+use crate::laws::wear::WearLaw;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
 #[derive(Debug, Clone)]

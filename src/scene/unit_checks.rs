@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use super::spec::body::NearField;
 use crate::frame::GapShape;
-use crate::history::step::{Normal, Tangential};
+use crate::evolution::step::{Normal, Tangential};
 use crate::material::{PlacedMaterial, Stiffness};
 
 /// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.

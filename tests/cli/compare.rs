@@ -123,7 +123,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
         let settings: Vec<String> = settings.iter().map(|setting| setting.to_string()).collect();
         let plan = orthowear::scene::read(&path, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         let (_, variants) =
-            orthowear::study::compare::variants(&plan, &[]).unwrap_or_else(|f| panic!("{}", f.error));
+            orthowear::compare::variants(&plan, &[]).unwrap_or_else(|f| panic!("{}", f.error));
         variants.into_iter().flat_map(|variant| variant.warnings).collect()
     };
     assert_eq!(notes(&[]), "");
@@ -163,7 +163,7 @@ fn one_variant_and_the_worst_exit_code() {
 fn half_spaces_keep_the_gap_of_the_meshes() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
     let plan = orthowear::scene::read(&scene, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
-    let (frame, variants) = orthowear::study::compare::variants(&plan, &pairs(&["FE-HS", "HS-FE", "HS-HS"]))
+    let (frame, variants) = orthowear::compare::variants(&plan, &pairs(&["FE-HS", "HS-FE", "HS-HS"]))
         .unwrap_or_else(|f| panic!("{}", f.error));
     for variant in &variants {
         let gap = variant.plan.as_ref().unwrap().gap.evaluate(&frame).unwrap();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::history::record::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use serde_json::Value;
 
 /// The tractions of every increment.
@@ -57,7 +57,7 @@ fn limit(scene: &Path) -> [u64; 2] {
 
 fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     let plan = orthowear::scene::read(scene, &[format!("solver.memory_limit={limit}")]).ok().unwrap();
-    let study = orthowear::study::build(&plan, &mut |_, _| {}, &AtomicBool::new(false));
+    let study = orthowear::simulation::build(&plan, &mut |_, _| {}, &AtomicBool::new(false));
     let mut seen = Tractions::default();
     study.ok().unwrap().unwrap().run(&mut seen).unwrap();
     seen.0

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::error::{Error, ErrorKind};
-use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::results::output_dir::OutputDir;
-use orthowear::results::recorder::Recorder;
-use orthowear::results::summary::{Summary, Units};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::output::output_dir::OutputDir;
+use orthowear::output::recorder::Recorder;
+use orthowear::output::summary::{Summary, Units};
 
 fn record(increment: usize) -> IncrementRecord {
     IncrementRecord { name: "indent".into(), increment, normal_force: 290.7, ..Default::default() }

@@ -79,7 +79,7 @@ fn ready_scenes_are_not_warned_about() {
     for name in names.lines() {
         let path = root.join(name);
         if fs::read_to_string(&path).unwrap().contains("\n[study]\n") {
-            let study = orthowear::study::sweep::read(&path, &[]);
+            let study = orthowear::sweep::read(&path, &[]);
             assert!(study.is_ok_and(|study| !study.runs.is_empty()), "{}", path.display());
             continue;
         }

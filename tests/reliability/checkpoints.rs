@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use orthowear::history::RunCheckpoint;
-use orthowear::results::checkpoint::{self, FILES};
-use orthowear::results::checkpoint_writer::CheckpointData;
+use orthowear::evolution::RunCheckpoint;
+use orthowear::output::checkpoint::{self, FILES};
+use orthowear::output::checkpoint_writer::CheckpointData;
 use sha2::{Digest, Sha256};
 
 use crate::harness::{Reader, put};

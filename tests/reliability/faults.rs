@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use orthowear::results::checkpoint;
+use orthowear::output::checkpoint;
 use serde_json::Value;
 
 use crate::checkpoints::{SCENE, orthowear};

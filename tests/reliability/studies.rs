@@ -3,7 +3,8 @@
 use std::fs;
 
 use orthowear::scene::schema::json_schema_of;
-use orthowear::study::sweep::{self, keys::StudyFile};
+use orthowear::sweep;
+use orthowear::sweep::spec::StudyFile;
 
 use crate::harness::{Reader, not_finite, put};
 use crate::scenes::{self, MATERIALS};

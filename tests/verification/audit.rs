@@ -1,7 +1,7 @@
 //! Audits states cell by cell, from the fields alone.
 
-use orthowear::friction::FrictionEllipse;
-use orthowear::history::record::FrameState;
+use orthowear::laws::friction::FrictionEllipse;
+use orthowear::evolution::records::FrameState;
 
 /// Largest violations of the laws, cell by cell.
 #[derive(Debug)]

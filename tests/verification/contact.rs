@@ -1,13 +1,13 @@
 //! Contact of half-spaces: closed forms and an independent program.
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Normal, Step, Tangential};
-use orthowear::linalg::operator::Flexibility;
-use orthowear::linalg::precision::Precision;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Normal, Step, Tangential};
+use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::precision::Precision;
 use orthowear::material::Stiffness;
-use orthowear::skip::AllowedOmissions;
+use orthowear::omitted::AllowedOmissions;
 
 use crate::common::{
     Silent, half_spaces, indent, press, rectangle, reference, relative, shift, solve, solve_with, sphere,
@@ -331,7 +331,7 @@ impl Flexibility for Damaged {
         normal_gap[7] = f64::NAN;
     }
 
-    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<nalgebra::Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 }
@@ -343,12 +343,12 @@ fn not_a_number_is_an_error() {
         let mut model = sphere_on_frp(0.0, 1.2, 8);
         model.flexibility = Box::new(Damaged(model.flexibility));
         let steps = [Step { friction, ..indent(0.02) }];
-        let run = orthowear::history::run(&model, &steps, &SolverOptions::default(), &mut Silent);
+        let run = orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut Silent);
         assert!(run.is_err(), "friction {friction}");
     }
     let mut model = sphere_on_frp(0.0, 1.2, 8);
     model.friction = FrictionLaw::Coulomb { mu: 5e-324 };
-    let run = orthowear::history::run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent);
+    let run = orthowear::evolution::run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent);
     assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
@@ -418,7 +418,7 @@ fn a_tangential_force_needs_friction() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
     let model = half_spaces(&steel, None, (0.5, 8), sphere(10.0));
     let pull = Step { tangential: Some(Tangential::Force([1.0, 0.0])), ..step("pull") };
-    let error = orthowear::history::run(&model, &[press(10.0), pull], &SolverOptions::default(), &mut Silent)
+    let error = orthowear::evolution::run(&model, &[press(10.0), pull], &SolverOptions::default(), &mut Silent)
         .expect_err("nothing carries the force");
     assert!(error.to_string().contains("friction"), "{error}");
 }

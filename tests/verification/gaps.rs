@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use orthowear::frame::height_table::HeightTable;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::{Model, RunResult};
+use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::{Model, RunResult};
 
 use crate::common::{half_spaces, indent, press, relative, solve, steel};
 

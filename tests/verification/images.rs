@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::geometry::GridSymmetry;
-use orthowear::history::RunResult;
-use orthowear::history::image::{Entries, Recording};
-use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::study::build;
+use orthowear::evolution::RunResult;
+use orthowear::evolution::image::{Entries, Recording};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::simulation::build;
 
 const SCENE: &str = r#"
 [materials.cfrp]
@@ -85,7 +85,7 @@ impl Observer for Hearing {
 }
 
 /// Does something with the study of the scene with changes.
-fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::study::Simulation<'_>) -> T) -> T {
+fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::simulation::Simulation<'_>) -> T) -> T {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
     let scene = changes.iter().fold(SCENE.to_owned(), |text, (from, to)| {

@@ -1,7 +1,7 @@
 //! Friction and wear laws.
 
-use orthowear::friction::FrictionLaw;
-use orthowear::wear::WearLaw;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 
 /// Slip rule q = -p M² v / |M v| (docs/theory-contact.md) for slip v.
 fn slip_rule(p: f64, mu: [f64; 2], v: [f64; 2]) -> [f64; 2] {

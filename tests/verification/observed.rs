@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::{FrameState, IncrementRecord, Observer};
-use orthowear::history::step::{Normal, Step, Tangential};
-use orthowear::history::{Model, RunResult, run};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::step::{Normal, Step, Tangential};
+use orthowear::evolution::{Model, RunResult, run};
 
 pub use crate::audit::audit;
 use crate::common::step;

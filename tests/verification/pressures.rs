@@ -2,10 +2,10 @@
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::frame::ContactFrame;
-use orthowear::history::Model;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::Step;
-use orthowear::linalg::operator::Flexibility;
+use orthowear::evolution::Model;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::Step;
+use orthowear::flexibility::Flexibility;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 
@@ -31,7 +31,7 @@ impl Flexibility for Bare {
         self.0.apply_normal(pressure, normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<nalgebra::Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 }

@@ -7,13 +7,13 @@ use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Outline, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::Model;
-use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::step::{Spin, Step, Tilt};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::Model;
+use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::step::{Spin, Step, Tilt};
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
 use crate::observed::pull;
@@ -245,8 +245,8 @@ impl Flexibility for Springs {
         normal_gap.copy_from_slice(pressure);
     }
 
-    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
-        orthowear::linalg::PerCell::Same(nalgebra::Matrix3::identity(), self.0)
+    fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<nalgebra::Matrix3<f64>> {
+        orthowear::flexibility::per_cell::PerCell::Same(nalgebra::Matrix3::identity(), self.0)
     }
 }
 

@@ -6,14 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer};
-use orthowear::history::{RunCheckpoint, RunResult};
-use orthowear::linalg::course::OperatorHistory;
-use orthowear::linalg::operator::Flexibility;
-use orthowear::results::checkpoint;
-use orthowear::results::provenance::Provenance;
+use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer};
+use orthowear::evolution::{RunCheckpoint, RunResult};
+use orthowear::flexibility::operator_history::OperatorHistory;
+use orthowear::flexibility::Flexibility;
+use orthowear::output::checkpoint;
+use orthowear::output::provenance::Provenance;
 use orthowear::scene::Plan;
-use orthowear::study::{Simulation, build_on_frame};
+use orthowear::simulation::{Simulation, build_on_frame};
 
 use crate::common::usual_or_finest;
 

@@ -9,11 +9,11 @@ mod resolved;
 mod sliding;
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, JumpPolicy, Step};
-use orthowear::skip::AllowedOmissions;
-use orthowear::wear::WearLaw;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Integrator, JumpPolicy, Step};
+use orthowear::omitted::AllowedOmissions;
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{
     fretting, frp_wear, half_spaces, im7, indent, path_of, press, reference, relative, shift, solve,
@@ -28,7 +28,7 @@ fn worn_sphere(
     cells: usize,
     jumps: usize,
     integrator: Integrator,
-) -> orthowear::history::RunResult {
+) -> orthowear::evolution::RunResult {
     let mut model = sphere_on_frp(tilt, 1.5, cells);
     model.wear = frp_wear(tilt);
     solve(&model, &[indent(0.02), fretting(100_000, 0.08, jumps, integrator)])

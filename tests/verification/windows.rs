@@ -1,10 +1,10 @@
 //! From coarse to fine cells and on windows of the frame: the same answers as on the whole frame at once.
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::history::Model;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Rolling, Spin, Step, Tangential, Tilt};
-use orthowear::skip::AllowedOmissions;
+use orthowear::evolution::Model;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Rolling, Spin, Step, Tangential, Tilt};
+use orthowear::omitted::AllowedOmissions;
 
 use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
@@ -76,7 +76,7 @@ fn pressures_first_change_nothing() {
     let options = SolverOptions::default();
     let [apart, whole] = [AllowedOmissions::ALL, AllowedOmissions::NONE]
         .map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
-    let told = |run: &orthowear::history::RunResult| {
+    let told = |run: &orthowear::evolution::RunResult| {
         run.skipped.iter().filter(|skip| skip.what.starts_with("normal components")).count()
     };
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
@@ -86,7 +86,7 @@ fn pressures_first_change_nothing() {
 #[test]
 fn wide_contacts_begin_on_coarser_cells() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
-    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    model.friction = orthowear::laws::friction::FrictionLaw::Coulomb { mu: 0.3 };
     let steps = [Step { friction: false, ..press(800.0) }, pull([200.0, 0.0], 1)];
     same(&model, &steps, Method::Newton);
 }
@@ -99,12 +99,12 @@ fn a_window_too_small_is_no_verdict() {
     let model = half_spaces(&steel(), None, (0.5, 64), sphere(10.0));
     same(&model, &[tipping([0.0; 2]), tipping([0.0, 30.0])], Method::BarzilaiBorwein);
     let mut model = half_spaces(&steel(), None, (0.5, 64), sphere(10.0));
-    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    model.friction = orthowear::laws::friction::FrictionLaw::Coulomb { mu: 0.3 };
     let indented = indent(0.0005);
     let pulled = Step { tangential: Some(Tangential::Force([250.0, 0.0])), ..indent(0.01) };
     same(&model, &[indented, pulled], Method::BarzilaiBorwein);
     let mut model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));
-    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    model.friction = orthowear::laws::friction::FrictionLaw::Coulomb { mu: 0.3 };
     let spun = Step { spin: Some(Spin::Moment(50.0)), ..press(1000.0) };
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
@@ -115,7 +115,7 @@ fn a_window_too_small_is_no_verdict() {
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {
         let mut model = half_spaces(&steel(), Some(&steel()), (0.6, cells), sphere(10.0));
-        model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+        model.friction = orthowear::laws::friction::FrictionLaw::Coulomb { mu: 0.3 };
         let rolling = Rolling { quarter_turns: 0, creepage: [2e-3, 1e-3], spin: 0.0, distance: 1.0 };
         same(&model, &[press(800.0), Step { rolling: Some(rolling), ..step("roll") }], Method::Newton);
     }

@@ -13,7 +13,7 @@ use super::elements::BoundaryElements;
 use super::system::{BoundaryValueProblem, Domain};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_lu;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::gmres::{KrylovOptions, KrylovReport};
@@ -208,7 +208,7 @@ impl CompressedEquations {
             columns
         };
         for batch in loaded.chunks(BATCH) {
-            interrupt::check()?;
+            cancel::check()?;
             let made: Vec<Vec<[[f64; 3]; 3]>> = batch.par_iter().map(|&element| kernel_of(element)).collect();
             for (&element, columns) in batch.iter().zip(&made) {
                 let nodes = of_element[element].len();

@@ -9,7 +9,7 @@ use nalgebra::Matrix3;
 use super::interpolation::{ElementNodes, MOST_NODES};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
-use crate::bem::half_space::TractionOperator;
+use crate::bem::green_tensor::TractionOperator;
 use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
 use crate::geometry::Point;
 use crate::material::Stiffness;

@@ -10,7 +10,7 @@ use super::elements::BoundaryElements;
 use super::interpolation::Interpolation;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
@@ -36,7 +36,7 @@ impl BoundaryElements {
         let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
             // Very long elements take long; nothing is made of these rows then.
-            if interrupt::requested() {
+            if cancel::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
             let influence =
@@ -61,7 +61,7 @@ impl BoundaryElements {
         let mut left = DenseMatrix::zeros(3 * n, 3 * n)?;
         let mut right = DenseMatrix::zeros(3 * n, 3 * loaded.len())?;
         for first in (0..n).step_by(BATCH) {
-            interrupt::check()?;
+            cancel::check()?;
             let rows: Vec<Rows> =
                 (first..(first + BATCH).min(n)).into_par_iter().map(|node| self.plane_rows(node)).collect();
             for (k, (h, g)) in rows.iter().enumerate() {
@@ -74,14 +74,14 @@ impl BoundaryElements {
                 }
             }
         }
-        interrupt::check()?;
+        cancel::check()?;
         DenseLu::new(left, par)?.solve_in_place(&mut right, par)?;
         let residual = self.plane_residual(&right, loaded)?;
         Ok(PlaneResponse { displacement: right, residual })
     }
 
     fn plane_residual(&self, displacement: &DenseMatrix, loaded: &[usize]) -> Result<f64> {
-        interrupt::check()?;
+        cancel::check()?;
         let n = self.n_nodes();
         let mut sum = vec![0.0; 3 * n];
         for j in 0..displacement.n_columns() {
@@ -97,7 +97,7 @@ impl BoundaryElements {
                 .fold((Point::zeros(), 0.0), |(sum, size), part| (sum + part, size + part.norm()))
         };
         let found: Vec<(Point, f64)> = checked.par_iter().map(of_row).collect();
-        interrupt::check()?;
+        cancel::check()?;
         let most =
             found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x.norm()), b.max(*y)));
         Ok(most.0 / most.1)

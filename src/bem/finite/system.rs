@@ -17,7 +17,7 @@ pub(super) use super::solution::SurfaceState;
 use crate::error::{Error, Result};
 use crate::fem::RigidBodyModes;
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_lu::{self, DenseLu};
 use crate::linalg::dense_matrix::DenseMatrix;
 
@@ -151,7 +151,7 @@ impl BoundaryValueProblem<'_> {
         let mut right = DenseMatrix::zeros(size, 1 + 3 * self.loaded.len())?;
         let places = self.elements.node_locations();
         for (batch, nodes) in places.chunks(BATCH).enumerate() {
-            interrupt::check()?;
+            cancel::check()?;
             let rows: Vec<Rows> =
                 nodes.par_iter().map(|&place| self.elements.rows(place, self.domain)).collect();
             for (k, (h, g)) in rows.iter().enumerate() {
@@ -294,7 +294,7 @@ impl BoundaryValueProblem<'_> {
             }
             (sum.norm(), size)
         };
-        interrupt::check()?;
+        cancel::check()?;
         let found: Vec<(f64, f64)> = checked.par_iter().map(of_row).collect();
         let most = found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(*x), b.max(*y)));
         Ok(most.0 / most.1)

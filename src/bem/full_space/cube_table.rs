@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::barnett::BarnettField;
-use crate::bem::half_space::GreenTensor;
+use crate::bem::green_tensor::GreenTensor;
 use crate::error::Result;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::simd::wide;
 
 /// Total degree of the polynomials of a patch.
@@ -119,7 +119,7 @@ impl FaceSquare {
 impl ChebyshevPatch {
     /// Fitted to the integrals, and the largest difference from them at the nodes, of displacement and derivatives.
     fn fitted(square: &FaceSquare, integrals: &BarnettField) -> Result<(Self, [f64; 2])> {
-        interrupt::check()?;
+        cancel::check()?;
         let (middle, half) = square.extent();
         let nodes: Vec<[f64; 2]> = (0..NODES * NODES).map(|k| [node(k / NODES), node(k % NODES)]).collect();
         let sample = |[s, t]: &[f64; 2]| {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::barnett::BarnettField;
 use super::cube_table::CubeTable;
 use super::kelvin::Kelvin;
-use crate::bem::half_space::GreenTensor;
+use crate::bem::green_tensor::GreenTensor;
 use crate::error::Result;
 use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CachedList};
 use crate::material::Stiffness;

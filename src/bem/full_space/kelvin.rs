@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bem::half_space::GreenTensor;
+use crate::bem::green_tensor::GreenTensor;
 use crate::material::Stiffness;
 
 /// Kelvin's solution for a force at the origin.

@@ -30,7 +30,7 @@ use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};

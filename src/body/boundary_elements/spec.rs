@@ -14,7 +14,7 @@ use crate::error::{Context, Error, Result};
 use crate::fem::{RigidBodyModes, Support};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::geometry::{Point, format_point};
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -229,7 +229,7 @@ impl BeSpec {
     pub fn first_point_outside(&self, points: &[Point]) -> Result<Option<usize>> {
         let (elements, ..) = self.with_unit_material()?.elements(None)?;
         for (batch, points) in points.chunks(POINTS_PER_CANCEL_CHECK).enumerate() {
-            interrupt::check()?;
+            cancel::check()?;
             let found = points.par_iter().position_first(|x| !elements.contains(x));
             if let Some(first) = found {
                 return Ok(Some(batch * POINTS_PER_CANCEL_CHECK + first));

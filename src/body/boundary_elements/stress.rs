@@ -10,7 +10,7 @@ use crate::body::{PointState, StressField};
 use crate::error::Result;
 use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::mesh::faces::outer_faces;
 
 /// Points evaluated between two looks at whether to stop.
@@ -80,7 +80,7 @@ impl BeBody {
         };
         let mut states = Vec::with_capacity(points.len());
         for batch in points.chunks(POINTS_PER_CANCEL_CHECK) {
-            interrupt::check()?;
+            cancel::check()?;
             states.extend(batch.par_iter().map(at).collect::<Vec<_>>());
         }
         Ok(states)

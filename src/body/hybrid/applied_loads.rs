@@ -26,12 +26,14 @@ use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::forces::{FaceId, PatchForces};
 use super::patch::ContactPatch;
-use crate::bem::half_space::{GreenTensor, SurfaceGreen, TractionOperator, polygon};
+use crate::bem::green_tensor::{GreenTensor, TractionOperator};
+use crate::bem::half_space::SurfaceGreen;
+use crate::bem::half_space::integrals::polygon;
 use crate::error::Result;
 use crate::fem::{FeModel, RecoveryPoints};
 use crate::frame::Grid;
 use crate::geometry::{Point, Side};
-use crate::interrupt;
+use crate::cancel;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
@@ -174,7 +176,7 @@ impl AppliedLoadDisplacement {
         let mut at_nodes = own.work.clone();
         let mut support_work = vec![0.0; at_nodes.len()];
         for batch in others.chunks(FACES_PER_BATCH) {
-            interrupt::check()?;
+            cancel::check()?;
             let shares: Vec<[Vec<Point>; 2]> = batch.par_iter().map(|face| on_faces.work(face)).collect();
             for [work, rest] in shares {
                 at_nodes.chunks_exact_mut(3).zip(&work).for_each(|(sum, part)| add(sum, part));
@@ -216,7 +218,7 @@ impl AppliedLoadDisplacement {
             displacement(&self.near_loads, field, [x, turn * y])
         };
         for first in (0..if self.near_loads.is_empty() { 0 } else { n }).step_by(CELLS_PER_CANCEL_CHECK) {
-            interrupt::check()?;
+            cancel::check()?;
             let cells = first..(first + CELLS_PER_CANCEL_CHECK).min(n);
             let by_pads: Vec<Point> = cells.into_par_iter().map(at).collect();
             for (cell, u) in (first..).zip(&by_pads) {

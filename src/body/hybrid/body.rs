@@ -22,7 +22,7 @@ use crate::error::{Context, Error, Result};
 use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery, surface_stress_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 use crate::material::Stiffness;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;

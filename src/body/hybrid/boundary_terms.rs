@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::face_quadrature::{FacePoint, FaceRules};
 use super::forces::{FaceId, ForceSet, PatchForces, put};
 use super::patch_coupling;
-use crate::bem::half_space::TractionOperator;
+use crate::bem::green_tensor::TractionOperator;
 use crate::error::Result;
 use crate::fem::{FeModel, FoundationStiffness};
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
@@ -111,7 +111,7 @@ impl BoundaryTerms {
         let mut flux = vec![Matrix3::identity(); sources.n()];
         let rules = FaceRules::new();
         for batch in faces.0.chunks(FACES_PER_BATCH) {
-            interrupt::check()?;
+            cancel::check()?;
             let shares: Vec<Result<FaceContribution>> = batch
                 .par_iter()
                 .map(|face| FaceContribution::new(model.mesh(), face, sources, (&rules, ratio)))

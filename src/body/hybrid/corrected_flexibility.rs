@@ -9,10 +9,10 @@ use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch};
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, KernelCache, SurfaceGreen};
 use crate::error::Result;
 use crate::frame::Grid;
-use crate::linalg::PerCell;
-use crate::linalg::course::OperatorHistory;
-use crate::linalg::operator::Flexibility;
-use crate::linalg::subset::SubsetFlexibility;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::Flexibility;
+use crate::flexibility::subset::SubsetFlexibility;
 
 /// S = S_hs + Σ Φ Ĉ Φᵀ A over the bodies, on a whole grid.
 pub struct CorrectedFlexibility {

@@ -10,7 +10,7 @@ use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::geometry::Point;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::material::VOIGT;
 use crate::quadrature::gauss_legendre;
@@ -178,7 +178,7 @@ pub(super) fn add_inclusions(model: &FeModel, sources: ForceSet, terms: &mut Bou
     let Some(forces) = sources.0.first() else { return Ok(()) };
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
-        interrupt::check()?;
+        cancel::check()?;
         let shares: Vec<Result<InclusionContribution>> =
             batch.par_iter().map(|element| InclusionContribution::new(element, sources)).collect();
         for (element, share) in batch.iter().zip(shares) {

@@ -10,7 +10,7 @@ use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
 use crate::geometry::Side;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 
 /// Cells along each side of the patch that the half-space is compared on.
 const COMPARISON_CELLS: usize = 24;

@@ -19,9 +19,9 @@ use crate::error::{Context, Error, Result};
 use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery};
 use crate::frame::{ContactFrame, Grid, Side};
 use crate::geometry::{Point, format_number};
-use crate::linalg::PerCell;
+use crate::flexibility::per_cell::PerCell;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::linalg::operator::Flexibility;
+use crate::flexibility::Flexibility;
 
 /// Where a body may come into contact.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::boundary_terms::BoundaryFace;
 use super::face_outline::{edges, outline_loops};
 use super::forces::{ForceSet, PatchForces};
-use crate::bem::half_space::TractionOperator;
+use crate::bem::green_tensor::TractionOperator;
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;

@@ -10,7 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::chebyshev::Chebyshev;
 use super::field::HalfSpaceField;
-use crate::bem::half_space::{GreenTensor, PointForceField};
+use crate::bem::green_tensor::GreenTensor;
+use crate::bem::half_space::PointForceField;
 use crate::geometry::Point;
 
 /// Nodes along each side of a rectangle.

@@ -14,7 +14,7 @@ use potential::FrictionBound;
 
 use super::projection::StepSizes;
 use super::scales::FrictionScaling;
-use crate::friction::FrictionEllipse;
+use crate::laws::friction::FrictionEllipse;
 
 /// Most further motions of an increment: six in which one body floats, or as many shared out between two; or three rotations.
 pub const MAX_RIGID_MODES: usize = 6;

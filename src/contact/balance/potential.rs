@@ -331,7 +331,7 @@ mod tests {
     use super::super::BalanceConstraint;
     use super::*;
     use crate::contact::scales::FrictionScaling;
-    use crate::friction::FrictionEllipse;
+    use crate::laws::friction::FrictionEllipse;
 
     const N: usize = 12;
 

@@ -7,7 +7,7 @@
 use super::super::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
 use super::newton::Newton;
 use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
-use crate::skip::OmittableWork;
+use crate::omitted::OmittableWork;
 
 /// Times that the slip is taken anew, at most.
 const MAX_SLIP_UPDATES: usize = 40;

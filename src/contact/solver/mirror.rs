@@ -8,9 +8,9 @@ use super::super::{
     ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl,
 };
 use super::{IterationCallback, Method, SolveReport, SolverOptions};
-use crate::friction::FrictionEllipse;
-use crate::skip::OmittableWork;
-use crate::wear::SpecificWearRate;
+use crate::laws::friction::FrictionEllipse;
+use crate::omitted::OmittableWork;
+use crate::laws::wear::SpecificWearRate;
 
 /// What differs from its mirror image by this share of the largest is rounding: of transforms, of sums over increments.
 const EXACT: f64 = 1e-13;

@@ -18,8 +18,8 @@ pub use mirror::{LawAxes, has_no_component_across, is_even, on_halves};
 pub use report::{SolveReport, StopReason};
 
 use super::{ContactState, Increment, NormalControl};
-use crate::linalg::precision::Precision;
-use crate::skip::AllowedOmissions;
+use crate::flexibility::precision::Precision;
+use crate::omitted::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use full_slip::FullSlip;

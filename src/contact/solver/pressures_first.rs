@@ -9,7 +9,7 @@
 
 use super::super::{ContactState, Increment, PathPoint, Pressures, TangentialControl};
 use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
-use crate::skip::OmittableWork;
+use crate::omitted::OmittableWork;
 
 /// Share of the tolerance that each part may use: an error of the pressures is one of the limits as well.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;

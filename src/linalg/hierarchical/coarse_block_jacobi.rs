@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::collocation_matrix::{CollocationLayout, CollocationMatrix};
 use crate::error::Result;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
@@ -122,7 +122,7 @@ impl CoarseBlockJacobi {
     ) -> Result<Self> {
         let n = matrix.n();
         let local = |places: Range<usize>| {
-            interrupt::check()?;
+            cancel::check()?;
             let mut values = DenseMatrix::zeros(places.len(), places.len())?;
             matrix.add_diagonal_block(&places, &mut values);
             for (at, dof) in places.clone().enumerate() {
@@ -146,7 +146,7 @@ impl CoarseBlockJacobi {
         let mut means = DenseMatrix::zeros(count + border, count + border)?;
         matrix.add_coarse_products(&groups, &mut means);
         for group in &groups {
-            interrupt::check()?;
+            cancel::check()?;
             let size = group.places.len();
             for (j, motion) in group.motions.chunks_exact(size).enumerate() {
                 let mut image = vec![0.0; size];

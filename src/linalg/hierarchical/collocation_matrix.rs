@@ -13,7 +13,7 @@ use super::collocation_block::{CollocationBlock, CollocationKernel, ElementNumbe
 use super::cross_approximation::approximate;
 use super::low_rank::LowRank;
 use crate::error::Result;
-use crate::interrupt;
+use crate::cancel;
 use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
@@ -97,7 +97,7 @@ impl CollocationLayout {
         let [row_range, column_range] = [&rows, &columns].map(|elements| self.groups.dofs(elements));
         let stored =
             |content| StoredBlock { rows: row_range.clone(), columns: column_range.clone(), content };
-        if interrupt::requested() {
+        if cancel::requested() {
             return (
                 stored(BlockContent::Near(Vec::new())),
                 vec![0.0; self.groups.n_sum_columns() * row_range.len()],
@@ -150,7 +150,7 @@ impl CollocationLayout {
         // Large blocks take long: each is a task of its own.
         let of = |block: &ClusterPair| self.build_block(block, kernel, error);
         let filled: Vec<(StoredBlock, Vec<f64>)> = self.blocks.par_iter().with_max_len(1).map(of).collect();
-        interrupt::check()?;
+        cancel::check()?;
         let mut sums = DenseMatrix::zeros(3 * self.groups.n_nodes(), self.groups.n_sum_columns())?;
         let mut blocks = Vec::with_capacity(filled.len());
         for (block, of_block) in filled {

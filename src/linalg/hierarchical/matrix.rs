@@ -10,7 +10,7 @@ use super::cluster_tree::ClusterTree;
 use super::cross_approximation::{ComponentLines, KernelBlock, KernelEntries, approximate};
 use super::low_rank::LowRank;
 use crate::error::Result;
-use crate::interrupt;
+use crate::cancel;
 
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
 const CROSS_ERROR_SHARE: f64 = 0.3;
@@ -174,7 +174,7 @@ impl BlockLayout {
         tolerance: f64,
     ) -> StoredBlock {
         let [rows, columns] = self.ranges(block);
-        if interrupt::requested() {
+        if cancel::requested() {
             return StoredBlock { rows, columns, content: BlockContent::Near(Vec::new()) };
         }
         let (m, n) = (rows.len(), columns.len());
@@ -214,7 +214,7 @@ impl BlockLayout {
         let of = |block: &ClusterPair| self.build_block(block, entries, signs.len(), tolerance);
         // Large blocks take long: each is a task of its own.
         let blocks: Vec<StoredBlock> = self.blocks.par_iter().with_max_len(1).map(of).collect();
-        interrupt::check()?;
+        cancel::check()?;
         let parts = parts(&blocks);
         Ok(HierarchicalMatrix { tree: self.tree, blocks, signs, parts, scratch: Mutex::new(Vec::new()) })
     }

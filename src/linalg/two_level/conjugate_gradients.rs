@@ -4,7 +4,7 @@ use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
 use super::{MAX_ENERGY_ERROR, TwoLevelSolver};
 use crate::error::{Error, Result};
-use crate::interrupt;
+use crate::cancel;
 
 /// Most iterations; a preconditioner that needs more is of no use.
 const MAX_ITERATIONS: usize = 2000;
@@ -65,7 +65,7 @@ impl CgVectors {
         let mut products = [0.0; LANES];
         let mut taken = [[0.0; LANES]; ERROR_ESTIMATE_STEPS];
         for iteration in 0..MAX_ITERATIONS {
-            interrupt::check()?;
+            cancel::check()?;
             self.precondition(solver)?;
             let new = dot(&self.residual, &self.preconditioned);
             let ratio: Lanes = std::array::from_fn(|l| quotient(new[l], products[l]));

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use crate::geometry::{Point, Side};
-use crate::results::interior_points::InteriorPointRequest;
+use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::solver::{InteriorPoints, Output, PointCounts};
 

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use crate::frame::height_file::split_fields;
-use crate::history::step::{Normal, Spin, Tangential, Tilt};
+use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::bem::half_space::compressed::DEFAULT_TOLERANCE;
-use crate::results::field_writer::FieldKind;
-use crate::skip::{AllowedOmissions, OmittableWork};
+use crate::bem::half_space::plane::compressed::DEFAULT_TOLERANCE;
+use crate::output::field_writer::FieldKind;
+use crate::omitted::{AllowedOmissions, OmittableWork};
 
 /// How the contact problem is solved.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! Values of the literature that the tests of the Green's function in `bem` do not have.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
+use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
 use orthowear::bem::half_space::{Side, SurfaceGreen};
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;

@@ -2,7 +2,7 @@
 
 use orthowear::bem::half_space::Side;
 use orthowear::bem::half_space::SurfaceGreen;
-use orthowear::history::record::Outcome;
+use orthowear::evolution::records::Outcome;
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Half-spaces next to incompressible: closed forms.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
+use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
 use orthowear::bem::half_space::{Side, SurfaceGreen};
 use orthowear::material::{Orthotropic, Stiffness};
 use std::f64::consts::PI;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use orthowear::frame::{GapShape, Outline};
-use orthowear::history::record::Outcome;
+use orthowear::evolution::records::Outcome;
 
 use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;

@@ -1,7 +1,7 @@
 //! The admittance by Stroh's eigenvectors, which shares nothing with the integrals of the program.
 
 use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, Vector3};
-use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
+use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
 use orthowear::bem::half_space::{Side, SurfaceGreen};
 use orthowear::material::Stiffness;
 

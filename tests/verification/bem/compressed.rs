@@ -3,17 +3,17 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::compressed::TOLERANCE_RANGE;
+use orthowear::bem::half_space::plane::compressed::TOLERANCE_RANGE;
 use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
 use orthowear::error::ErrorKind;
 use orthowear::frame::ContactFrame;
-use orthowear::friction::FrictionLaw;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::geometry::{Point, Triad};
-use orthowear::history::Model;
-use orthowear::linalg::PerCell;
-use orthowear::linalg::cell_matrix::CellMatrix;
-use orthowear::linalg::operator::Flexibility;
-use orthowear::wear::WearLaw;
+use orthowear::evolution::Model;
+use orthowear::flexibility::per_cell::PerCell;
+use orthowear::flexibility::cell_matrix::CellMatrix;
+use orthowear::flexibility::Flexibility;
+use orthowear::laws::wear::WearLaw;
 
 use super::{Random, green, pair, steel};
 use crate::common::{indent, press, shift, solve, sphere};

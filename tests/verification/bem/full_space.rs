@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::full_space::{BarnettField, FullSpaceField};
-use orthowear::bem::half_space::TractionOperator;
+use orthowear::bem::green_tensor::TractionOperator;
 use orthowear::geometry::Point;
 use orthowear::material::Stiffness;
 use orthowear::quadrature::gauss_legendre;

@@ -5,7 +5,7 @@ use crate::crystals::{
     admittance_along_1, cfrp_of_tables, cubic, modulus_along_the_axis, nearly_isotropic, with_ratio, zinc,
 };
 use nalgebra::{Complex, Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
+use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
 use orthowear::bem::half_space::{PatchIntegrator, Side, SurfaceGreen};
 use orthowear::material::Stiffness;
 use serde_json::Value;

@@ -3,8 +3,9 @@
 use super::{Random, cfrp, green, pair, relative, steel};
 use crate::crystals::{cfrp_of_tables, with_ratio};
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, polygon};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side};
+use orthowear::bem::half_space::integrals::polygon;
+use orthowear::flexibility::Flexibility;
 use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];

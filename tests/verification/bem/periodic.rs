@@ -6,8 +6,8 @@ use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CrossBlocks, PatchIntegrator, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::error::ErrorKind;
 use orthowear::geometry::fibre_axes;
-use orthowear::linalg::operator::Flexibility;
-use orthowear::linalg::subset::SubsetFlexibility;
+use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::subset::SubsetFlexibility;
 use std::f64::consts::PI;
 
 fn periodic(

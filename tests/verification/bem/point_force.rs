@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use super::{Random, cfrp, green, relative, steel};
 use crate::common::usual_or_finest;
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::{GreenTensor, PointForceField, PointForceIntegral, Side, TractionOperator};
+use orthowear::bem::green_tensor::{GreenTensor, TractionOperator};
+use orthowear::bem::half_space::{PointForceField, PointForceIntegral, Side};
 use orthowear::material::{Orthotropic, Stiffness};
 
 /// Nine constants, turned by angles that leave no plane of symmetry along the surface.

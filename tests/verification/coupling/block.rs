@@ -9,7 +9,7 @@ use orthowear::body::{BodyField, ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use orthowear::coupling::{BlockSystem, CoupledBodies, Coupling, couple};
 use orthowear::error::{ErrorKind, Result};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::flexibility::Flexibility;
 
 fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")

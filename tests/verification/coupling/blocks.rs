@@ -10,13 +10,13 @@ use orthowear::bem::half_space::{CrossBlocks, DenseFlexibility, PeriodicFlexibil
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::coupling::{Coupling, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, Step};
-use orthowear::history::{Model, RunResult, run};
-use orthowear::linalg::cell_matrix::CellMatrix;
-use orthowear::linalg::operator::{EntryAccess, Flexibility};
-use orthowear::linalg::subset::SubsetFlexibility;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Integrator, Step};
+use orthowear::evolution::{Model, RunResult, run};
+use orthowear::flexibility::cell_matrix::CellMatrix;
+use orthowear::flexibility::{EntryAccess, Flexibility};
+use orthowear::flexibility::subset::SubsetFlexibility;
 
 /// Truth: the definition: columns are what the operator makes of unit tractions, here on every third cell, to rounding.
 fn entries_are_products(name: &str, operator: &dyn Flexibility) {
@@ -132,7 +132,7 @@ fn what_blocks_do_not_take_is_told() {
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
     let options = SolverOptions { method: Method::GaussSeidel, ..SolverOptions::default() };
     let pull = |share: f64| Step {
-        tangential: Some(orthowear::history::step::Tangential::Force([share * 0.3 * 700.0, 0.0])),
+        tangential: Some(orthowear::evolution::step::Tangential::Force([share * 0.3 * 700.0, 0.0])),
         ..crate::common::step("pull")
     };
     let result = solve_with(&model, &[press(700.0), pull(0.5)], &options);

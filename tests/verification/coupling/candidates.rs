@@ -91,7 +91,7 @@ fn contact_grows_beyond_its_candidates() {
         for (a, b) in all.records.iter().zip(&some.records) {
             assert!(a.converged && b.converged, "{name} {}: {:?}", a.name, b.certificate);
             assert!(b.certificate.energy_balance < 1e-10, "{name} {}: {:?}", a.name, b.certificate);
-            let values = |r: &orthowear::history::record::IncrementRecord| {
+            let values = |r: &orthowear::evolution::records::IncrementRecord| {
                 [r.normal_force, r.tangential_force[0], r.tangential_force[1], r.peak_pressure]
             };
             assert!(difference(&values(a), &values(b)) < 1e-8, "{name} {}", a.name);

@@ -10,12 +10,12 @@ use orthowear::body::{FeBody, RigidBody};
 use orthowear::coupling::{Coupling, couple};
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::Model;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::Model;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::quadrature::gauss_legendre;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
     let [lower, upper] = specs;

@@ -8,12 +8,12 @@ use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::{Model, run};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::{Model, run};
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
@@ -125,7 +125,7 @@ impl Flexibility for Spoilt {
         self.scale(normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 

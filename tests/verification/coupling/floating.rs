@@ -9,22 +9,22 @@ use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::fem::{FeModel, FeSpec};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Normal, Step, Tangential};
-use orthowear::history::{Model, RunResult, run};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Normal, Step, Tangential};
+use orthowear::evolution::{Model, RunResult, run};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::gmsh;
-use orthowear::skip::AllowedOmissions;
-use orthowear::wear::WearLaw;
+use orthowear::omitted::AllowedOmissions;
+use orthowear::laws::wear::WearLaw;
 
 const TIGHT: SolverOptions = SolverOptions {
     tolerance: 1e-11,
     method: orthowear::contact::Method::Auto,
     max_iterations: 20_000,
     skip: AllowedOmissions::ALL,
-    precision: orthowear::linalg::precision::Precision::Single,
+    precision: orthowear::flexibility::precision::Precision::Single,
 };
 
 fn material(e: f64, nu: f64) -> Stiffness {

@@ -11,11 +11,11 @@ use orthowear::body::FeBody;
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::Model;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::Model;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 /// A pattern turned by 17 degrees in the middle of the face, its outline kept.
 fn turned([x, y]: [f64; 2]) -> [f64; 2] {

@@ -8,12 +8,12 @@ use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::fem::Support;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::step::Step;
-use orthowear::history::{Model, RunResult, run};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::step::Step;
+use orthowear::evolution::{Model, RunResult, run};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 /// A meshed body with its contact group and supports (group, components held).
 pub struct Part<'a> {

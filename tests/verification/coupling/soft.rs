@@ -9,10 +9,10 @@ use orthowear::contact::SolverOptions;
 use orthowear::coupling::{CoupledBodies, Coupling, couple};
 use orthowear::fem::{Foundation, FoundationStiffness};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::{Model, run};
-use orthowear::wear::WearLaw;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::{Model, run};
+use orthowear::laws::wear::WearLaw;
 
 /// A thin plate on an elastic foundation that is soft against it.
 fn plate(frame: &ContactFrame) -> CoupledBodies {

@@ -6,8 +6,8 @@ use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::history::step::Integrator;
-use orthowear::history::{Model, RunResult, run};
+use orthowear::evolution::step::Integrator;
+use orthowear::evolution::{Model, RunResult, run};
 
 /// Indentation, shift and worn fretting of a sphere's gap, solved to 1e-12.
 pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {
@@ -40,7 +40,7 @@ fn histories_agree_on_both_paths() {
         assert_eq!(block.records.len(), schur.records.len());
         for (a, b) in block.records.iter().zip(&schur.records) {
             assert!(a.converged && b.converged, "{name} {}: {:?} {:?}", a.name, a.certificate, b.certificate);
-            let values = |r: &orthowear::history::record::IncrementRecord| {
+            let values = |r: &orthowear::evolution::records::IncrementRecord| {
                 [r.normal_force, r.tangential_force[0], r.tangential_force[1], r.peak_pressure]
             };
             assert!(

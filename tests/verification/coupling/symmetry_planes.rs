@@ -11,9 +11,9 @@ use crate::common::Silent;
 use crate::mesh::writer::{VARIANTS, write};
 use crate::stability::random::Random;
 use orthowear::geometry::Point;
-use orthowear::history::record::{IncrementRecord, Outcome};
+use orthowear::evolution::records::{IncrementRecord, Outcome};
 use orthowear::mesh::Mesh;
-use orthowear::study::build;
+use orthowear::simulation::build;
 
 /// Two blocks, one of which is domed or has the gap of a sphere, of which the part on one side of some planes is modelled.
 #[derive(Clone)]

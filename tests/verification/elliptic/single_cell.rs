@@ -3,13 +3,13 @@
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::frame::ContactFrame;
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Normal, Step, Tangential};
-use orthowear::history::{Model, RunResult};
-use orthowear::linalg::cell_matrix::CellMatrix;
-use orthowear::linalg::operator::{EntryAccess, Flexibility};
-use orthowear::wear::WearLaw;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Normal, Step, Tangential};
+use orthowear::evolution::{Model, RunResult};
+use orthowear::flexibility::cell_matrix::CellMatrix;
+use orthowear::flexibility::{EntryAccess, Flexibility};
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{press, relative, shift, solve, solve_with, step};
 use crate::observed::pull;
@@ -31,8 +31,8 @@ impl Flexibility for OneCell {
         normal_gap[0] = self.0[(2, 2)] * pressure[0];
     }
 
-    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<Matrix3<f64>> {
-        orthowear::linalg::PerCell::Same(self.0, 1)
+    fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<Matrix3<f64>> {
+        orthowear::flexibility::per_cell::PerCell::Same(self.0, 1)
     }
 
     fn entry_access(&self) -> EntryAccess {

@@ -8,7 +8,7 @@ use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8};
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::history::run;
+use orthowear::evolution::run;
 use orthowear::mesh::faces::group_faces;
 
 use super::blocks::{frame, hybrid, mesh};

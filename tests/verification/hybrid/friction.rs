@@ -5,8 +5,8 @@ use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::Hex27;
 use orthowear::fem::HexFormulation;
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::history::run;
-use orthowear::history::step::Integrator;
+use orthowear::evolution::run;
+use orthowear::evolution::step::Integrator;
 use orthowear::mesh::structured::GradedBlock;
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};

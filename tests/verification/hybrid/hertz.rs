@@ -6,10 +6,10 @@ use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::friction::FrictionLaw;
-use orthowear::history::{Model, run};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::{Model, run};
 use orthowear::material::Stiffness;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 use super::blocks::{body, cfrp, frame, hybrid};
 use crate::common::{Silent, indent, steel, usual_or_finest};

@@ -6,7 +6,7 @@ use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::flexibility::Flexibility;
 use orthowear::material::{PlacedMaterial, Ply, RegionMaterial, Stiffness};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};

@@ -8,13 +8,13 @@ use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
 use orthowear::fem::{ColumnSolver, CondensationResources, FeModel, FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::friction::FrictionLaw;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::geometry::{Point, Triad};
-use orthowear::history::{Model, run};
+use orthowear::evolution::{Model, run};
 use orthowear::linalg::memory::MemoryLimit;
-use orthowear::linalg::operator::Flexibility;
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 use super::blocks::{FRAME, cfrp, frame, hybrid};
 use super::hertz::sphere_on;

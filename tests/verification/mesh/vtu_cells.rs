@@ -7,7 +7,7 @@ use orthowear::body::BodyField;
 use orthowear::element::ElementKind;
 use orthowear::mesh::Mesh;
 use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
-use orthowear::results::volume::volume_grid;
+use orthowear::output::volume::volume_grid;
 
 use super::tools;
 use crate::fem_meshes::{block, rough};

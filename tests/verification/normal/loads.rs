@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, SurfaceGreen, polygon};
-use orthowear::linalg::operator::Flexibility;
+use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, SurfaceGreen};
+use orthowear::bem::half_space::integrals::polygon;
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 
 use crate::common::{relative, steel};

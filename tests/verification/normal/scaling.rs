@@ -1,6 +1,6 @@
 //! What Hertz contact owes to dimensions alone.
 
-use orthowear::history::record::Outcome;
+use orthowear::evolution::records::Outcome;
 
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::radius;

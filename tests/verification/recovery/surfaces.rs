@@ -8,9 +8,9 @@ use orthowear::fem::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Su
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::material::Stiffness;
-use orthowear::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
-use orthowear::results::frame_fields::FrameMesh;
-use orthowear::results::vtu::{ArrayValues, DataArray, UnstructuredGrid};
+use orthowear::output::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
+use orthowear::output::frame_fields::FrameMesh;
+use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;

@@ -1,10 +1,10 @@
 //! Noise in the gap, and the smallest numbers there are.
 
 use orthowear::contact::SolverOptions;
-use orthowear::friction::{FrictionEllipse, FrictionLaw};
-use orthowear::history::record::Outcome;
-use orthowear::history::run;
-use orthowear::history::step::{Normal, Step};
+use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::run;
+use orthowear::evolution::step::{Normal, Step};
 
 use super::random::Random;
 use crate::common::{Silent, half_spaces, im7, indent, press, shift, solve, sphere, sphere_on_frp, step};
@@ -22,7 +22,7 @@ fn noise_in_the_gap() {
         let cells = 24;
         let mut model = half_spaces(&im7(30.0), None, (1.2, cells), sphere(50.0));
         let n = model.frame.n_cells();
-        let force = |model: &orthowear::history::Model, approach: f64| {
+        let force = |model: &orthowear::evolution::Model, approach: f64| {
             let result = solve(model, &[indent(approach)]);
             assert_eq!(result.outcome, Outcome::Converged);
             result.records[0].normal_force

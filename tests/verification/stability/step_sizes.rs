@@ -4,9 +4,9 @@
 
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::history::record::Outcome;
-use orthowear::linalg::PerCell;
-use orthowear::linalg::operator::Flexibility;
+use orthowear::evolution::records::Outcome;
+use orthowear::flexibility::per_cell::PerCell;
+use orthowear::flexibility::Flexibility;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
@@ -55,7 +55,7 @@ fn step_sizes_a_thousand_times_off() {
         };
         let own = run(1.0, 1.0);
         assert_eq!(own.outcome, Outcome::Converged, "{method:?}");
-        let count = |records: &[orthowear::history::record::IncrementRecord]| {
+        let count = |records: &[orthowear::evolution::records::IncrementRecord]| {
             records.iter().map(|record| record.operator_applications).sum::<usize>()
         };
         let mut least = count(&own.records);

@@ -4,10 +4,10 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::history::Model;
-use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::Model;
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::scene;
-use orthowear::study::build;
+use orthowear::simulation::build;
 
 use super::audit::audit;
 

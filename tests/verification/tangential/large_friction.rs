@@ -2,10 +2,10 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::frame::ContactFrame;
-use orthowear::friction::{FrictionEllipse, FrictionLaw};
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Normal, Step};
-use orthowear::history::{Model, RunResult};
+use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Normal, Step};
+use orthowear::evolution::{Model, RunResult};
 use orthowear::material::Stiffness;
 
 use crate::common::{

@@ -3,11 +3,11 @@
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
 use orthowear::frame::ContactFrame;
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::{Model, RunResult};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::{Model, RunResult};
 use orthowear::material::Stiffness;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{half_spaces, press, solve_with, sphere, steel};
 use crate::observed::pull;

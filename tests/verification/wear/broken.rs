@@ -2,9 +2,9 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::RunCheckpoint;
-use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::history::step::Integrator;
+use orthowear::evolution::RunCheckpoint;
+use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::step::Integrator;
 
 use crate::common::{fretting, frp_wear, indent, shift, sphere_on_frp};
 
@@ -58,14 +58,14 @@ fn runs_broken_off_after_the_last_jump() {
     ] {
         let observer = |after: usize| Breaking { loops, entries: 0, after, broken: false, kept: None };
         let whole =
-            orthowear::history::run(&model, &steps, &options, &mut observer(usize::MAX)).expect("a run");
+            orthowear::evolution::run(&model, &steps, &options, &mut observer(usize::MAX)).expect("a run");
         assert_eq!(whole.outcome, Outcome::Converged);
         let mut breaking = observer(3);
-        let part = orthowear::history::run(&model, &steps, &options, &mut breaking).expect("a run");
+        let part = orthowear::evolution::run(&model, &steps, &options, &mut breaking).expect("a run");
         assert_eq!(part.outcome, Outcome::Interrupted, "{loops} {}", steps.len());
         let from = breaking.kept.expect("where the run was broken off");
         let end =
-            orthowear::history::run_from(&model, &steps, &options, Some(from), &mut observer(usize::MAX));
+            orthowear::evolution::run_from(&model, &steps, &options, Some(from), &mut observer(usize::MAX));
         let end = end.expect("a run");
         assert_eq!(end.outcome, Outcome::Converged);
         assert_eq!(end.records.len(), whole.records.len());

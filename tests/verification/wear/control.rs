@@ -1,9 +1,9 @@
 //! Jumps as long as their estimated error allows, and what may break that off.
 
 use orthowear::contact::SolverOptions;
-use orthowear::history::RunResult;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, JumpPolicy, Step};
+use orthowear::evolution::RunResult;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{Integrator, JumpPolicy, Step};
 
 use crate::common::{
     fretting, frp_wear, indent, path_of, reference, relative, solve, solve_with, sphere_on_frp,
@@ -114,7 +114,7 @@ fn explicit_jumps_have_a_critical_length() {
     model.wear = frp_wear(0.0);
     let steps = [indent(0.02), explicit(100_000, 2, false)];
     let error =
-        orthowear::history::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent)
+        orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent)
             .expect_err("jumps beyond the critical one");
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
     // Second differences along a row through the middle of a contact of 17 cells to each side.

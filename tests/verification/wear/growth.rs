@@ -2,10 +2,10 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::record::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::history::step::{Integrator, Step};
-use orthowear::history::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run, run_from};
-use orthowear::wear::WearLaw;
+use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::step::{Integrator, Step};
+use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run, run_from};
+use orthowear::laws::wear::WearLaw;
 use serde_json::Value;
 
 use super::sliding::{half_space, last, press, slide_to};

@@ -1,14 +1,12 @@
 //! Resolved cycles, which show what wears between the reversal points that are solved together: corrected wear, measured errors.
 
 use orthowear::contact::SolverOptions;
-use orthowear::friction::FrictionLaw;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
-use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::step::{
-    Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential,
-};
-use orthowear::history::{Model, RunResult};
-use orthowear::wear::WearLaw;
+use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::step::{Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential};
+use orthowear::evolution::{Model, RunResult};
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{
     fretting, frp_wear, half_spaces, im7, indent, path_of, press, relative, solve, solve_with, sphere,

@@ -3,14 +3,14 @@
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::friction::FrictionLaw;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{CycleMotion, Cycles, Integrator, JumpPolicy, Normal, Step};
-use orthowear::history::{Model, RunResult};
-use orthowear::linalg::PerCell;
-use orthowear::linalg::operator::Flexibility;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::step::{CycleMotion, Cycles, Integrator, JumpPolicy, Normal, Step};
+use orthowear::evolution::{Model, RunResult};
+use orthowear::flexibility::per_cell::PerCell;
+use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
-use orthowear::wear::WearLaw;
+use orthowear::laws::wear::WearLaw;
 
 use crate::common::{half_spaces, relative, solve, sphere, step};
 
@@ -36,7 +36,7 @@ pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
 
-pub(super) fn last(run: &RunResult) -> &orthowear::history::record::IncrementRecord {
+pub(super) fn last(run: &RunResult) -> &orthowear::evolution::records::IncrementRecord {
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     run.records.last().expect("records")
 }
@@ -227,7 +227,7 @@ fn columns_run_in() {
     }
     let (model, steps) = columns(10.0, 3, Integrator::Explicit);
     let error =
-        orthowear::history::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent);
+        orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent);
     let error: Result<()> = error.map(|_| ());
     assert!(error.expect_err("10 / 3 > 2 / 0.8").to_string().contains("Take 4 jumps"));
 }

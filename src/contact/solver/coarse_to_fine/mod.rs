@@ -11,7 +11,7 @@ use super::super::balance::MAX_RIGID_MODES;
 use super::super::window::{Window, WindowOperator, WindowProblem};
 use super::super::{ContactState, Increment, Pressures, SlipReference};
 use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
-use crate::skip::OmittableWork;
+use crate::omitted::OmittableWork;
 
 /// Frames of fewer cells are solved as they are.
 const MIN_FRAME_CELLS: usize = 60 * 60;

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use super::super::super::scales::FrictionScaling;
 use super::super::super::{ContactState, Increment, NormalControl, SlipReference};
 use super::cell_problem::{clipped, largest, solve_pressures};
-use crate::linalg::cell_matrix::CellMatrix;
+use crate::flexibility::cell_matrix::CellMatrix;
 
 /// Share of the mean gap of the cells in contact that the bodies move by under a prescribed force after a sweep.
 const GAP_CORRECTION_SHARE: f64 = 0.5;

@@ -18,7 +18,7 @@ use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
-use crate::linalg::precision::WithPrecision;
+use crate::flexibility::precision::WithPrecision;
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.

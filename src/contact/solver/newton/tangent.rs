@@ -9,7 +9,7 @@ use super::super::super::{ContactState, Increment, Pressures};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions};
 use crate::linalg::gmres::LinearSystem;
-use crate::linalg::precision::WithPrecision;
+use crate::flexibility::precision::WithPrecision;
 
 /// The linear system of a Newton step.
 pub(super) struct NewtonSystem<'s, 'p> {

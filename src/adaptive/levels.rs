@@ -1,0 +1,322 @@
+//! The settings that runs get finer by.
+
+use crate::simulation::build::bodies::contact_frame;
+use crate::simulation::failure::SceneError;
+use crate::simulation::build::near_field::choose_near_fields;
+use crate::frame::GapShape;
+use crate::laws::friction::FrictionLaw;
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
+use crate::scene::spec::accuracy::RefinementParameter;
+use crate::laws::wear::WearLaw;
+
+/// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
+const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
+
+/// Most cells of a frame.
+const MOST: usize = 1_000_000;
+
+/// Most doublings of the increments, and divisions of the tolerance of jumps by four or doublings of their number.
+const DOUBLINGS: usize = 9;
+const JUMP_LEVELS: usize = 7;
+
+/// Doublings with which the cells are refined where more do not suffice either.
+const FALLBACK_LEVEL: usize = 3;
+
+/// Most increments per stroke of closed paths: all ends of a cycle are one problem.
+const MAX_INCREMENTS_PER_STROKE: usize = 128;
+
+/// Cells in contact from which on values are believed to converge; of line contacts.
+const MIN_CONTACT_CELLS: usize = 40;
+const MIN_LINE_CONTACT_CELLS: usize = 6;
+
+/// The natural residual over the accuracy, and its limits; the same of compressed operators.
+const RESIDUAL: [f64; 3] = [1e-4, 1e-10, 1e-6];
+const COMPRESSION: [f64; 3] = [1e-2, 1e-9, 1e-4];
+
+/// How fine a run is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Levels {
+    cells: usize,
+    increments: usize,
+    jumps: usize,
+}
+
+impl Levels {
+    /// The next finer ones.
+    pub(crate) fn finer(self, knob: RefinementParameter) -> Self {
+        match knob {
+            RefinementParameter::Cells => Self { cells: self.cells + 1, ..self },
+            RefinementParameter::Increments => Self { increments: self.increments + 1, ..self },
+            RefinementParameter::Jumps => Self { jumps: self.jumps + 1, ..self },
+        }
+    }
+
+    /// Those for what follows a knob that did not suffice.
+    pub(crate) fn coarser(self, knob: RefinementParameter) -> Self {
+        match knob {
+            RefinementParameter::Cells => self,
+            RefinementParameter::Increments => {
+                Self { increments: self.increments.min(FALLBACK_LEVEL), ..self }
+            }
+            RefinementParameter::Jumps => Self { jumps: self.jumps.min(FALLBACK_LEVEL), ..self },
+        }
+    }
+
+    /// How many times the increments of the scene.
+    pub(crate) fn increments(self) -> usize {
+        1 << self.increments
+    }
+}
+
+/// What can be chosen of a plan, and how.
+pub(crate) struct RefinementLadder {
+    relative: f64,
+    /// Whether cells, increments and jumps are chosen.
+    is_refined: [bool; 3],
+    /// Cells along the frame's x and y over those along the shorter side; `None` for the one cell of a direction in which the frame repeats itself.
+    aspect: [Option<f64>; 2],
+    /// Increments per stroke of closed paths; 0 if there are none.
+    increments_per_stroke: usize,
+    /// Least number of cycles of a step, which bounds the number of jumps.
+    cycles: f64,
+    /// Whether the scene says how exactly iterations and compressed operators are solved.
+    has_own_tolerances: [bool; 2],
+}
+
+impl RefinementLadder {
+    pub fn new(plan: &Plan, spec: &AccuracyPlan) -> Result<Self, SceneError> {
+        let kept = |knob: RefinementParameter| spec.fixed_parameters.contains(&knob);
+        let cycles = plan
+            .steps
+            .iter()
+            .filter_map(|step| step.cycles)
+            .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
+        let increments_per_stroke =
+            plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
+        let has_own_tolerances =
+            ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
+        let mut ladder = Self {
+            relative: spec.relative,
+            is_refined: [false; 3],
+            aspect: [None; 2],
+            increments_per_stroke,
+            cycles,
+            has_own_tolerances,
+        };
+        if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
+            ladder.aspect = aspect(*cells, *half_width, *periodic);
+            // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
+            let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
+                || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
+                || matches!(plan.gap.shape, GapShape::PerCell(_));
+            if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
+                ladder.is_refined[0] = true;
+                let coarse = ladder.plan(plan, &ladder.first());
+                // Cells finer than the faces of a mesh that is condensed show nothing new.
+                ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
+                    .iter()
+                    .any(|near| near.is_condensed());
+            }
+        }
+        let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
+        let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
+        let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
+        let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
+        ladder.is_refined[1] =
+            (by_path || increments_per_stroke > 0) && !kept(RefinementParameter::Increments);
+        ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && wears(step))
+            && !kept(RefinementParameter::Jumps);
+        Ok(ladder)
+    }
+
+    /// What is turned: the cells last.
+    pub fn knobs(&self) -> Vec<RefinementParameter> {
+        let [cells, increments, jumps] = self.is_refined;
+        let all = [
+            (increments, RefinementParameter::Increments),
+            (jumps, RefinementParameter::Jumps),
+            (cells, RefinementParameter::Cells),
+        ];
+        all.into_iter().filter(|(chosen, _)| *chosen).map(|(_, knob)| knob).collect()
+    }
+
+    pub fn first(&self) -> Levels {
+        Levels { cells: 0, increments: 0, jumps: 0 }
+    }
+
+    pub fn is_last(&self, knob: RefinementParameter, levels: &Levels) -> bool {
+        match knob {
+            RefinementParameter::Cells => {
+                let [x, y] = self.cells(levels.cells + 1);
+                levels.cells + 1 >= CELLS_BY_LEVEL.len() || x * y > MOST
+            }
+            RefinementParameter::Increments => {
+                levels.increments >= DOUBLINGS
+                    || self.increments_per_stroke << levels.increments >= MAX_INCREMENTS_PER_STROKE
+            }
+            RefinementParameter::Jumps => {
+                levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles
+            }
+        }
+    }
+
+    /// Cells along x and y.
+    fn cells(&self, level: usize) -> [usize; 2] {
+        let shorter = CELLS_BY_LEVEL[level.min(CELLS_BY_LEVEL.len() - 1)] as f64;
+        self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
+    }
+
+    /// Whether so many cells in contact resolve it.
+    pub fn resolves(&self, cells: usize) -> bool {
+        cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
+    }
+
+    /// What the error of a knob falls with.
+    pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
+        match knob {
+            RefinementParameter::Cells => {
+                1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
+            }
+            RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
+            // The error of jumps follows their tolerance, which falls by four.
+            RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
+        }
+    }
+
+    /// What the cells within an outline lack of its area, or have too much, over it; `None` without an outline, or of one that the frame cuts.
+    pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
+        let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
+        let reaches =
+            outline.extent().iter().zip(half_width).any(|([low, high], half)| -low > *half || high > half);
+        if reaches || !self.is_refined[0] {
+            return None;
+        }
+        let [nx, ny] = self.cells(levels.cells);
+        let center = |i: usize, n: usize, half: f64| half * ((2 * i + 1) as f64 / n as f64 - 1.0);
+        let inside = (0..nx * ny)
+            .filter(|i| {
+                outline.contains([center(i / ny, nx, half_width[0]), center(i % ny, ny, half_width[1])])
+            })
+            .count();
+        let cell = 4.0 * half_width[0] * half_width[1] / (nx * ny) as f64;
+        Some(inside as f64 * cell / outline.area() - 1.0)
+    }
+
+    /// Area of the cells within an outline of which they have `cut` too much.
+    pub fn outline_cell_area(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
+        let FramePlan::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
+        cut.map(|cut| (1.0 + cut) * outline.area())
+    }
+
+    /// The plan with these levels.
+    pub fn plan(&self, plan: &Plan, levels: &Levels) -> Plan {
+        let [cells, increments, jumps] = self.is_refined;
+        let mut plan = Plan { accuracy: None, ..plan.clone() };
+        let of = |[factor, least, most]: [f64; 3]| (factor * self.relative).clamp(least, most);
+        if !self.has_own_tolerances[0] {
+            plan.solver.tolerance = of(RESIDUAL);
+        }
+        if !self.has_own_tolerances[1] {
+            plan.solver.compression_tolerance = of(COMPRESSION);
+        }
+        if let (FramePlan::Grid { cells: n, .. }, true) = (&mut plan.frame, cells) {
+            *n = self.cells(levels.cells);
+        }
+        if increments {
+            plan.fields_every = levels.increments();
+        }
+        for step in &mut plan.steps {
+            if let (Some(closed), true) = (refinable_path(step), increments) {
+                let finer = ClosedPath { increments: closed.increments * levels.increments(), ..closed };
+                step.cycles =
+                    step.cycles.map(|cycles| Cycles { motion: CycleMotion::ClosedPath(finer), ..cycles });
+            }
+            match &mut step.cycles {
+                Some(cycles) if jumps && step.wear => {
+                    let share = self.relative * 0.25f64.powi(levels.jumps as i32);
+                    cycles.jumps = match cycles.jumps {
+                        JumpPolicy::Number(number) => JumpPolicy::Number(
+                            (number << levels.jumps).min(cycles.count as usize).max(number),
+                        ),
+                        JumpPolicy::Tolerance(_) => JumpPolicy::Tolerance(share),
+                    };
+                    if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
+                        &mut cycles.motion
+                    {
+                        used.tolerance = share;
+                    }
+                }
+                None if increments && step.rolling.is_none() => step.increments *= levels.increments(),
+                _ => {}
+            }
+        }
+        plan
+    }
+
+    /// Levels in words.
+    pub fn describe(&self, levels: &Levels) -> String {
+        let [cells, increments, jumps] = self.is_refined;
+        let mut words = Vec::new();
+        if cells {
+            let [x, y] = self.cells(levels.cells);
+            words.push(format!("{x} x {y} cells"));
+        }
+        if increments {
+            words.push(match levels.increments() {
+                1 => "the increments of the scene".to_owned(),
+                n => format!("{n} times the increments"),
+            });
+        }
+        if jumps {
+            words.push(format!("jumps of level {}", levels.jumps + 1));
+        }
+        words.join(", ")
+    }
+}
+
+/// The closed path of a step whose increments may be refined: not "auto", where resolved cycles do it.
+fn refinable_path(step: &Step) -> Option<ClosedPath> {
+    match step.cycles?.motion {
+        CycleMotion::ClosedPath(closed)
+            if closed.resolved_cycles.is_none_or(|used| used.correction != Correction::Always) =>
+        {
+            Some(closed)
+        }
+        _ => None,
+    }
+}
+
+/// Cells along the sides of a frame over those along the shorter one, as the scene has them; one cell across where the frame does not repeat itself
+/// is as long as its side, beside square ones.
+fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
+    let several = |axis: usize| cells[axis] > 1;
+    let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {
+        (false, true) => None,
+        _ if several(0) != several(1) && !periodic[0] && !periodic[1] => Some(half_width[axis]),
+        _ => Some(cells[axis] as f64),
+    });
+    let shorter = numbers.iter().flatten().fold(f64::INFINITY, |least, n| least.min(*n));
+    if cells == [1, 1] { [None; 2] } else { numbers.map(|n| n.map(|n| n / shorter)) }
+}
+
+/// The nearest even number, at least 2.
+fn even(n: f64) -> usize {
+    2 * ((0.5 * n).round() as usize).max(1)
+}
+
+/// Cells of a grid frame.
+pub(crate) fn cells(plan: &Plan) -> Option<[usize; 2]> {
+    match plan.frame {
+        FramePlan::Grid { cells, .. } => Some(cells),
+        FramePlan::Mesh { .. } => None,
+    }
+}
+
+/// Tolerance or number of jumps of the first step that has them.
+pub(crate) fn jumps(plan: &Plan) -> Option<f64> {
+    plan.steps.iter().find_map(|step| step.cycles).map(|cycles| match cycles.jumps {
+        JumpPolicy::Number(number) => number as f64,
+        JumpPolicy::Tolerance(tolerance) => tolerance,
+    })
+}

@@ -1,0 +1,331 @@
+//! Runs of a plan that get finer until what is asked for is accurate enough.
+//!
+//! Increments and jumps are refined first, on coarse cells, for their share of the error hardly depends on the cells; then the cells. Each share is
+//! estimated from how the values change; the sum of the shares is what is compared with the accuracy.
+
+mod values;
+pub mod size_field;
+pub(crate) mod convergence;
+pub(crate) mod levels;
+pub(crate) mod run;
+
+use crate::adaptive::convergence::{Convergence, limit};
+pub use crate::adaptive::levels::Levels;
+use crate::adaptive::levels::RefinementLadder;
+use crate::adaptive::values::{TargetValue, min_contact_cells, values};
+
+use crate::simulation::failure::SceneError;
+use crate::error::Error;
+use crate::evolution::records::IncrementRecord;
+use crate::output::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};
+use crate::scene::plan::{AccuracyPlan, Plan};
+use crate::scene::spec::accuracy::RefinementParameter;
+
+/// Share of the accuracy that increments and jumps may each take where cells follow.
+const PATH_TOLERANCE_SHARE: f64 = 0.3;
+
+/// Values by which a turn is judged, or two where they hardly differ: by this share of what is allowed.
+const MIN_RUNS_PER_PARAMETER: usize = 3;
+const UNCHANGED_SHARE: f64 = 0.05;
+
+/// A run with what the estimates need of it.
+#[derive(Debug, Clone)]
+struct MeasuredRun {
+    levels: Levels,
+    values: Vec<TargetValue>,
+    /// [`RefinementLadder::cut`].
+    outline_area_error: Option<f64>,
+    seconds: f64,
+}
+
+/// Relative error of a length by that of the area: what the stairs along an outline cost the load of a punch.
+const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
+
+/// A run writes files if the errors foreseen for it are at most so many times what is allowed: files that finer runs replace cost less than
+/// another run for the files alone.
+const WRITE_FILES_FACTOR: f64 = 2.0;
+
+/// What is done next.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NextRun {
+    /// A run; whether it will probably be the last.
+    Run(Levels, bool),
+    /// Nothing: these are the levels of the result.
+    Done(Levels),
+}
+
+/// The search for settings that are fine enough.
+pub struct AccuracySearch<'p> {
+    plan: &'p Plan,
+    spec: &'p AccuracyPlan,
+    ladder: RefinementLadder,
+    /// What is turned, in this order.
+    knobs: Vec<RefinementParameter>,
+    samples: Vec<MeasuredRun>,
+    /// The samples of each knob that was turned, by number.
+    refinements: Vec<Vec<usize>>,
+    /// Where the cells begin after a knob that did not suffice.
+    base: Option<Levels>,
+    /// Why there is nothing finer.
+    stop_reason: Option<String>,
+}
+
+impl<'p> AccuracySearch<'p> {
+    /// A search for the accuracy that `plan` asks for; `None` if it asks for none.
+    ///
+    /// # Errors
+    /// If nothing is left to choose, or the plan cannot be computed.
+    pub fn new(plan: &'p Plan) -> Result<Option<Self>, SceneError> {
+        let Some(spec) = &plan.accuracy else { return Ok(None) };
+        let ladder = RefinementLadder::new(plan, spec)?;
+        let knobs = ladder.knobs();
+        if knobs.is_empty() {
+            let error = Error::input(
+                "nothing can be chosen for the accuracy that is asked for: the cells are those of a mesh or kept, and increments and jumps do not matter \
+                 here or are kept; leave out `accuracy`, or less of accuracy.keep (`orthowear refine` estimates the error of meshes)",
+            );
+            return Err(SceneError { error, key: "accuracy".to_owned() });
+        }
+        let (samples, refinements) = (Vec::new(), Vec::new());
+        Ok(Some(Self { plan, spec, ladder, knobs, samples, refinements, base: None, stop_reason: None }))
+    }
+
+    /// What is turned, in this order.
+    pub fn knobs(&self) -> &[RefinementParameter] {
+        &self.knobs
+    }
+
+    /// The plan of some levels.
+    pub fn plan(&self, levels: &Levels) -> Plan {
+        self.ladder.plan(self.plan, levels)
+    }
+
+    /// Levels in words: "60 x 60 cells, 4 times the increments".
+    pub fn describe(&self, levels: &Levels) -> String {
+        self.ladder.describe(levels)
+    }
+
+    /// Levels of the last run that was taken.
+    pub fn last(&self) -> Option<Levels> {
+        self.samples.last().map(|sample| sample.levels)
+    }
+
+    /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
+    pub fn add_run(
+        &mut self,
+        levels: Levels,
+        records: &[IncrementRecord],
+        (cell, seconds): (Option<f64>, f64),
+    ) {
+        let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
+        let outline_area_error = self.ladder.outline_area_error(self.plan, &levels);
+        let punch = self.ladder.outline_cell_area(self.plan, outline_area_error);
+        self.samples.push(MeasuredRun {
+            levels,
+            values: values(self.plan, records, punch),
+            outline_area_error,
+            seconds,
+        });
+        let number = self.samples.len() - 1;
+        if self.refinements.is_empty() {
+            let coarse = self.knobs.contains(&RefinementParameter::Cells) && !self.ladder.resolves(cells);
+            if !coarse || self.ladder.is_last(RefinementParameter::Cells, &levels) {
+                self.refinements.push(vec![number]);
+            }
+        } else if let Some(turn) = self.refinements.last_mut() {
+            turn.push(number);
+        }
+        while self.refinements.last().is_some_and(|turn| self.is_finished(self.refinements.len() - 1, turn))
+            && self.refinements.len() < self.knobs.len()
+        {
+            let index = self.refinements.len() - 1;
+            if !self.meets_tolerance(index, &self.refinements[index]) {
+                // It will not be reached: what comes is not made many times as long for nothing.
+                self.base = Some(levels.coarser(self.knobs[index]));
+                self.refinements.push(Vec::new());
+                break;
+            }
+            self.refinements.push(vec![number]);
+        }
+    }
+
+    /// Hears that a run failed: finer ones are not tried. False if there is none to fall back on.
+    pub fn stop_refining(&mut self, why: String) -> bool {
+        self.stop_reason = Some(why);
+        !self.samples.is_empty()
+    }
+
+    /// What is done next.
+    pub fn next_run(&self) -> NextRun {
+        let Some(last) = self.samples.last() else { return NextRun::Run(self.ladder.first(), false) };
+        if self.stop_reason.is_some() {
+            return NextRun::Done(last.levels);
+        }
+        let Some(turn) = self.refinements.last() else {
+            return NextRun::Run(last.levels.finer(RefinementParameter::Cells), false);
+        };
+        let (index, knob) = (self.refinements.len() - 1, self.knobs[self.refinements.len() - 1]);
+        if self.is_finished(index, turn) {
+            return NextRun::Done(last.levels);
+        }
+        if turn.is_empty() {
+            return NextRun::Run(self.base.unwrap_or(last.levels), false);
+        }
+        let levels = last.levels.finer(knob);
+        let at_end = self.refinements.len() == self.knobs.len();
+        let foreseen = self.errors(turn, knob, &levels).unwrap_or_default();
+        let halved: Vec<f64> = foreseen.iter().map(|error| error / WRITE_FILES_FACTOR).collect();
+        let likely = turn.len() + 1 >= MIN_RUNS_PER_PARAMETER && self.are_within_tolerance(index, &halved);
+        NextRun::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
+    }
+
+    /// Whether the accuracy is reached by the last run.
+    pub fn is_met(&self) -> bool {
+        self.refinements.len() == self.knobs.len()
+            && self.refinements.iter().enumerate().all(|(index, turn)| self.meets_tolerance(index, turn))
+    }
+
+    /// Whether a knob is turned no further.
+    fn is_finished(&self, index: usize, turn: &[usize]) -> bool {
+        let last = turn.last().map(|&number| self.samples[number].levels);
+        self.meets_tolerance(index, turn)
+            || last.is_some_and(|levels| self.ladder.is_last(self.knobs[index], &levels))
+    }
+
+    /// Whether the share of a knob is small enough.
+    fn meets_tolerance(&self, index: usize, turn: &[usize]) -> bool {
+        let Some(&last) = turn.last() else { return false };
+        let Some(errors) = self.errors(turn, self.knobs[index], &self.samples[last].levels) else {
+            return false;
+        };
+        self.are_within_tolerance(index, &errors)
+            && (turn.len() >= MIN_RUNS_PER_PARAMETER
+                || errors.iter().all(|error| *error <= UNCHANGED_SHARE * self.spec.relative))
+    }
+
+    fn are_within_tolerance(&self, index: usize, errors: &[f64]) -> bool {
+        errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
+    }
+
+    /// The relative error that a knob may leave of a value.
+    fn allowed(&self, index: usize, value: usize) -> f64 {
+        let whole = self.spec.relative;
+        if index + 1 < self.knobs.len() {
+            return if self.knobs.contains(&RefinementParameter::Cells) {
+                PATH_TOLERANCE_SHARE * whole
+            } else {
+                whole / self.knobs.len() as f64
+            };
+        }
+        let before =
+            (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
+        // What is left where others took too much shall not stop the last one from being turned.
+        (whole - before.sum::<f64>())
+            .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
+    }
+
+    /// Relative errors of all values that a knob leaves after its turn.
+    fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
+        // A knob that did not suffice is not where its turn ended.
+        self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
+    }
+
+    /// Relative errors of all values at some levels, by the samples of a turn; `None` of a single one.
+    fn errors(&self, turn: &[usize], knob: RefinementParameter, levels: &Levels) -> Option<Vec<f64>> {
+        if turn.len() < 2 {
+            return None;
+        }
+        let size = self.ladder.size(knob, levels);
+        let last = &self.samples[*turn.last()?];
+        let stairs = if knob == RefinementParameter::Cells {
+            LOAD_ERROR_PER_AREA_ERROR * last.outline_area_error.unwrap_or(0.0).abs()
+        } else {
+            0.0
+        };
+        let relative = |(value, wanted): (usize, &TargetValue)| {
+            let (sizes, values) = self.convergence_data(turn, knob, value);
+            let error = Convergence::estimate(&sizes, &values).error(size);
+            // What is nothing by symmetry is so on any cells.
+            let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
+            if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
+        };
+        Some(last.values.iter().enumerate().map(relative).collect())
+    }
+
+    /// Sizes and values of a turn, values of a punch without what its outline's cells have too much or too little.
+    fn convergence_data(
+        &self,
+        turn: &[usize],
+        knob: RefinementParameter,
+        value: usize,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let of = |&number: &usize| {
+            let sample = &self.samples[number];
+            (
+                self.ladder.size(knob, &sample.levels),
+                sample.values[value].corrected_for_outline(sample.outline_area_error),
+            )
+        };
+        turn.iter().map(of).unzip()
+    }
+
+    /// What is known of the accuracy of the last run.
+    pub fn record(&self) -> AccuracyRecord {
+        let shares: Vec<Option<Vec<f64>>> =
+            (0..self.knobs.len()).map(|index| self.error_contribution(index)).collect();
+        let of_value = |(value, wanted): (usize, &TargetValue)| {
+            let error = |knob: RefinementParameter| {
+                let index = self.knobs.iter().position(|known| *known == knob)?;
+                Some(shares[index].as_ref()?[value])
+            };
+            let by =
+                [RefinementParameter::Cells, RefinementParameter::Increments, RefinementParameter::Jumps]
+                    .map(error);
+            let known = shares.iter().all(Option::is_some);
+            let relative = known.then(|| by.iter().flatten().sum::<f64>());
+            let turn = self.refinements.last().filter(|turn| turn.len() >= 2);
+            let course =
+                turn.map(|turn| self.convergence_data(turn, self.knobs[self.refinements.len() - 1], value));
+            EstimatedResult {
+                step: wanted.step.clone(),
+                name: wanted.name,
+                value: wanted.value,
+                estimate: relative.map(|relative| relative * wanted.scale),
+                relative,
+                cell_error: by[0],
+                increment_error: by[1],
+                jump_error: by[2],
+                order: course
+                    .as_ref()
+                    .and_then(|(sizes, values)| Convergence::estimate(sizes, values).order()),
+                extrapolated: course.and_then(|(sizes, values)| limit(&sizes, &values)),
+            }
+        };
+        let results = self
+            .samples
+            .last()
+            .map_or(&[][..], |last| &last.values)
+            .iter()
+            .enumerate()
+            .map(of_value)
+            .collect();
+        let tried = |sample: &MeasuredRun| {
+            let plan = self.plan(&sample.levels);
+            RefinementRun {
+                cells: ladder::cells(&plan),
+                increment_factor: sample.levels.increments(),
+                jump_setting: ladder::jumps(&plan),
+                seconds: sample.seconds,
+                values: sample.values.iter().map(|value| value.value).collect(),
+            }
+        };
+        AccuracyRecord {
+            requested: self.spec.relative,
+            quantities: self.spec.quantities.iter().map(|quantity| quantity.label()).collect(),
+            met: self.is_met(),
+            reason: self.stop_reason.clone(),
+            results,
+            runs: self.samples.iter().map(tried).collect(),
+        }
+    }
+}

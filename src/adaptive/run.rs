@@ -1,0 +1,188 @@
+//! Runs a plan from coarse to fine until its results are as accurate as it asks for; the last run writes the files.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
+use crate::sweep::shared_beginnings::SharedWork;
+use crate::error::exit;
+use crate::evolution::records::IncrementRecord;
+use crate::output::output_dir::OutputDir;
+use crate::output::summary::{Status, Summary};
+use crate::scene::Plan;
+use crate::scene::spec::solver::Output;
+use crate::simulation::SceneError;
+use crate::adaptive::{AccuracySearch, Levels, NextRun};
+
+/// Why a run of which the estimates stay above the accuracy did not converge.
+pub const ACCURACY_NOT_REACHED: &str = "accuracy";
+
+/// Runs the plan into `output`, if there is one, and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
+pub fn run(
+    plan: &Plan,
+    output: Option<OutputDir>,
+    summary: &mut Summary,
+    job: RunOptions<'_>,
+) -> Result<u8, SceneError> {
+    match AccuracySearch::new(plan) {
+        Ok(None) => run_simulation(plan, output, summary, job),
+        Ok(Some(search)) => {
+            let directory = output.as_ref().map(|output| output.path().to_owned());
+            let base = summary.clone();
+            let mut way = AccuracyRun { search, base, output, directory, summary, job, written: None };
+            way.run_until_met()
+        }
+        Err(failure) => conclude_refused(output, summary, failure),
+    }
+}
+
+/// How a run of the search ended.
+enum Ended {
+    Converged,
+    Interrupted,
+    /// With the reason.
+    Failed(String),
+}
+
+/// The runs of a search.
+struct AccuracyRun<'a, 'j, 'p> {
+    search: AccuracySearch<'p>,
+    base: Summary,
+    output: Option<OutputDir>,
+    directory: Option<PathBuf>,
+    summary: &'a mut Summary,
+    job: RunOptions<'j>,
+    /// Levels of the run whose files are there.
+    written: Option<Levels>,
+}
+
+impl AccuracyRun<'_, '_, '_> {
+    fn run_until_met(&mut self) -> Result<u8, SceneError> {
+        loop {
+            match self.search.next_run() {
+                NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
+                // The same once more, with files.
+                NextRun::Done(levels) => return self.final_run(levels),
+                NextRun::Run(levels, false) => match self.trial_run(levels) {
+                    Ended::Converged => {}
+                    Ended::Interrupted => return self.final_run(levels),
+                    Ended::Failed(why) => {
+                        if !self.search.stop_refining(why) {
+                            return self.final_run(levels);
+                        }
+                    }
+                },
+                NextRun::Run(levels, true) => {
+                    let ended = self.final_run(levels);
+                    let go_on = match &ended {
+                        Ok(exit::INTERRUPTED) => false,
+                        _ if self.search.last() == Some(levels) => true,
+                        Ok(_) => self.search.stop_refining(self.summary.reason.clone().unwrap_or_default()),
+                        Err(failure) => self.search.stop_refining(failure.error.to_string()),
+                    };
+                    if !go_on {
+                        return ended;
+                    }
+                }
+            }
+        }
+    }
+
+    fn code(&self) -> u8 {
+        if self.summary.status == Status::Converged { exit::DONE } else { exit::NOT_CONVERGED }
+    }
+
+    /// A run of which the estimates alone need something.
+    fn trial_run(&mut self, levels: Levels) -> Ended {
+        let mut plan = self.search.plan(&levels);
+        plan.output = Output { fields: Vec::new(), inside: Vec::new(), ..plan.output };
+        plan.interior_requests.clear();
+        let mut own = self.base.clone();
+        let search = &mut self.search;
+        let words = search.describe(&levels);
+        let shown = &mut *self.job.on_progress;
+        let on_progress =
+            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let started = Instant::now();
+        let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
+            if summary.status == Status::Converged {
+                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+            }
+            true
+        };
+        let job = RunOptions {
+            frame: None,
+            on_progress,
+            observer: &mut *self.job.observer,
+            stop: self.job.stop,
+            checkpoints: None,
+            shared_work: SharedWork::default(),
+            on_end: &mut complete,
+        };
+        match run_simulation(&plan, None, &mut own, job) {
+            Ok(exit::DONE) => Ended::Converged,
+            Ok(exit::INTERRUPTED) => Ended::Interrupted,
+            Ok(_) => Ended::Failed(own.reason.unwrap_or_default()),
+            Err(failure) => Ended::Failed(failure.error.to_string()),
+        }
+    }
+
+    /// A run whose files are the results, unless finer ones follow.
+    fn final_run(&mut self, levels: Levels) -> Result<u8, SceneError> {
+        let plan = self.search.plan(&levels);
+        let output = match (self.output.take(), &self.directory) {
+            (None, Some(directory)) => {
+                let again = OutputDir::open(directory);
+                Some(again.map_err(|error| SceneError { error, key: String::new() })?)
+            }
+            (output, _) => output,
+        };
+        let again = self.search.last() == Some(levels);
+        *self.summary = self.base.clone();
+        let record = self.search.record();
+        let coarser = record.runs.iter().map(|run| run.seconds).sum::<f64>();
+        self.summary.timings.add("coarser runs", coarser);
+        // For a run that ends before its own values are there.
+        self.summary.accuracy = Some(record);
+        let search = &mut self.search;
+        let words = search.describe(&levels);
+        let shown = &mut *self.job.on_progress;
+        let on_progress =
+            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let started = Instant::now();
+        let mut written = false;
+        let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
+            let converged = summary.status == Status::Converged;
+            if converged && !again {
+                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+            }
+            let record = search.record();
+            if converged && !record.met {
+                (summary.status, summary.reason) =
+                    (Status::NotConverged, Some(ACCURACY_NOT_REACHED.to_owned()));
+            }
+            summary.accuracy = Some(record);
+            written = converged && search.next_run() == NextRun::Done(levels);
+            written || !converged
+        };
+        let job = RunOptions {
+            frame: None,
+            on_progress,
+            observer: &mut *self.job.observer,
+            stop: self.job.stop,
+            checkpoints: None,
+            shared_work: SharedWork::default(),
+            on_end: &mut complete,
+        };
+        let code = run_simulation(&plan, output, self.summary, job);
+        self.written = written.then_some(levels);
+        code
+    }
+}
+
+/// Area of a cell; `None` on frames without a grid.
+fn cell_area(summary: &Summary) -> Option<f64> {
+    let frame = summary.frame.as_ref()?;
+    let side = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;
+    Some(side(0) * side(1))
+}

@@ -1,0 +1,140 @@
+//! The values whose accuracy is asked for.
+
+use crate::evolution::records::IncrementRecord;
+use crate::evolution::step::{CycleMotion, Drive, Normal, Step, Tangential};
+use crate::scene::plan::Plan;
+use crate::scene::spec::accuracy::AccuracyQuantity;
+use crate::laws::wear::WearLaw;
+
+/// Share of the largest value of all steps that the error of a small one is relative to at least.
+const LEAST: f64 = 0.01;
+
+/// Name of the worn volume.
+const WORN: &str = "worn_volume";
+
+/// A value at the end of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TargetValue {
+    /// The step.
+    pub step: String,
+    /// What it is, as in `summary.steps`.
+    pub name: &'static str,
+    /// The value.
+    pub value: f64,
+    /// What its error is relative to; 0 if there is nothing.
+    pub scale: f64,
+    /// The power of the area within the outline of a punch that it follows, 0 where none is known.
+    pub area_power: f64,
+    /// Whether the contact is all that lies within an outline, so that the outline's cells matter.
+    pub fills_outline: bool,
+}
+
+impl TargetValue {
+    /// What it would be if the cells had the area of the outline, of which they have `cut` too much.
+    pub fn corrected_for_outline(&self, cut: Option<f64>) -> f64 {
+        self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.area_power)
+    }
+}
+
+/// The power of the area that the load of a flat punch follows at a given motion, and the inverse of the motion under a given load: that of its
+/// length.
+///
+/// # Source
+/// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
+const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
+
+/// What holds in a step: whether force is prescribed along the normal, and along the surface.
+#[derive(Clone, Copy)]
+struct ForceControls {
+    normal_force: bool,
+    tangential_force: bool,
+}
+
+impl ForceControls {
+    const NOTHING: Self = Self { normal_force: false, tangential_force: false };
+
+    fn after(self, step: &Step) -> Self {
+        let normal_force = step.normal.map_or(self.normal_force, |normal| matches!(normal, Normal::Force(_)));
+        let held = step.tangential.map_or(self.tangential_force, |held| matches!(held, Tangential::Force(_)));
+        let driven = step.cycles.and_then(|cycles| match cycles.motion {
+            CycleMotion::ClosedPath(closed) => Some(closed.drive == Drive::Force),
+            CycleMotion::Sliding { .. } => None,
+        });
+        Self { normal_force, tangential_force: driven.unwrap_or(held) }
+    }
+}
+
+/// Least number of cells of the area `cell` in contact at the end of a step: none where bodies are brought closer than the first touch and no cell
+/// sees it.
+pub(crate) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
+    let mut held = ForceControls::NOTHING;
+    let mut fewest = usize::MAX;
+    for step in &plan.steps {
+        held = held.after(step);
+        let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
+        if record.contact_area > 0.0 || (!held.normal_force && record.approach > 0.0) {
+            fewest = fewest.min((record.contact_area / cell).round() as usize);
+        }
+    }
+    fewest
+}
+
+/// The values at the ends of the steps; `punch`: area of the cells within an outline.
+pub(crate) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
+    let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
+    let mut held = ForceControls::NOTHING;
+    let mut found: Vec<TargetValue> = Vec::new();
+    for step in &plan.steps {
+        held = held.after(step);
+        // Of load points and steps of one name the last.
+        found.retain(|value| value.step != step.name);
+        let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
+        // All of the punch touches, so that its outline is the edge of the contact.
+        let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
+        let mut push = |name: &'static str, value: f64, scale: f64| {
+            let step = step.name.clone();
+            let area_power = match name {
+                _ if !flat => 0.0,
+                "approach" | "shift x" | "shift y" => -PUNCH_LOAD_AREA_POWER,
+                "normal_force" | "tangential_force x" | "tangential_force y" => PUNCH_LOAD_AREA_POWER,
+                _ => 0.0,
+            };
+            let scale = if scale.is_finite() { scale } else { 0.0 };
+            found.push(TargetValue { step, name, value, scale, area_power, fills_outline: flat });
+        };
+        if wanted.contains(&AccuracyQuantity::Load) {
+            let [qx, qy] = record.tangential_force;
+            let [sx, sy] = record.shift;
+            let force = record.normal_force.hypot(qx).hypot(qy);
+            // Where nothing touches bodies may be anywhere.
+            let touches = record.contact_area > 0.0;
+            let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
+            match held.normal_force {
+                true => push("approach", record.approach, if touches { record.approach.abs() } else { 0.0 }),
+                false => push("normal_force", record.normal_force, force),
+            }
+            match held.tangential_force {
+                true => [("shift x", sx), ("shift y", sy)].map(|(name, value)| push(name, value, motion)),
+                false => [("tangential_force x", qx), ("tangential_force y", qy)]
+                    .map(|(name, value)| push(name, value, force)),
+            };
+        }
+        if wanted.contains(&AccuracyQuantity::PeakPressure) {
+            push("peak_pressure", record.peak_pressure, record.peak_pressure);
+        }
+        if wanted.contains(&AccuracyQuantity::WornVolume) && plan.wear != WearLaw::None {
+            push(WORN, record.worn_volume, record.worn_volume);
+        }
+    }
+    for name in found.iter().map(|value| value.name).collect::<Vec<_>>() {
+        let largest = found
+            .iter()
+            .filter(|value| value.name == name)
+            .fold(0.0, |most: f64, value| most.max(value.scale));
+        // What has been worn before the end hardly matters beside it.
+        let least = if name == WORN { 1.0 } else { LEAST };
+        let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
+        of_name.for_each(|value| value.scale = value.scale.max(least * largest));
+    }
+    found
+}

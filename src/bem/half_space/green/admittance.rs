@@ -1,0 +1,52 @@
+//! The surface admittance W(m) / κ at any wavevector κ m, by interpolation in a table of directions.
+
+use crate::bem::half_space::green::angular_table::AngularTable;
+use crate::bem::half_space::green::SurfaceGreen;
+
+/// A Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+pub(crate) type Hermitian = [f64; 9];
+
+/// W in a direction, row by row the real part (symmetric) plus the imaginary one (antisymmetric).
+pub(crate) type Rows = [f64; 9];
+
+/// W(m) by direction.
+pub(crate) struct Admittance {
+    table: AngularTable,
+}
+
+impl Admittance {
+    pub(crate) fn new(green: &SurfaceGreen) -> Self {
+        Self { table: AngularTable::from_green(&green.admittance_series()) }
+    }
+
+    /// Adds `factor` W(m) / κ at the wavevector κ m = (`kx`, `ky`), not zero, to `sum`.
+    pub(crate) fn add(&self, [kx, ky]: [f64; 2], factor: f64, sum: &mut Rows) {
+        self.table.add(kx, ky, factor / kx.hypot(ky), sum);
+    }
+
+    /// W(m) / κ at the wavevector κ m, zero at κ = 0.
+    pub(crate) fn at(&self, k: [f64; 2]) -> Rows {
+        let mut sum = [0.0; 9];
+        if k != [0.0; 2] {
+            self.add(k, 1.0, &mut sum);
+        }
+        sum
+    }
+}
+
+/// The matrix of its rows.
+pub(crate) fn hermitian(rows: &Rows) -> Hermitian {
+    let [xx, xy, xn, yx, yy, yn, nx, ny, nn] = *rows;
+    let (half_sum, half_difference) = (|a: f64, b: f64| 0.5 * (a + b), |a: f64, b: f64| 0.5 * (a - b));
+    [
+        xx,
+        yy,
+        nn,
+        half_sum(xy, yx),
+        half_difference(xy, yx),
+        half_sum(xn, nx),
+        half_difference(xn, nx),
+        half_sum(yn, ny),
+        half_difference(yn, ny),
+    ]
+}

@@ -1,0 +1,185 @@
+//! Functions of a direction, above all Γ(φ), by interpolation in a table, for many evaluations.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, Matrix3};
+use realfft::RealFftPlanner;
+
+use crate::bem::half_space::green::{SurfaceGreen, assemble};
+
+/// Nodes of the local Lagrange interpolation.
+pub(crate) const NODES: usize = 8;
+
+const ONE: Complex<f64> = Complex::new(1.0, 0.0);
+
+/// Reciprocals of Π_{k≠j} (j - k) for eight nodes.
+const LAGRANGE: [f64; NODES] = [
+    -1.0 / 5040.0,
+    1.0 / 720.0,
+    -1.0 / 240.0,
+    1.0 / 144.0,
+    -1.0 / 144.0,
+    1.0 / 240.0,
+    -1.0 / 720.0,
+    1.0 / 5040.0,
+];
+
+/// Functions of the direction at equidistant angles, interpolated by polynomials of degree 7.
+///
+/// With 16 entries per period of the highest harmonic the interpolation error stays below 1e-14 of the largest
+/// entry: the harmonics decay geometrically, those near the cut-off hardly count.
+#[derive(Debug, Clone)]
+pub(crate) struct AngularTable {
+    /// `[angle][function]`
+    entries: Vec<f64>,
+    functions: usize,
+    per_radian: f64,
+    count: f64,
+}
+
+impl AngularTable {
+    /// Number of angles that harmonics up to `order` need.
+    pub(crate) fn count(order: usize) -> usize {
+        (16 * (order + 1)).next_power_of_two().max(512)
+    }
+
+    /// From the values of each function at equidistant angles of a whole turn, as many as [`Self::count`] says.
+    pub(crate) fn new(planes: &[Vec<f64>]) -> Self {
+        let count = planes[0].len();
+        // Node j of the table stands at the angle -π + (j - 3) step, so that no index wraps.
+        let entries = (0..count + NODES)
+            .flat_map(|j| {
+                let angle = (j + count / 2 + count - 3) % count;
+                planes.iter().map(move |plane| plane[angle])
+            })
+            .collect();
+        let per_radian = count as f64 / (2.0 * PI);
+        Self { entries, functions: planes.len(), per_radian, count: count as f64 }
+    }
+
+    /// Γ, row by row.
+    pub(crate) fn from_green(green: &SurfaceGreen) -> Self {
+        Self::new(&planes(green, Self::count(green.order()), |_| ONE))
+    }
+
+    /// Γ and its derivative, row by row, one after the other.
+    pub(crate) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
+        let count = Self::count(green.order());
+        let mut functions = planes(green, count, |_| ONE);
+        functions.extend(planes(green, count, |order| Complex::new(0.0, order as f64)));
+        Self::new(&functions)
+    }
+
+    /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
+    pub(crate) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
+        self.around_angle(y.atan2(x))
+    }
+
+    /// The same by the angle, within a turn from −π.
+    fn around_angle(&self, angle: f64) -> ([f64; NODES], &[f64]) {
+        let position = ((angle + PI) * self.per_radian).clamp(0.0, self.count);
+        let base = position as usize;
+        let rows = &self.entries[base * self.functions..(base + NODES) * self.functions];
+        (lagrange(position - base as f64), rows)
+    }
+
+    /// Adds the functions at an angle between −π and 3π to `sum`.
+    pub(crate) fn add_at<const N: usize>(&self, angle: f64, sum: &mut [f64; N]) {
+        let (weights, rows) = self.around_angle(if angle > PI { angle - 2.0 * PI } else { angle });
+        for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
+            sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
+        }
+    }
+
+    /// Adds `factor` times the functions in the direction of (x, y) to `sum`.
+    pub(crate) fn add<const N: usize>(&self, x: f64, y: f64, factor: f64, sum: &mut [f64; N]) {
+        let (weights, rows) = self.stencil(x, y);
+        for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
+            let weight = weight * factor;
+            sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
+        }
+    }
+}
+
+/// Weights of the nodes -3, ..., 4 at `t`, in [0, 1] for the best accuracy.
+pub(crate) fn lagrange(t: f64) -> [f64; NODES] {
+    products(std::array::from_fn(|j| t + 3.0 - j as f64))
+}
+
+/// The same and their derivatives.
+pub(crate) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
+    let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
+    let (mut weights, mut slopes) = (LAGRANGE, [0.0; NODES]);
+    // Products of the distances before a node with their derivatives, then times those after it.
+    let (mut product, mut slope) = (1.0, 0.0);
+    for j in 0..NODES {
+        (weights[j], slopes[j]) = (LAGRANGE[j] * product, LAGRANGE[j] * slope);
+        (product, slope) = (product * distances[j], slope * distances[j] + product);
+    }
+    (product, slope) = (1.0, 0.0);
+    for j in (0..NODES).rev() {
+        (weights[j], slopes[j]) = (weights[j] * product, slopes[j] * product + weights[j] * slope);
+        (product, slope) = (product * distances[j], slope * distances[j] + product);
+    }
+    [weights, slopes]
+}
+
+/// The weights at `t` over the distance of `t` from node `node`, which vanish there; zero for the node itself.
+pub(crate) fn lagrange_over_distance(t: f64, node: usize) -> [f64; NODES] {
+    let mut weights = products(std::array::from_fn(|j| if j == node { 1.0 } else { t + 3.0 - j as f64 }));
+    weights[node] = 0.0;
+    weights
+}
+
+/// Weights by the distances of a point from the nodes.
+fn products(distances: [f64; NODES]) -> [f64; NODES] {
+    let mut weights = LAGRANGE;
+    let (mut before, mut after) = (1.0, 1.0);
+    for j in 0..NODES {
+        weights[j] *= before;
+        before *= distances[j];
+        weights[NODES - 1 - j] *= after;
+        after *= distances[NODES - 1 - j];
+    }
+    weights
+}
+
+/// Γ row by row at `count` equidistant angles, each harmonic times a factor of its order.
+fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
+    let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
+    let symmetric = std::array::from_fn::<_, 6, _>(|c| {
+        evaluate_series(count, green.even().iter().enumerate().map(|(k, h)| harmonic(2 * k, h[c])))
+    });
+    let antisymmetric = std::array::from_fn::<_, 3, _>(|c| {
+        evaluate_series(count, green.odd().iter().enumerate().map(|(k, h)| harmonic(2 * k + 1, h[c])))
+    });
+    let mut planes = vec![vec![0.0; count]; 9];
+    for angle in 0..count {
+        let matrix = assemble(
+            &symmetric.each_ref().map(|plane| plane[angle]),
+            &antisymmetric.each_ref().map(|plane| plane[angle]),
+        );
+        planes.iter_mut().enumerate().for_each(|(k, plane)| plane[angle] = matrix[(k / 3, k % 3)]);
+    }
+    planes
+}
+
+/// Values at `count` equidistant angles of the real series with the given harmonics.
+pub(crate) fn evaluate_series(
+    count: usize,
+    harmonics: impl Iterator<Item = (usize, Complex<f64>)>,
+) -> Vec<f64> {
+    let fft = RealFftPlanner::new().plan_fft_inverse(count);
+    let (mut spectrum, mut values) = (fft.make_input_vec(), fft.make_output_vec());
+    for (order, harmonic) in harmonics {
+        spectrum[order] = harmonic;
+    }
+    spectrum[0].im = 0.0;
+    fft.process(&mut spectrum, &mut values).expect("buffers made by the plan, real mean value");
+    values
+}
+
+/// Row-by-row entries as a matrix.
+pub(crate) fn matrix(entries: &[f64; 9]) -> Matrix3<f64> {
+    Matrix3::from_row_slice(entries)
+}

@@ -1,0 +1,164 @@
+//! Barnett-Lothe tensors of a half-space in a surface direction, by the integral formalism.
+//!
+//! No eigenvectors are used, so that isotropic and other degenerate materials need no special path.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::{Error, Result};
+use crate::geometry::Side;
+use crate::material::Stiffness;
+
+/// First and largest number of points of the trapezoidal rule over half a turn.
+const POINTS: [usize; 2] = [32, 1 << 15];
+
+/// Change between a rule and the doubled one at which the latter is accepted. The rule converges
+/// geometrically, hence the error left after the doubling is about the square of the change.
+const MAX_CHANGE: f64 = 1e-10;
+
+/// The tensors S, H, L of the plane spanned by a surface direction m and the outward normal.
+///
+/// # Source
+/// D.M. Barnett, J. Lothe (1973); docs/theory-half-space.md.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BarnettLothe {
+    /// S (no unit).
+    pub s: Matrix3<f64>,
+    /// H, 1/MPa.
+    pub h: Matrix3<f64>,
+    /// L, MPa.
+    pub l: Matrix3<f64>,
+}
+
+/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) that the integrals are made of.
+#[derive(Debug, Clone, Copy)]
+struct Contractions {
+    q: Matrix3<f64>,
+    r: Matrix3<f64>,
+    t: Matrix3<f64>,
+}
+
+/// Sums of N1, T^-1 and -N3 over the points of a rule.
+#[derive(Debug, Clone, Copy)]
+struct QuadratureSums {
+    count: usize,
+    n1: Matrix3<f64>,
+    t_inverse: Matrix3<f64>,
+    minus_n3: Matrix3<f64>,
+}
+
+impl BarnettLothe {
+    /// The tensors for the surface direction (cos `angle`, sin `angle`, 0): trapezoidal rule with doubling,
+    /// at most 32768 points.
+    ///
+    /// # Errors
+    /// If the rule has not converged with the largest number of points (stiffness ratios above about 10^6).
+    pub fn new(stiffness: &Stiffness, side: Side, angle: f64) -> Result<Self> {
+        let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
+        let mut sums = QuadratureSums::zero();
+        sums.add(&contractions, POINTS[0], 0.0);
+        let mut coarse = sums.means();
+        while sums.count < POINTS[1] {
+            sums.add(&contractions, sums.count, 0.5);
+            let fine = sums.means();
+            if fine.differs_from(&coarse) <= MAX_CHANGE {
+                return Ok(fine);
+            }
+            coarse = fine;
+        }
+        Err(Error::input(format!(
+            "the Barnett-Lothe integrals of the half-space do not converge with {} points: the ratio of the \
+             largest to the smallest stiffness is {:.3e}; ratios up to about 1e6 are supported, use a less extreme \
+             material",
+            POINTS[1],
+            condition(stiffness)
+        )))
+    }
+
+    /// Re W = L^-1 (symmetric) and Im W = S L^-1 (antisymmetric) of the surface admittance, 1/MPa: the
+    /// displacement for the traction exp(i κ m·x) is W / κ times it.
+    ///
+    /// # Source
+    /// docs/theory-half-space.md, harmonic tractions.
+    pub fn admittance(&self) -> [Matrix3<f64>; 2] {
+        let l_inverse =
+            self.l.try_inverse().expect("L is positive definite for a positive definite stiffness");
+        let coupling = self.s * l_inverse;
+        [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
+    }
+
+    /// Largest relative difference of the three tensors and of W.
+    fn differs_from(&self, other: &Self) -> f64 {
+        let relative = |a: &Matrix3<f64>, b: &Matrix3<f64>, scale: f64| (a - b).amax() / scale;
+        let ([re, im], [re_other, im_other]) = (self.admittance(), other.admittance());
+        [
+            relative(&self.h, &other.h, self.h.amax()),
+            relative(&self.l, &other.l, self.l.amax()),
+            relative(&re, &re_other, re.amax()),
+            relative(&im, &im_other, re.amax()),
+        ]
+        .into_iter()
+        .fold(0.0, f64::max)
+    }
+}
+
+impl Contractions {
+    fn new(stiffness: &Stiffness, m: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
+        let contract = |a: &Vector3<f64>, b: &Vector3<f64>| {
+            Matrix3::from_fn(|i, k| {
+                (0..3)
+                    .map(|j| (0..3).map(|l| stiffness.component(i, j, k, l) * a[j] * b[l]).sum::<f64>())
+                    .sum()
+            })
+        };
+        Self { q: contract(m, m), r: contract(m, normal), t: contract(normal, normal) }
+    }
+
+    /// The contractions for (m, ν) turned by ω within their plane.
+    fn turned(&self, omega: f64) -> Self {
+        let (s, c) = omega.sin_cos();
+        let (cc, cs, ss) = (c * c, c * s, s * s);
+        let mixed = self.r + self.r.transpose();
+        Self {
+            q: self.q * cc + mixed * cs + self.t * ss,
+            r: (self.t - self.q) * cs + self.r * cc - self.r.transpose() * ss,
+            t: self.q * ss - mixed * cs + self.t * cc,
+        }
+    }
+}
+
+impl QuadratureSums {
+    fn zero() -> Self {
+        let zero = Matrix3::zeros();
+        Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
+    }
+
+    /// Adds `count` equidistant points, moved by `offset` of their distance.
+    fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) {
+        for j in 0..count {
+            let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
+            // Not by the explicit inverse: next to incompressible Q and R T⁻¹ Rᵀ are both of the order of λ and cancel to
+            // μ; an error δ of the inverse enters as R δ Rᵀ, (λ / μ)³ roundings in all, that of the factor as λ / μ.
+            let factor = at.t.cholesky().expect("C(ν, ν) is positive definite with the stiffness");
+            let lower = factor.l();
+            let y = lower.solve_lower_triangular(&at.r.transpose()).expect("a factor's diagonal is positive");
+            self.n1 -= lower.tr_solve_lower_triangular(&y).expect("a factor's diagonal is positive");
+            self.t_inverse += factor.inverse();
+            self.minus_n3 += at.q - y.tr_mul(&y);
+        }
+        self.count += count;
+    }
+
+    fn means(&self) -> BarnettLothe {
+        let weight = 1.0 / self.count as f64;
+        BarnettLothe { s: self.n1 * weight, h: self.t_inverse * weight, l: self.minus_n3 * weight }
+    }
+}
+
+/// Ratio of the extreme eigenvalues of the Voigt matrix.
+pub(crate) fn condition(stiffness: &Stiffness) -> f64 {
+    let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
+    eigenvalues.max() / eigenvalues.min()
+}

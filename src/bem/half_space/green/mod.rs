@@ -1,0 +1,290 @@
+//! Surface Green's function of a half-space, or of a pair, as a Fourier series in the direction.
+
+pub mod barnett_lothe;
+pub(crate) mod admittance;
+pub(crate) mod angular_table;
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, Matrix3};
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+
+use crate::bem::half_space::green::barnett_lothe::BarnettLothe;
+use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+use crate::error::{Error, Result};
+use crate::geometry::Side;
+use crate::material::Stiffness;
+
+/// First and largest number of sampled directions over half a turn.
+const DIRECTIONS: [usize; 2] = [32, 1 << 13];
+
+/// The last quarter of the harmonics must lie below this part of the largest one; as they decay geometrically,
+/// those beyond are then of the order of rounding.
+const TAIL: f64 = 1e-12;
+
+/// The same with the largest number of directions.
+const TAIL_AT_LIMIT: f64 = 1e-9;
+
+/// Trailing harmonics below this part of the largest one are dropped.
+pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
+
+/// S_nt counts as zero below this part of the largest coefficient.
+const ZERO_COMPONENT_TOLERANCE: f64 = 1e-12;
+
+const ONE: Complex<f64> = Complex::new(1.0, 0.0);
+
+/// Harmonic of an even order: a symmetric matrix, entries xx, yy, nn, xy, xn, yn.
+pub(super) type EvenHarmonic = [Complex<f64>; 6];
+
+/// Harmonic of an odd order: an antisymmetric matrix, entries xy, xn, yn.
+pub(super) type OddHarmonic = [Complex<f64>; 3];
+
+/// Row and column of the entries of a symmetric matrix, in the order of [`EvenHarmonic`].
+const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Γ(φ) of the Green's function Γ(φ) / r for tractions and displacements of the surface, 1/MPa, as the real
+/// Fourier series Σ γ_n exp(i n φ).
+///
+/// Even harmonics are symmetric matrices (from L^-1), odd ones antisymmetric (from S L^-1).
+///
+/// # Source
+/// docs/theory-half-space.md, point forces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceGreen {
+    /// γ_0, γ_2, γ_4, ...
+    even: Vec<EvenHarmonic>,
+    /// γ_1, γ_3, γ_5, ...
+    odd: Vec<OddHarmonic>,
+}
+
+impl SurfaceGreen {
+    /// Green's function of one half-space; `stiffness` in the axes (x, y, n) of the frame.
+    ///
+    /// The number of directions doubles until the series has decayed to rounding; at the limit of 8192 over half
+    /// a turn a remainder of 1e-9 is accepted.
+    ///
+    /// # Errors
+    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about 10^5).
+    pub fn new(stiffness: &Stiffness, side: Side) -> Result<Self> {
+        let mut samples = sample(stiffness, side, DIRECTIONS[0], 0.0)?;
+        loop {
+            let green = Self::from_samples(&samples);
+            let tail = green.relative_tail();
+            if tail <= TAIL {
+                return Ok(green.truncated());
+            }
+            let count = samples.len();
+            if count >= DIRECTIONS[1] {
+                return if tail <= TAIL_AT_LIMIT { Ok(green.truncated()) } else { Err(no_decay(tail)) };
+            }
+            let between = sample(stiffness, side, count, 0.5)?;
+            samples = samples.into_iter().zip(between).flat_map(|(a, b)| [a, b]).collect();
+        }
+    }
+
+    /// Sum of several bodies' functions, so that a pair costs as much as one body.
+    pub fn sum(bodies: &[&Self]) -> Self {
+        let even = bodies.iter().map(|body| body.even.len()).max().unwrap_or(0);
+        let odd = bodies.iter().map(|body| body.odd.len()).max().unwrap_or(0);
+        let zero = Complex::new(0.0, 0.0);
+        let mut total = Self { even: vec![[zero; 6]; even], odd: vec![[zero; 3]; odd] };
+        for body in bodies {
+            for (sum, harmonic) in total.even.iter_mut().zip(&body.even) {
+                sum.iter_mut().zip(harmonic).for_each(|(s, h)| *s += h);
+            }
+            for (sum, harmonic) in total.odd.iter_mut().zip(&body.odd) {
+                sum.iter_mut().zip(harmonic).for_each(|(s, h)| *s += h);
+            }
+        }
+        total
+    }
+
+    /// Γ(φ), 1/MPa; rows = displacement, columns = traction, from the source in the direction `phi` (radians).
+    pub fn gamma(&self, phi: f64) -> Matrix3<f64> {
+        let turn = Complex::from_polar(1.0, phi);
+        assemble(&real_sum(&self.even, ONE, turn * turn), &real_sum(&self.odd, turn, turn * turn))
+    }
+
+    /// W(m) at wavenumber κ = 1 for m = (cos `angle`, sin `angle`), 1/MPa, Hermitian positive definite.
+    ///
+    /// # Source
+    /// docs/theory-half-space.md (harmonic tractions; the series of point forces read backwards).
+    pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
+        // a_n = 2π i^-n γ_n for even n, b_n = -2π γ_n / sin(n π/2) for odd n: both alternate in sign.
+        let turn = Complex::from_polar(1.0, angle);
+        let re = assemble(&real_sum(&self.even, ONE, -turn * turn), &[0.0; 3]);
+        let im = assemble(&[0.0; 6], &real_sum(&self.odd, -turn, -turn * turn));
+        Matrix3::from_fn(|i, j| Complex::new(re[(i, j)], im[(i, j)]) * (2.0 * PI))
+    }
+
+    /// The series of W(m) at κ = 1: its even part is Re W (symmetric), its odd part Im W (antisymmetric).
+    pub(super) fn admittance_series(&self) -> Self {
+        let factor = |k: usize| if k.is_multiple_of(2) { 2.0 * PI } else { -2.0 * PI };
+        let mut series = self.clone();
+        series.even.iter_mut().enumerate().for_each(|(k, h)| h.iter_mut().for_each(|c| *c *= factor(k)));
+        series.odd.iter_mut().enumerate().for_each(|(k, h)| h.iter_mut().for_each(|c| *c *= -factor(k)));
+        series
+    }
+
+    /// Distance of the nearest singularity of Γ(φ) / r along a straight line from the real line, over r.
+    pub(super) fn singularity_distance(&self) -> f64 {
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
+        // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
+        (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
+    }
+
+    /// Whether tangential tractions move the surface along the normal (and normal ones along it) at all.
+    pub fn couples_normal_tangential(&self) -> bool {
+        let cross =
+            self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
+        cross.map(|c| c.norm()).fold(0.0, f64::max) > ZERO_COMPONENT_TOLERANCE * self.max_coefficient()
+    }
+
+    /// Whether it is its own mirror image along axis `across` (0: x, 1: y).
+    pub fn mirrors(&self, across: usize) -> bool {
+        // Γ(-φ) or Γ(π - φ) with the signs of the images: harmonics of entries that keep theirs are real, the others imaginary;
+        // half a turn changes the sign of odd ones.
+        let [along_x, along_y] = [across == 0, across == 1];
+        let even = [true, true, true, false, along_y, along_x];
+        let odd = [along_x, true, false];
+        let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
+        let keeps = |(c, real): (&Complex<f64>, bool)| (if real { c.im } else { c.re }).abs() <= bound;
+        self.even.iter().all(|h| h.iter().zip(even).all(keeps))
+            && self.odd.iter().all(|h| h.iter().zip(odd).all(keeps))
+    }
+
+    /// The entries that do not vanish.
+    pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
+        let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
+        let even =
+            (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Even);
+        let odd = (0..3).filter(|&c| self.odd.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Odd);
+        even.chain(odd).collect()
+    }
+
+    /// Order of the highest harmonic kept.
+    pub fn order(&self) -> usize {
+        (2 * self.even.len()).saturating_sub(2).max((2 * self.odd.len()).saturating_sub(1))
+    }
+
+    /// γ_0, γ_2, ...
+    pub(super) fn even(&self) -> &[EvenHarmonic] {
+        &self.even
+    }
+
+    /// γ_1, γ_3, ...
+    pub(super) fn odd(&self) -> &[OddHarmonic] {
+        &self.odd
+    }
+
+    /// The series from W at M equidistant directions over half a turn.
+    fn from_samples(samples: &[AdmittanceSample]) -> Self {
+        let half = samples.len();
+        let fft = RealFftPlanner::new().plan_fft_forward(2 * half);
+        let transform = |value: &dyn Fn(&AdmittanceSample) -> f64, parity: f64| {
+            let (mut turn, mut spectrum) = (fft.make_input_vec(), fft.make_output_vec());
+            for (j, sample) in samples.iter().enumerate() {
+                turn[j] = value(sample);
+                turn[j + half] = parity * turn[j];
+            }
+            fft.process(&mut turn, &mut spectrum).expect("buffers made by the plan");
+            spectrum
+        };
+        let re = SYMMETRIC.map(|(i, j)| transform(&|w: &AdmittanceSample| w[0][(i, j)], 1.0));
+        let im = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| transform(&|w: &AdmittanceSample| w[1][(i, j)], -1.0));
+        let weight = 1.0 / (2.0 * PI * 2.0 * half as f64);
+        let sign = |k: usize| if k.is_multiple_of(2) { weight } else { -weight };
+        Self {
+            even: (0..half / 2).map(|k| std::array::from_fn(|c| re[c][2 * k] * sign(k))).collect(),
+            odd: (0..half / 2).map(|k| std::array::from_fn(|c| im[c][2 * k + 1] * -sign(k))).collect(),
+        }
+    }
+
+    /// Largest coefficient, 1/MPa.
+    pub(super) fn max_coefficient(&self) -> f64 {
+        self.even.iter().map(magnitude).fold(0.0, f64::max)
+    }
+
+    /// Largest coefficient of the last quarter over the largest of all.
+    fn relative_tail(&self) -> f64 {
+        let from = self.even.len() * 3 / 4;
+        let even = self.even[from..].iter().map(magnitude);
+        let odd = self.odd[from..].iter().map(magnitude);
+        even.chain(odd).fold(0.0, f64::max) / self.max_coefficient()
+    }
+
+    /// Without the trailing harmonics below [`HARMONIC_CUTOFF`].
+    fn truncated(self) -> Self {
+        self.truncated_at(HARMONIC_CUTOFF)
+    }
+
+    /// Without the trailing harmonics below this share of the largest one.
+    pub(super) fn truncated_at(mut self, share: f64) -> Self {
+        let bound = share * self.max_coefficient();
+        let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
+        let even = kept(self.even.iter().map(magnitude).collect());
+        let odd = kept(self.odd.iter().map(magnitude).collect());
+        self.even.truncate(even);
+        self.odd.truncate(odd);
+        self
+    }
+}
+
+/// Re W and Im W in one direction.
+type AdmittanceSample = [Matrix3<f64>; 2];
+
+/// W at `count` equidistant directions over half a turn, moved by `offset` of their distance.
+fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<AdmittanceSample>> {
+    (0..count)
+        .into_par_iter()
+        .map(|j| {
+            let angle = PI * (j as f64 + offset) / count as f64;
+            BarnettLothe::new(stiffness, side, angle).map(|tensors| tensors.admittance())
+        })
+        .collect()
+}
+
+/// Σ over all orders of both signs, order by order: the phase is `first` for the lowest and grows by `ratio`;
+/// the order 0 (phase 1 of the even harmonics) has no partner of the other sign.
+fn real_sum<const N: usize>(
+    harmonics: &[[Complex<f64>; N]],
+    first: Complex<f64>,
+    ratio: Complex<f64>,
+) -> [f64; N] {
+    let mut sum = [0.0; N];
+    let mut phase = first * 2.0;
+    for (k, harmonic) in harmonics.iter().enumerate() {
+        let factor = if k == 0 && N == 6 { ONE } else { phase };
+        sum.iter_mut().zip(harmonic).for_each(|(s, h)| *s += (factor * h).re);
+        phase *= ratio;
+    }
+    sum
+}
+
+fn magnitude<const N: usize>(harmonic: &[Complex<f64>; N]) -> f64 {
+    harmonic.iter().map(|c| c.norm()).fold(0.0, f64::max)
+}
+
+/// The matrix of its symmetric entries (xx, yy, nn, xy, xn, yn) and antisymmetric ones (xy, xn, yn).
+pub(super) fn assemble(even: &[f64; 6], odd: &[f64; 3]) -> Matrix3<f64> {
+    Matrix3::new(
+        even[0],
+        even[3] + odd[0],
+        even[4] + odd[1],
+        even[3] - odd[0],
+        even[1],
+        even[5] + odd[2],
+        even[4] - odd[1],
+        even[5] - odd[2],
+        even[2],
+    )
+}
+
+fn no_decay(tail: f64) -> Error {
+    Error::input(format!(
+        "the Fourier series of the half-space's Green's function has only decayed to {tail:.1e} after {} \
+         harmonics, {TAIL_AT_LIMIT:e} is needed; ratios of the Young's moduli up to about 1e5 are supported, use a \
+         less extreme material",
+        DIRECTIONS[1]
+    ))
+}

@@ -1,0 +1,380 @@
+//! Flexibility of half-spaces on a uniform grid frame: block Toeplitz, applied by fast Fourier transforms.
+
+use std::sync::{Arc, Mutex, OnceLock};
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bem::half_space::green::admittance::Admittance;
+use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::grid::grid_symbol::GridSymbol;
+use crate::bem::half_space::grid::half_grid::HalfGridFlexibility;
+use crate::bem::half_space::grid::kernel_cache::{GridKernel, KernelCache};
+use crate::bem::half_space::grid::preconditioner::inverse_filter;
+use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
+use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
+use crate::bem::half_space::grid::toeplitz_entries;
+use crate::error::{Error, Result};
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::linalg::memory;
+use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
+
+/// What happens to the blocks between normal and tangential components when they vanish within rounding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CrossBlocks {
+    /// They are multiplied like the others; the operator counts as coupled.
+    Keep,
+    /// They are left out if they vanish; the operator then counts as uncoupled.
+    SkipVanishing,
+}
+
+/// Smaller operators kept for later.
+const MAX_SMALLER_GRIDS: usize = 6;
+
+/// A kept operator serves up to this part more cells than asked for.
+const SPARE_CELLS_DIVISOR: usize = 16;
+
+/// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
+///
+/// Symmetric, since K(-d) = K(d)^T on a uniform grid; the transform of K (the symbol) is then Hermitian in each
+/// wavevector and nine real planes hold it. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+///
+/// # Source
+/// docs/theory-half-space.md, operators on the frame.
+pub struct FftFlexibility {
+    symbol: Arc<GridSymbol>,
+    /// Whether the kernel is its own mirror image along x and y.
+    mirrors: [bool; 2],
+    buffers: Mutex<Option<PaddedGridBuffers>>,
+    normal_buffers: Mutex<Option<PaddedGridBuffers>>,
+    spacing: [f64; 2],
+    admittance: Arc<Admittance>,
+    normal_inverse: OnceLock<SpectralFilter>,
+    full_inverse: OnceLock<SpectralFilter>,
+    tangential_inverse: OnceLock<SpectralFilter>,
+    /// The operator itself in single precision, the tangential part of an uncoupled one, and the normal part.
+    single: OnceLock<SpectralFilter>,
+    tangential_single: OnceLock<SpectralFilter>,
+    normal_single: OnceLock<SpectralFilter>,
+    /// Those on halves of the grid, by the axis across the mirror.
+    half_grids: [OnceLock<Arc<HalfGridFlexibility>>; 2],
+    /// Operators on parts of the grid and on coarser ones, the last used last.
+    smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
+}
+
+impl FftFlexibility {
+    /// Tabulates the influence of a cell on the grid; what is needed of it is transformed with the first product.
+    ///
+    /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
+    ///
+    /// # Errors
+    /// If the grid is empty, the spacing is not positive and finite, or the tables do not fit into the memory.
+    pub fn new(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+    ) -> Result<Self> {
+        Self::with_kernel_cache(cells, spacing, green, cross, None)
+    }
+
+    /// The same with what is kept of other operators.
+    ///
+    /// # Errors
+    /// As [`FftFlexibility::new`].
+    pub fn with_kernel_cache(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+        kernels: Option<&KernelCache>,
+    ) -> Result<Self> {
+        validate_grid(cells, spacing, green)?;
+        let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
+        let kernel = match kernels {
+            Some(kernels) => kernels.kernel(green, (cells, spacing), coupled)?,
+            None => GridKernel::new(green, cells, spacing, coupled)?,
+        };
+        let mirrors = [0, 1].map(|across| green.mirrors(across));
+        Ok(Self::of_symbol(kernel.symbol, mirrors, spacing, kernel.admittance))
+    }
+
+    fn of_symbol(
+        symbol: Arc<GridSymbol>,
+        mirrors: [bool; 2],
+        spacing: [f64; 2],
+        admittance: Arc<Admittance>,
+    ) -> Self {
+        Self {
+            symbol,
+            mirrors,
+            buffers: Mutex::new(None),
+            normal_buffers: Mutex::new(None),
+            spacing,
+            admittance,
+            normal_inverse: OnceLock::new(),
+            full_inverse: OnceLock::new(),
+            tangential_inverse: OnceLock::new(),
+            single: OnceLock::new(),
+            tangential_single: OnceLock::new(),
+            normal_single: OnceLock::new(),
+            half_grids: [const { OnceLock::new() }; 2],
+            smaller_grids: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// The same on a smaller grid, whose cells are `factor` of its own along a side.
+    fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
+        let spacing = self.spacing.map(|side| side * factor as f64);
+        let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
+        Arc::new(Self::of_symbol(Arc::new(symbol), self.mirrors, spacing, self.admittance.clone()))
+    }
+
+    /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
+    pub fn spectral_bound(&self) -> f64 {
+        self.symbol.bound()
+    }
+
+    fn cells(&self) -> [usize; 2] {
+        self.symbol.plan.cells
+    }
+
+    /// The operator in single precision.
+    fn single(&self) -> &SpectralFilter {
+        self.single.get_or_init(|| {
+            let symbols = [self.symbol.normal(), self.symbol.other_planes()];
+            SpectralFilter::new(PaddedGridPlan::new(self.cells()), self.parts(), &symbols)
+        })
+    }
+
+    /// What a product of all components multiplies.
+    fn parts(&self) -> ComponentSet {
+        if self.symbol.coupled { ComponentSet::Coupled } else { ComponentSet::Uncoupled }
+    }
+
+    /// The approximate inverse of some components.
+    fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
+        inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
+    }
+}
+
+impl Flexibility for FftFlexibility {
+    fn n_cells(&self) -> usize {
+        self.cells()[0] * self.cells()[1]
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
+        // Made before the threads part, since they would wait for each other.
+        let (normal, rest) = (self.symbol.normal(), self.symbol.other_planes());
+        self.symbol.plan.apply::<3>(tractions, gap, buffers, |ky, columns| {
+            let [nn] = self.symbol.planes_at(normal, ky);
+            if self.symbol.coupled {
+                multiply_coupled(nn, self.symbol.planes_at(rest, ky), columns);
+            } else {
+                multiply_uncoupled(nn, self.symbol.planes_at(rest, ky), columns);
+            }
+        });
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.single().apply(tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let mut buffers = self.normal_buffers.lock().expect("no panic while the buffers are held");
+        let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(1));
+        let normal = self.symbol.normal();
+        self.symbol.plan.apply::<1>(pressure, normal_gap, buffers, |ky, [values]| {
+            let [nn] = self.symbol.planes_at(normal, ky);
+            values.iter_mut().zip(nn).for_each(|(value, s)| *value *= *s);
+        });
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let make = || {
+            SpectralFilter::new(
+                PaddedGridPlan::new(self.cells()),
+                ComponentSet::Normal,
+                &[self.symbol.normal()],
+            )
+        };
+        self.normal_single.get_or_init(make).apply(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        PerCell::Same(self.symbol.table.self_influence() * self.symbol.coarsening as f64, self.n_cells())
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        toeplitz_entries::add_entries(self, self.cells(), cells, matrix);
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.symbol.coupled
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.normal_inverse.get_or_init(|| self.inverse(ComponentSet::Normal)).apply(normal_gap, pressure);
+        true
+    }
+
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        let (n, ny) = (self.n_cells(), self.cells()[1]);
+        let mut sum = Vector3::zeros();
+        for source in 0..n {
+            let traction = Vector3::new(tractions[source], tractions[n + source], tractions[2 * n + source]);
+            if traction != Vector3::zeros() {
+                let along =
+                    |axis: fn(usize, usize) -> usize| axis(cell, ny) as isize - axis(source, ny) as isize;
+                let offset = [along(|cell, ny| cell / ny), along(|cell, ny| cell % ny)];
+                sum += self.symbol.table.integral(offset) * traction;
+            }
+        }
+        Some((sum * self.symbol.coarsening as f64).into())
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        Some(self.cells())
+    }
+
+    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        let most = self.cells().map(|n| n / factor);
+        if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
+            return None;
+        }
+        let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
+        let suits = |operator: &Arc<Self>| {
+            let cells = operator.cells();
+            operator.symbol.coarsening == factor
+                && (0..2).all(|axis| {
+                    at_least[axis] <= cells[axis]
+                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE_CELLS_DIVISOR + 2
+                        && cells[axis] % 2 <= at_least[axis] % 2
+                })
+        };
+        let operator = match kept.iter().position(suits) {
+            Some(found) => kept.remove(found),
+            None => {
+                // As many cells as the padded size has room for, and no middle one where there was none.
+                let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
+                let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
+                self.on_smaller_grid(cells, factor)
+            }
+        };
+        kept.push(operator.clone());
+        if kept.len() > MAX_SMALLER_GRIDS {
+            kept.remove(0);
+        }
+        Some(operator)
+    }
+
+    fn is_mirror_symmetric(&self, across: usize) -> bool {
+        self.mirrors[across] && self.cells()[across].is_multiple_of(2)
+    }
+
+    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
+        let make = || {
+            Arc::new(HalfGridFlexibility::new(
+                self.symbol.clone(),
+                self.spacing,
+                self.admittance.clone(),
+                across,
+            ))
+        };
+        self.is_mirror_symmetric(across)
+            .then(|| self.half_grids[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
+    }
+
+    /// Which of the operators on smaller grids serve a window depends on the windows before it.
+    fn history(&self) -> OperatorHistory {
+        let kept = self.smaller_grids.lock().expect("no panic while the operators are held");
+        let restricted_grids =
+            kept.iter().map(|operator| (operator.cells(), operator.symbol.coarsening)).collect();
+        let parts = kept.iter().map(|operator| operator.history()).collect();
+        OperatorHistory { restricted_grids, parts, ..OperatorHistory::default() }
+    }
+
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
+        *kept = course
+            .restricted_grids
+            .iter()
+            .map(|&(cells, factor)| self.on_smaller_grid(cells, factor))
+            .collect();
+        kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.replay(course))
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.full_inverse.get_or_init(|| self.inverse(self.parts())).apply(gap, tractions);
+        true
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        (!self.symbol.coupled).then_some(self)
+    }
+}
+
+impl TangentialFlexibility for FftFlexibility {
+    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
+        let rest = self.symbol.other_planes();
+        self.symbol.plan.apply::<2>(tractions, gap, buffers, |ky, columns| {
+            multiply_tangential(self.symbol.planes_at(rest, ky), columns);
+        });
+    }
+
+    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        let make = || {
+            SpectralFilter::new(
+                PaddedGridPlan::new(self.cells()),
+                ComponentSet::Tangential,
+                &[self.symbol.other_planes()],
+            )
+        };
+        self.tangential_single.get_or_init(make).apply(tractions, gap);
+    }
+
+    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
+        self.tangential_inverse.get_or_init(|| self.inverse(ComponentSet::Tangential)).apply(gap, tractions);
+    }
+}
+
+/// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
+const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
+
+pub(crate) fn validate_grid(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
+    if cells.contains(&0) {
+        return Err(Error::input(format!(
+            "the contact frame has {} x {} cells; each direction needs at least one",
+            cells[0], cells[1]
+        )));
+    }
+    if !spacing.iter().all(|h| h.is_finite() && *h > 0.0) {
+        return Err(Error::input(format!(
+            "the cells of the contact frame have the sides {} x {}; both must be positive and finite",
+            spacing[0], spacing[1]
+        )));
+    }
+    let moderate = |size: f64| (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&size);
+    let compliance = green.max_coefficient();
+    if !(spacing.into_iter().all(moderate) && moderate(compliance)) {
+        return Err(Error::input(format!(
+            "the cells of the contact frame have the sides {:.3e} x {:.3e}, and the half-spaces a compliance of {compliance:.2e} (displacement \
+             by pressure and length): what is computed lies between {:e} and {:e}; choose units in which these are closer to 1",
+            spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
+        )));
+    }
+    // Symbol, kernel table, one transform on its way (two planes) and the work space, about 2n per direction.
+    let padded: u128 = cells.iter().map(|&n| 2 * n as u128).product();
+    let bytes = padded * 8 * (5 + 5 + 4 + 6);
+    memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
+}

@@ -1,0 +1,160 @@
+//! Influence of a unit traction on one cell of a uniform grid on all others.
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::integrals::patch::PatchIntegrator;
+pub(crate) use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
+use crate::cancel;
+
+/// Rows and columns of the components of the even (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).
+const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// K(d) for the offsets d = target - source of a uniform grid; half of them, since K(-d) = K(d)^T: integrals over the cell
+/// near it, their expansion far from it.
+///
+/// # Source
+/// docs/theory-half-space.md, operators on the frame.
+pub(crate) struct KernelTable {
+    spacing: [f64; 2],
+    /// Offsets below these are kept in `near`.
+    near_cells: [usize; 2],
+    /// `[near_x][2 near_y - 1]`, offsets x >= 0.
+    near: Vec<Matrix3<f64>>,
+    far: RectangleExpansion,
+    integrator: PatchIntegrator,
+}
+
+impl KernelTable {
+    /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
+    pub(crate) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
+        let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
+        let near_cells: [usize; 2] = std::array::from_fn(|axis| {
+            cells[axis].min(((far.min_valid_distance() / spacing[axis]).ceil() as usize).saturating_add(1))
+        });
+        let width = 2 * near_cells[1] - 1;
+        let mut near = vec![Matrix3::zeros(); near_cells[0] * width];
+        near.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {
+            if cancel::requested() {
+                return;
+            }
+            for (column, block) in row.iter_mut().enumerate() {
+                let dy = column as f64 - (near_cells[1] - 1) as f64;
+                let offset = [dx as f64 * spacing[0], dy * spacing[1]];
+                if offset[0].hypot(offset[1]) < far.min_valid_distance() && (dx > 0 || dy >= 0.0) {
+                    *block = integrator.rectangle(spacing, offset);
+                }
+            }
+        });
+        // The symmetry is imposed, so that the operator is symmetric to the last bit.
+        near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
+        Self { spacing, near_cells, near, far, integrator }
+    }
+
+    /// K at an offset of `d` cells by the integral itself.
+    pub(crate) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
+        let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
+        self.integrator.rectangle(self.spacing, offset)
+    }
+
+    /// K(0): the influence of a cell on itself.
+    pub(crate) fn self_influence(&self) -> Matrix3<f64> {
+        self.near[self.near_cells[1] - 1]
+    }
+
+    /// The integral at the offset of `dx` >= 0 and `dy` cells if it is a near one.
+    fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
+        let [nx, ny] = self.near_cells;
+        let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
+        (dx < nx && dy.unsigned_abs() < ny && offset[0].hypot(offset[1]) < self.far.min_valid_distance())
+            .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
+    }
+
+    /// Near `components` into `values`.
+    fn split(near: &Matrix3<f64>, components: &[KernelComponent], values: &mut [f64]) {
+        for (value, component) in values.iter_mut().zip(components) {
+            *value = match *component {
+                KernelComponent::Even(k) => 0.5 * (near[EVEN[k]] + near[(EVEN[k].1, EVEN[k].0)]),
+                KernelComponent::Odd(k) => 0.5 * (near[ODD[k]] - near[(ODD[k].1, ODD[k].0)]),
+            };
+        }
+    }
+
+    /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
+    pub(crate) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
+        let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
+        let mut planes: Vec<OffsetPlane> = components
+            .iter()
+            .map(|component| OffsetPlane {
+                cells_y: ny,
+                values: vec![0.0; nx * width],
+                parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
+            })
+            .collect();
+        // Of half-spaces with a plane of symmetry along x only y >= 0 is computed.
+        let signs: Option<Vec<f64>> =
+            components.iter().map(|component| self.far.y_parity(*component)).collect();
+        let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
+        for plane in &mut planes {
+            rows.iter_mut().zip(plane.values.chunks_exact_mut(width)).for_each(|(row, part)| row.push(part));
+        }
+        rows.par_iter_mut().enumerate().for_each(|(dx, row)| {
+            let mut values = [0.0; EVEN.len() + ODD.len()];
+            let values = &mut values[..count];
+            for column in if dx == 0 || signs.is_some() { ny - 1 } else { 0 }..width {
+                let dy = column as isize - (ny as isize - 1);
+                match self.near(dx, dy) {
+                    Some(near) => Self::split(near, components, values),
+                    None => {
+                        far.evaluate([dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]], values);
+                    }
+                }
+                row.iter_mut().zip(&*values).for_each(|(part, value)| part[column] = *value);
+            }
+            for (part, sign) in row.iter_mut().zip(signs.iter().flatten()) {
+                let (before, from) = part.split_at_mut(ny - 1);
+                before.iter_mut().rev().zip(&from[1..]).for_each(|(below, above)| *below = sign * above);
+            }
+        });
+        for plane in &mut planes {
+            for dy in 1..ny {
+                plane.values[ny - 1 - dy] = plane.parity * plane.values[ny - 1 + dy];
+            }
+        }
+        planes
+    }
+}
+
+/// A component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
+pub(crate) struct OffsetPlane {
+    cells_y: usize,
+    values: Vec<f64>,
+    /// 1 if it is even, -1 if it is odd.
+    parity: f64,
+}
+
+impl OffsetPlane {
+    /// Adds the offsets of `dx` cells along x to `row`, periodic with its length: at the index of `dy`, or of `dy` more than
+    /// the length where it is negative.
+    pub(crate) fn add_row(&self, dx: isize, row: &mut [f64]) {
+        let (ny, period) = (self.cells_y, row.len());
+        let start = dx.unsigned_abs() * (2 * ny - 1);
+        let values = &self.values[start..start + 2 * ny - 1];
+        // From the middle on dy = 0, 1, ...; before it -1, -2, ... Those of -dx are the mirrored ones.
+        let (before, from) = values.split_at(ny - 1);
+        if dx >= 0 {
+            row.iter_mut().zip(from).for_each(|(r, value)| *r += value);
+            row[period + 1 - ny..].iter_mut().zip(before).for_each(|(r, value)| *r += value);
+        } else {
+            let mirrored = before.iter().rev();
+            row.iter_mut()
+                .zip([&from[0]].into_iter().chain(mirrored))
+                .for_each(|(r, v)| *r += self.parity * v);
+            let behind = from[1..].iter().rev();
+            row[period + 1 - ny..].iter_mut().zip(behind).for_each(|(r, v)| *r += self.parity * v);
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Products in the wavenumber domain in single precision, for what is corrected later: preconditioners, Krylov steps.
+//!
+//! Input and symbol are scaled to sizes about 1, so that no unit leaves the range of single precision.
+
+use std::sync::Mutex;
+
+use nalgebra::Complex;
+
+use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridPlan};
+use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
+
+/// Numbers compared side by side.
+const LANES: usize = 8;
+
+/// What a filter multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ComponentSet {
+    /// One component by nn.
+    Normal,
+    /// Two components, those in the surface.
+    Tangential,
+    /// Three components, the normal one by itself.
+    Uncoupled,
+    /// Three components.
+    Coupled,
+}
+
+impl ComponentSet {
+    /// Number of components.
+    fn n_components(self) -> usize {
+        match self {
+            Self::Normal => 1,
+            Self::Tangential => 2,
+            Self::Uncoupled | Self::Coupled => 3,
+        }
+    }
+
+    /// Number of planes of a symbol, nn first where it is one.
+    pub(crate) fn n_planes(self) -> usize {
+        match self {
+            Self::Normal => 1,
+            Self::Tangential => UNCOUPLED,
+            Self::Uncoupled => 1 + UNCOUPLED,
+            Self::Coupled => 1 + COUPLED,
+        }
+    }
+}
+
+/// A symbol in single precision with what its products need.
+pub(crate) struct SpectralFilter<P: ConvolutionPlan<f32> = PaddedGridPlan<f32>> {
+    convolution: P,
+    parts: ComponentSet,
+    /// `[column][planes][length]` over `size`.
+    symbol: Vec<f32>,
+    size: f64,
+    buffers: Mutex<P::Buffers>,
+}
+
+impl<P: ConvolutionPlan<f32> + Sync> SpectralFilter<P> {
+    /// With the symbol `[column][planes][length]`, 1/(padded size) included, or with several that hold some of its planes
+    /// each, in their order.
+    pub(crate) fn new(convolution: P, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
+        let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
+        let [half, _] = convolution.spectrum_shape();
+        let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
+        for ky in 0..half {
+            for planes in symbols {
+                let length = planes.len() / half;
+                let column = &planes[ky * length..(ky + 1) * length];
+                symbol.extend(column.iter().map(|value| (value / size) as f32));
+            }
+        }
+        let buffers = Mutex::new(convolution.buffers(parts.n_components()));
+        Self { convolution, parts, symbol, size, buffers }
+    }
+
+    /// `output` from `input`, as many planes over the cells as there are components; overwrites. Does not allocate.
+    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
+        let scale = max_abs(input);
+        if scale.is_nan() || scale == 0.0 {
+            output.fill(0.0 * scale);
+            return;
+        }
+        let ([_, px], planes) = (self.convolution.spectrum_shape(), self.parts.n_planes());
+        let scales = [1.0 / scale, scale * self.size];
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        let row = |ky: usize| &self.symbol[ky * planes * px..(ky + 1) * planes * px];
+        match self.parts {
+            ComponentSet::Normal => {
+                let multiply = |ky: usize, [column]: [&mut [Complex<f32>]; 1]| {
+                    column.iter_mut().zip(row(ky)).for_each(|(value, factor)| *value *= *factor);
+                };
+                self.convolution.apply_scaled::<1>(input, output, (&mut buffers, scales), multiply);
+            }
+            ComponentSet::Tangential => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 2]| {
+                    multiply_tangential(split(row(ky), px), columns);
+                };
+                self.convolution.apply_scaled::<2>(input, output, (&mut buffers, scales), multiply);
+            }
+            ComponentSet::Uncoupled => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
+                    let (nn, rest) = row(ky).split_at(px);
+                    multiply_uncoupled(nn, split(rest, px), columns);
+                };
+                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+            }
+            ComponentSet::Coupled => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
+                    let (nn, rest) = row(ky).split_at(px);
+                    multiply_coupled(nn, split(rest, px), columns);
+                };
+                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+            }
+        }
+    }
+}
+
+/// The P planes of length `px`.
+fn split<const P: usize>(planes: &[f32], px: usize) -> [&[f32]; P] {
+    let mut planes = planes.chunks_exact(px);
+    std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
+}
+
+/// Largest magnitude, NaN if any value is not finite; in lanes, which the processor takes together.
+fn max_abs(values: &[f64]) -> f64 {
+    let (mut magnitudes, mut sums) = ([0.0_f64; LANES], [0.0; LANES]);
+    let chunks = values.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    let mut take = |chunk: &[f64]| {
+        for ((magnitude, sum), value) in magnitudes.iter_mut().zip(&mut sums).zip(chunk) {
+            *magnitude = if value.abs() > *magnitude { value.abs() } else { *magnitude };
+            *sum += 0.0 * value;
+        }
+    };
+    chunks.for_each(&mut take);
+    take(rest);
+    magnitudes.into_iter().fold(0.0, f64::max) + sums.iter().sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition.
+    #[test]
+    fn the_largest_of_some() {
+        let mut values: Vec<f64> = (0..21).map(|k| f64::from(k % 7) - 4.5).collect();
+        assert_eq!(max_abs(&values), 4.5);
+        values[20] = -7.0;
+        assert_eq!(max_abs(&values), 7.0);
+        values[3] = f64::NAN;
+        assert!(max_abs(&values).is_nan());
+        assert_eq!(max_abs(&[]), 0.0);
+    }
+}

@@ -1,0 +1,109 @@
+//! Exact integrals of the surface Green's function over polygons.
+//!
+//! Each edge contributes the integral over the triangle it spans with the target; in polar coordinates about the
+//! target the 1/r cancels, and what remains is a recurrence over the harmonics of Γ. Inside, on an edge, on a
+//! vertex or next to one: no case is singular. Far away the edges cancel (relative error about
+//! 1e-16 (distance / size)^2), there [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) takes Gauss points.
+
+use nalgebra::{Complex, Matrix3};
+
+use crate::bem::half_space::green::{SurfaceGreen, assemble};
+
+/// The triangle between an edge and the target, in polar coordinates about the target.
+struct Edge {
+    /// Distance of the target from the line of the edge, mm.
+    height: f64,
+    /// Unit direction towards the foot of the perpendicular.
+    foot: Complex<f64>,
+    /// Unit directions towards the two ends.
+    ends: [Complex<f64>; 2],
+    /// Orders 0 and 1 of `∫ exp(i n ψ) / cos ψ dψ`, ψ from the foot.
+    bases: [Complex<f64>; 2],
+}
+
+/// `∫ G(target - y) dA_y` over the polygon with the given corners (counter-clockwise), mm/MPa: the displacement at
+/// the target for unit tractions on the polygon.
+///
+/// # Source
+/// docs/theory-half-space.md, constant traction on a polygon, transposed because Γ there points from the target to the source.
+pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -> Matrix3<f64> {
+    let mut even = [0.0; 6];
+    let mut odd = [0.0; 3];
+    for (k, &from) in corners.iter().enumerate() {
+        let to = corners[(k + 1) % corners.len()];
+        if let Some(edge) = Edge::new(from, to, target) {
+            edge.add(green, &mut even, &mut odd);
+        }
+    }
+    assemble(&even, &odd.map(|entry| -entry))
+}
+
+impl Edge {
+    /// `None` if the target lies on the line of the edge, whose triangle then has no area.
+    fn new(from: [f64; 2], to: [f64; 2], target: [f64; 2]) -> Option<Self> {
+        let direction = Complex::new(to[0] - from[0], to[1] - from[1]);
+        let length = direction.norm();
+        if length == 0.0 {
+            return None;
+        }
+        let along = direction / length;
+        let rays = [from, to].map(|p| Complex::new(p[0] - target[0], p[1] - target[1]));
+        // The nearer end gives the height with the smaller rounding error.
+        let nearest = if rays[0].norm_sqr() < rays[1].norm_sqr() { rays[0] } else { rays[1] };
+        let signed = nearest.re * along.im - nearest.im * along.re;
+        if signed == 0.0 {
+            return None;
+        }
+        // A target on the right of the edge sees it backwards: both the foot and the sense turn round.
+        let sense = signed.signum();
+        let foot = Complex::new(along.im, -along.re) * sense;
+        let height = signed.abs();
+        let radii = rays.map(|ray| ray.norm());
+        let tangential = rays.map(|ray| sense * (ray.re * along.re + ray.im * along.im));
+        let ends = [rays[0] / radii[0], rays[1] / radii[1]];
+        let turn = ends[1] * ends[0].conj();
+        let asinh = |t: f64, r: f64| ((t.abs() + r) / height).ln().copysign(t);
+        let bases = [
+            Complex::new(asinh(tangential[1], radii[1]) - asinh(tangential[0], radii[0]), 0.0),
+            Complex::new(turn.arg(), (radii[1] / radii[0]).ln()),
+        ];
+        Some(Self { height, foot, ends, bases })
+    }
+
+    /// Adds `height ∫ Γ(φ) / cos ψ dψ` to the entries of the even and the odd harmonics.
+    ///
+    /// With P_n = foot^n K_n the recurrence reads
+    /// `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`.
+    fn add(&self, green: &SurfaceGreen, even: &mut [f64; 6], odd: &mut [f64; 3]) {
+        let (foot, [a, b]) = (self.foot, self.ends);
+        let (a_squared, b_squared) = (a * a, b * b);
+        // a^n and b^n for the odd and the even n of one step.
+        let (mut a_powers, mut b_powers) = ([a, a_squared], [b, b_squared]);
+        let mut integrals = [self.bases[0], foot * self.bases[1]];
+        let orders = green.even().len().max(green.odd().len());
+        for k in 0..orders {
+            let weight = if k == 0 { self.height } else { 2.0 * self.height };
+            if let Some(harmonic) = green.even().get(k) {
+                accumulate(even, harmonic, integrals[0] * weight);
+            }
+            if let Some(harmonic) = green.odd().get(k) {
+                accumulate(odd, harmonic, integrals[1] * (2.0 * self.height));
+            }
+            for parity in 0..2 {
+                let n = (2 * k + 1 + parity) as f64;
+                let difference = (b_powers[parity] - a_powers[parity]) * (2.0 / n);
+                // Division by i.
+                let driven = Complex::new(difference.im, -difference.re);
+                integrals[parity] = foot * (driven - foot * integrals[parity]);
+                a_powers[parity] *= a_squared;
+                b_powers[parity] *= b_squared;
+            }
+        }
+    }
+}
+
+fn accumulate<const N: usize>(sum: &mut [f64; N], harmonic: &[Complex<f64>; N], factor: Complex<f64>) {
+    for (s, h) in sum.iter_mut().zip(harmonic) {
+        *s += h.re * factor.re - h.im * factor.im;
+    }
+}

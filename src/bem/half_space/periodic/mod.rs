@@ -1,0 +1,256 @@
+//! Flexibility of half-spaces on a grid frame that repeats itself in one or both directions.
+//!
+//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres, so that
+//! every harmonic that the grid resolves has its exact admittance W(m) / κ; in an open direction tractions are constant over the
+//! cells, as on other grid frames. Nothing is padded along periodic directions.
+//!
+//! A uniform load on a periodic half-space moves its surface by an amount that depends on how far away it is held. Periodic in
+//! both directions the mean displacement is zero; periodic in one, the line load that is the mean over it moves nothing at a
+//! distance of half of the frame's width.
+//!
+//! # Source
+//! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
+
+pub(crate) mod harmonic_check;
+pub(crate) mod open_direction;
+pub(crate) mod periodic_symbol;
+use std::ops::Range;
+use std::sync::{Mutex, OnceLock};
+
+use nalgebra::{Complex, Matrix3};
+
+use crate::bem::half_space::green::admittance::Admittance;
+use crate::bem::half_space::grid::fft::{CrossBlocks, validate_grid};
+use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
+use super::green::SurfaceGreen;
+use crate::bem::half_space::periodic::harmonic_check::{Harmonics, PeriodicState};
+use crate::bem::half_space::periodic::open_direction::OpenDirection;
+use crate::bem::half_space::periodic::periodic_symbol::{PLANES, doubly_periodic_symbol, singly_periodic_symbol};
+use crate::bem::half_space::grid::preconditioner::inverse_filter;
+use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
+use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};
+use crate::bem::half_space::grid::toeplitz_entries;
+use crate::error::{Error, Result};
+use crate::cancel;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::{Defect, EntryAccess, Flexibility};
+
+/// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
+const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
+
+/// The operator S of half-spaces on a uniform grid of cells that repeats itself.
+///
+/// Symmetric and positive definite but for the uniform tractions of a frame that is periodic in both directions, whose
+/// displacement is zero. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+pub struct PeriodicFlexibility {
+    convolution: PaddedGridPlan,
+    /// `[k_y][PLANES][padded_x]`, 1/(padded size) included.
+    symbol: Vec<f64>,
+    self_influence: Matrix3<f64>,
+    coupled: bool,
+    buffers: Mutex<PaddedGridBuffers>,
+    spacing: [f64; 2],
+    periodic: [bool; 2],
+    /// Decay of K per k d along an open direction.
+    singularity_distance: f64,
+    admittance: Admittance,
+    normal_inverse: OnceLock<SpectralFilter>,
+    full_inverse: OnceLock<SpectralFilter>,
+}
+
+impl PeriodicFlexibility {
+    /// Computes the symbol: for a frame that is periodic in both directions in closed form, else by a transform per
+    /// harmonic.
+    ///
+    /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `periodic`: along x and y, at least one of them.
+    ///
+    /// # Errors
+    /// If the grid is empty, has a single cell although it is periodic in both directions, has cells of very unequal sides
+    /// in one, the spacing is not positive and finite, or the symbol does not fit into the memory.
+    pub fn new(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        periodic: [bool; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+    ) -> Result<Self> {
+        validate_grid(cells, spacing, green)?;
+        validate_periodicity(cells, spacing, periodic)?;
+        let padded = [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size(2 * cells[a] - 1) });
+        let convolution = PaddedGridPlan::padded(cells, padded);
+        let admittance = Admittance::new(green);
+        let symbol = match periodic {
+            [true, true] => doubly_periodic_symbol(&convolution, spacing, &admittance),
+            _ => singly_periodic_symbol(
+                &convolution,
+                spacing,
+                usize::from(periodic[0]),
+                (&admittance, green.singularity_distance()),
+            ),
+        };
+        cancel::check()?;
+        let buffers = Mutex::new(convolution.buffers(3));
+        let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
+        let self_influence = Matrix3::zeros();
+        let (normal_inverse, full_inverse) = (OnceLock::new(), OnceLock::new());
+        let mut made = Self {
+            convolution,
+            symbol,
+            self_influence,
+            coupled,
+            buffers,
+            spacing,
+            periodic,
+            singularity_distance: green.singularity_distance(),
+            admittance,
+            normal_inverse,
+            full_inverse,
+        };
+        made.self_influence = made.influence_on_itself();
+        Ok(made)
+    }
+
+    /// K(0), by three applications to a single loaded cell.
+    fn influence_on_itself(&self) -> Matrix3<f64> {
+        let n = self.n_cells();
+        let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        let mut own = Matrix3::zeros();
+        for component in 0..3 {
+            tractions[component * n] = 1.0;
+            self.apply(&tractions, &mut gap);
+            tractions[component * n] = 0.0;
+            (0..3).for_each(|row| own[(row, component)] = gap[row * n]);
+        }
+        (own + own.transpose()) * 0.5
+    }
+
+    /// The planes of one k_y.
+    fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
+        let px = self.convolution.padded[0];
+        let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);
+        std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
+    }
+}
+
+impl Flexibility for PeriodicFlexibility {
+    fn n_cells(&self) -> usize {
+        self.convolution.cells[0] * self.convolution.cells[1]
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        self.convolution.apply::<3>(tractions, gap, &mut buffers, |ky, columns| {
+            let [xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im] = self.planes(ky);
+            if self.coupled {
+                multiply_coupled(nn, [xx, yy, xy, xy_im, xn, xn_im, yn, yn_im], columns);
+            } else {
+                multiply_uncoupled(nn, [xx, yy, xy, xy_im], columns);
+            }
+        });
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        self.convolution.apply::<1>(
+            pressure,
+            normal_gap,
+            &mut buffers,
+            |ky, [normal]: [&mut [Complex<f64>]; 1]| {
+                normal.iter_mut().zip(self.planes(ky)[2]).for_each(|(value, s)| *value *= *s);
+            },
+        );
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        PerCell::Same(self.self_influence, self.n_cells())
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        toeplitz_entries::add_entries(self, self.convolution.cells, cells, matrix);
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.coupled
+    }
+
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        let (cells, spacing, admittance) = (self.convolution.cells, self.spacing, &self.admittance);
+        let repeated = PeriodicState { cells, spacing, admittance, tractions, displacements: gap };
+        let Harmonics { found, expected } = match self.periodic {
+            [true, true] => repeated.doubly_periodic(),
+            periodic => repeated.singly_periodic(&OpenDirection::new(
+                usize::from(periodic[0]),
+                (cells, self.convolution.padded),
+                spacing,
+                (admittance, self.singularity_distance),
+            )),
+        };
+        if found.is_empty() {
+            return None;
+        }
+        let pairs = found.iter().zip(&expected);
+        let entries =
+            pairs.flat_map(|(found, expected)| planes.clone().map(|plane| (found[plane], expected[plane])));
+        // Uniform tractions have no other harmonics.
+        let largest = tractions.iter().fold(0.0_f64, |largest, traction| largest.max(traction.abs()));
+        let alone = Defect { difference: 0.0, size: self.self_influence.amax() * largest };
+        Some(entries.fold(alone, |defect, (found, expected)| {
+            defect.max_with((found - expected).norm(), expected.norm())
+        }))
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        let cells = self.convolution.cells;
+        let make = || {
+            inverse_filter(
+                ComponentSet::Normal,
+                PaddedGridPlan::padded(cells, cells),
+                self.spacing,
+                &self.admittance,
+            )
+        };
+        self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
+        true
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        let cells = self.convolution.cells;
+        let make = || {
+            inverse_filter(
+                ComponentSet::Coupled,
+                PaddedGridPlan::padded(cells, cells),
+                self.spacing,
+                &self.admittance,
+            )
+        };
+        self.full_inverse.get_or_init(make).apply(gap, tractions);
+        true
+    }
+}
+
+fn validate_periodicity(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -> Result<()> {
+    if periodic == [false; 2] {
+        return Err(Error::numerical("the frame is periodic in no direction: it takes the padded operator"));
+    }
+    if periodic == [true; 2] && cells == [1, 1] {
+        return Err(Error::input(
+            "a frame of one cell that is periodic in both directions bears a uniform load only, under which nothing \
+             deforms: give it more cells along x or y",
+        ));
+    }
+    let across = usize::from(periodic[0]);
+    let ratio = spacing[across] / spacing[1 - across];
+    if periodic != [true; 2] && cells[1 - across] > 1 && ratio.max(1.0 / ratio) > MAX_CELL_ASPECT_RATIO {
+        return Err(Error::input(format!(
+            "the cells of the periodic frame have the sides {} x {}; with a ratio above {MAX_CELL_ASPECT_RATIO} their influence is not \
+             computed: choose half_width and cells for more even ones",
+            spacing[0], spacing[1]
+        )));
+    }
+    Ok(())
+}

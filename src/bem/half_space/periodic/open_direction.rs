@@ -1,0 +1,196 @@
+//! Half-spaces under tractions that are periodic in one direction of the frame: the symbol along the other one.
+//!
+//! A traction exp(i k s) along the periodic direction s, constant over a cell of width h in the open direction,
+//! displaces the centre of a cell that lies d away by
+//!
+//! `K(d) = 1/2π ∫ W(κ, k) / |(κ, k)| h sinc(κ h / 2) exp(i κ d) dκ`,
+//!
+//! and K(-d) is the conjugate transpose of K(d). Sampled at the offsets of cells, the transform of K is the sum of the
+//! integrand over the aliases κ + 2π i / h, an alternating series that Euler's transformation sums. For k = 0 (plane
+//! strain) the integral does not exist, and K is the logarithm that vanishes at a stated distance.
+
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
+use rustfft::FftPlanner;
+
+use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, hermitian};
+use crate::bem::half_space::grid::fft_plan::fast_size;
+
+/// Aliases on each side that are summed as they are, and those whose weights fall in Euler's transformation.
+const ALIASES: usize = 10;
+const N_EULER_TERMS: usize = 18;
+
+/// More plain aliases per k h / 2π over the clearance of the material.
+const EXTRA_ALIASES_PER_KH: f64 = 4.0;
+
+/// Natural logarithm of the part of K that may return from the next period (1e-15).
+const LN_MAX_WRAPAROUND: f64 = 35.0;
+
+/// Upper triangle xx, yy, nn, xy, xn, yn of K at one offset.
+type Upper = [Complex<f64>; 6];
+
+/// The open direction of a frame.
+pub(crate) struct OpenDirection<'a> {
+    pub admittance: &'a Admittance,
+    /// Axis of the open direction, 0 or 1.
+    pub axis: usize,
+    /// Cells along it, and their number with the padding.
+    pub cells: usize,
+    pub padded: usize,
+    /// Sides of the cells along the frame's x and y, mm.
+    pub spacing: [f64; 2],
+    /// Distance at which a line load in the periodic direction moves nothing, mm.
+    pub datum: f64,
+    /// Decay of K per k d: distance of the nearest singularity of W(κ, 1) from the real κ.
+    pub singularity_distance: f64,
+}
+
+impl<'a> OpenDirection<'a> {
+    /// That along `axis` of a frame of `cells`, `padded`, of the sides `spacing`.
+    pub(crate) fn new(
+        axis: usize,
+        (cells, padded): ([usize; 2], [usize; 2]),
+        spacing: [f64; 2],
+        (admittance, singularity_distance): (&'a Admittance, f64),
+    ) -> Self {
+        let datum = 0.5 * cells[axis] as f64 * spacing[axis];
+        Self {
+            admittance,
+            axis,
+            cells: cells[axis],
+            padded: padded[axis],
+            spacing,
+            datum,
+            singularity_distance,
+        }
+    }
+
+    /// The transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
+    pub(crate) fn symbol(&self, index: usize, count: usize) -> Vec<Hermitian> {
+        if index == 0 {
+            return self.transformed(|d| self.plane_strain(d));
+        }
+        let k = self.wavenumber(index, count);
+        let paired = 2 * index == count;
+        let period = self.wraparound_free_period(k);
+        if period <= self.padded {
+            return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
+        }
+        let wide: Vec<Hermitian> =
+            (0..period).map(|j| self.sum_over_aliases(j, period, (k, paired))).collect();
+        let kernel = kernel_from_symbol(&wide);
+        self.transformed(|d| kernel[d.rem_euclid(period as isize) as usize])
+    }
+
+    /// Wavenumber of the harmonic `index` of the `count` cells in the periodic direction.
+    pub(crate) fn wavenumber(&self, index: usize, count: usize) -> f64 {
+        2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
+    }
+
+    /// Cells after which the line may repeat itself without K returning, for the wavenumber `k`, not zero.
+    pub(crate) fn wraparound_free_period(&self, k: f64) -> usize {
+        fast_size(
+            (self.cells as f64
+                + LN_MAX_WRAPAROUND / (self.singularity_distance * k * self.spacing[self.axis]))
+                .ceil() as usize,
+        )
+    }
+
+    /// Sum over the aliases of wavenumber `j` of `period` cells; at k itself, or the mean of k and -k where the two are one
+    /// on the grid.
+    pub(crate) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
+        let h = self.spacing[self.axis];
+        let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
+        let kappa = 2.0 * PI * signed / (period as f64 * h);
+        let mut sum = [0.0; 9];
+        let half = 0.5 * kappa * h;
+        self.add((kappa, k, paired), if half == 0.0 { 1.0 } else { half.sin() / half }, &mut sum);
+        if half != 0.0 {
+            let plain = ALIASES
+                + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
+            let mut weight = 2.0 / h * half.sin();
+            // Weights 2^-J Σ_{m >= j} C(J, m) of the last terms.
+            let (mut tail, mut binomial) = (1.0, 0.5_f64.powi(N_EULER_TERMS as i32));
+            for i in 1..=plain + N_EULER_TERMS {
+                weight = -weight;
+                if i > plain {
+                    let m = (i - plain - 1) as f64;
+                    tail -= binomial;
+                    binomial *= (N_EULER_TERMS as f64 - m) / (m + 1.0);
+                }
+                for shift in [i as f64, -(i as f64)] {
+                    let alias = kappa + 2.0 * PI * shift / h;
+                    self.add((alias, k, paired), tail * weight / alias, &mut sum);
+                }
+            }
+        }
+        hermitian(&sum)
+    }
+
+    fn add(&self, (kappa, k, paired): (f64, f64, bool), factor: f64, sum: &mut Rows) {
+        let at = |k: f64| if self.axis == 0 { [kappa, k] } else { [k, kappa] };
+        if paired {
+            self.admittance.add(at(k), 0.5 * factor, sum);
+            self.admittance.add(at(-k), 0.5 * factor, sum);
+        } else {
+            self.admittance.add(at(k), factor, sum);
+        }
+    }
+
+    /// K for k = 0: with W = A ± i B along the open direction, the integral over the cell of
+    /// -A/π ln(|x| / datum) - B/2 sgn(x).
+    pub(crate) fn plane_strain(&self, d: isize) -> Upper {
+        let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
+        let h = self.spacing[self.axis];
+        let [xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im] = hermitian(&self.admittance.at(along));
+        let ends = [d as f64 + 0.5, d as f64 - 0.5].map(|x| x * h);
+        let [upper, lower] = ends.map(|x| x * ((x / self.datum).abs().ln() - 1.0));
+        let (even, odd) = (-(upper - lower) / PI, -0.5 * h * (d as f64).signum() * f64::from(d != 0));
+        [
+            xx * even,
+            yy * even,
+            nn * even,
+            xy * even + xy_im * odd,
+            xn * even + xn_im * odd,
+            yn * even + yn_im * odd,
+        ]
+        .map(|entry| Complex::new(entry, 0.0))
+    }
+
+    /// The transform over the padded cells of a kernel by offset.
+    fn transformed(&self, kernel: impl Fn(isize) -> Upper) -> Vec<Hermitian> {
+        let reach = self.cells as isize - 1;
+        let mut planes: [Vec<Complex<f64>>; 6] =
+            std::array::from_fn(|_| vec![Complex::new(0.0, 0.0); self.padded]);
+        for d in -reach..=reach {
+            let at = d.rem_euclid(self.padded as isize) as usize;
+            planes.iter_mut().zip(kernel(d)).for_each(|(plane, value)| plane[at] = value);
+        }
+        let fft = FftPlanner::new().plan_fft_forward(self.padded);
+        planes.iter_mut().for_each(|plane| fft.process(plane));
+        let [xx, yy, nn, xy, xn, yn] = planes;
+        (0..self.padded)
+            .map(|j| {
+                let [a, b, c] = [xy[j], xn[j], yn[j]];
+                [xx[j].re, yy[j].re, nn[j].re, a.re, a.im, b.re, b.im, c.re, c.im]
+            })
+            .collect()
+    }
+}
+
+/// The kernel at the offsets 0, 1, ... of one period from its transform.
+fn kernel_from_symbol(symbol: &[Hermitian]) -> Vec<Upper> {
+    let period = symbol.len();
+    let fft = FftPlanner::new().plan_fft_inverse(period);
+    let planes: [Vec<Complex<f64>>; 6] = std::array::from_fn(|c| {
+        let entry = |s: &Hermitian| match c {
+            0..3 => Complex::new(s[c], 0.0),
+            _ => Complex::new(s[2 * c - 3], s[2 * c - 2]),
+        };
+        let mut plane: Vec<Complex<f64>> = symbol.iter().map(entry).collect();
+        fft.process(&mut plane);
+        plane
+    });
+    (0..period).map(|d| std::array::from_fn(|c| planes[c][d] / period as f64)).collect()
+}

@@ -1,0 +1,190 @@
+//! Flexibility of half-spaces on any plane frame: a dense matrix.
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::integrals::patch::PatchIntegrator;
+use crate::error::{Error, Result};
+use crate::cancel;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::linalg::memory;
+use crate::flexibility::{EntryAccess, Flexibility};
+
+/// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
+///
+/// Collocation at the centres, made symmetric in the areas: with the collocated influences K_IJ of cell J on the
+/// centre of cell I, `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)`. On a uniform grid this is K_IJ itself.
+///
+/// # Source
+/// docs/theory-half-space.md, operators on the frame.
+pub struct DenseFlexibility {
+    n: usize,
+    /// `[3 n][3 n]`, rows and columns by component planes.
+    rows: Vec<f64>,
+    coupled: bool,
+}
+
+impl DenseFlexibility {
+    /// Integrates over every cell for every centre.
+    ///
+    /// `centers` `[N]` and `cells` `[N]` (corners, counter-clockwise) in the x and y of the frame's plane, mm;
+    /// `areas` `[N]`, mm2.
+    ///
+    /// # Errors
+    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, or the
+    /// matrix does not fit into the memory.
+    pub fn new(
+        centers: &[[f64; 2]],
+        cells: &[Vec<[f64; 2]>],
+        areas: &[f64],
+        green: &SurfaceGreen,
+    ) -> Result<Self> {
+        validate_cells(centers, cells, areas)?;
+        let n = centers.len();
+        let bytes = 72 * (n as u128) * (n as u128);
+        let mend = "use a coarser frame or a grid frame";
+        memory::ensure(bytes, &format!("the dense operator on {n} cells"), mend)?;
+        let integrator = PatchIntegrator::new(green);
+        let mut rows = vec![0.0; 9 * n * n];
+        let (rows_x, rest) = rows.split_at_mut(3 * n * n);
+        let (rows_y, rows_n) = rest.split_at_mut(3 * n * n);
+        (
+            rows_x.par_chunks_exact_mut(3 * n),
+            rows_y.par_chunks_exact_mut(3 * n),
+            rows_n.par_chunks_exact_mut(3 * n),
+        )
+            .into_par_iter()
+            .zip(centers)
+            .for_each(|((row_x, row_y, row_n), &center)| {
+                if cancel::requested() {
+                    return;
+                }
+                for (j, cell) in cells.iter().enumerate() {
+                    let block = integrator.polygon(cell, center);
+                    for (i, row) in [&mut *row_x, &mut *row_y, &mut *row_n].into_iter().enumerate() {
+                        (0..3).for_each(|component| row[component * n + j] = block[(i, component)]);
+                    }
+                }
+            });
+        cancel::check()?;
+        symmetrise(&mut rows, areas);
+        Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
+    }
+
+    /// The operator of displacements K of cells by others, `[3 n][3 n]` by component planes, mm/MPa.
+    ///
+    /// # Panics
+    /// If `k` does not have so many entries.
+    pub fn of_displacements(mut k: Vec<f64>, areas: &[f64]) -> Self {
+        let n = areas.len();
+        assert_eq!(k.len(), 9 * n * n, "a matrix of {n} cells");
+        symmetrise(&mut k, areas);
+        Self { n, rows: k, coupled: true }
+    }
+
+    /// S_IJ.
+    fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let n = self.n;
+        Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + j])
+    }
+
+    /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum.
+    pub fn spectral_bound(&self) -> f64 {
+        self.rows
+            .chunks_exact(3 * self.n)
+            .map(|row| row.iter().map(|s| s.abs()).sum())
+            .fold(0.0, |largest: f64, sum: f64| largest.max(sum))
+    }
+}
+
+impl Flexibility for DenseFlexibility {
+    fn n_cells(&self) -> usize {
+        self.n
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let rows = self.rows.par_chunks_exact(3 * self.n);
+        rows.zip(gap.par_iter_mut()).for_each(|(row, g)| *g = dot(row, tractions));
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let n = self.n;
+        let rows = self.rows[6 * n * n..].par_chunks_exact(3 * n);
+        rows.zip(normal_gap.par_iter_mut()).for_each(|(row, g)| *g = dot(&row[2 * n..], pressure));
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        (0..self.n).map(|i| self.block(i, i)).collect()
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Stored
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        matrix.add_blocks(|i, k| self.block(cells[i], cells[k]));
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.coupled
+    }
+}
+
+/// Scalar product in eight partial sums, whose order does not depend on anything but the length.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in chunks_a.zip(chunks_b) {
+        for lane in 0..8 {
+            lanes[lane] += x[lane] * y[lane];
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// Replaces the collocated K by `(A_I K_IJ + A_J K_JI^T) / (2 A_I)`.
+fn symmetrise(rows: &mut [f64], areas: &[f64]) {
+    let n = areas.len();
+    for a in 0..3 * n {
+        let area_a = areas[a % n];
+        for b in a + 1..3 * n {
+            let area_b = areas[b % n];
+            let mean = 0.5 * (area_a * rows[a * 3 * n + b] + area_b * rows[b * 3 * n + a]);
+            rows[a * 3 * n + b] = mean / area_a;
+            rows[b * 3 * n + a] = mean / area_b;
+        }
+    }
+}
+
+/// Refuses cells that are none.
+pub(crate) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
+    let n = centers.len();
+    if n == 0 || cells.len() != n || areas.len() != n {
+        return Err(Error::input(format!(
+            "the contact frame has {n} centres, {} cells and {} areas; as many of each are needed, at least one",
+            cells.len(),
+            areas.len()
+        )));
+    }
+    for (i, ((center, cell), area)) in centers.iter().zip(cells).zip(areas).enumerate() {
+        let finite = center.iter().chain(cell.iter().flatten()).all(|x| x.is_finite());
+        let usable = cell.len() >= 3 && finite && signed_area(cell) > 0.0;
+        if !(usable && area.is_finite() && *area > 0.0) {
+            return Err(Error::input(format!(
+                "cell {i} of the contact frame (centre {center:?}, {} corners, area {area}) is not a polygon of \
+                 positive area with counter-clockwise corners; check the faces of the contact group",
+                cell.len()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Area of a polygon, negative if its corners run clockwise.
+fn signed_area(corners: &[[f64; 2]]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
+}

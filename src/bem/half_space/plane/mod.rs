@@ -1,0 +1,4 @@
+//! What this module is.
+
+pub mod compressed;
+pub mod dense;

@@ -1,0 +1,403 @@
+//! Displacement inside a half-space under a point force on its surface, and its gradient, by integrals over directions.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
+use crate::bem::half_space::green::barnett_lothe::condition;
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::green_tensor::GreenTensor;
+use crate::error::{Error, Result};
+use crate::material::Stiffness;
+
+/// First and largest number of points of the angular rule.
+const POINTS: [usize; 2] = [16, 1 << 14];
+
+/// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
+const MAX_CHANGE: f64 = 1e-11;
+
+/// Stiffnesses below this share of the largest one count as zero: rounding of turned axes.
+const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
+
+/// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
+///
+/// # Source
+/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with m = (cos θ, sin θ, 0), τ = −(m·x)/z, D = Q + τ(R + Rᵀ) + τ²T,
+/// Q = C(m, m), R = C(m, e3), T = C(e3, e3), A = S L⁻¹ of the Barnett-Lothe tensors: the resolvent of the Stroh matrix, which needs no
+/// eigenvectors and is real.
+#[derive(Debug, Clone)]
+pub struct PointForceIntegral {
+    /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
+    plane: [Matrix3<f64>; 3],
+    /// C(e_x, e3), C(e_y, e3).
+    mixed: [Matrix3<f64>; 2],
+    /// C(e3, e3).
+    normal: Matrix3<f64>,
+    /// A(θ), antisymmetric: its entries xy, xz, yz.
+    coupling: AngularTable,
+    /// cos s, sin s at the points of the largest rule, half a turn from −π/2.
+    circle: Vec<[f64; 2]>,
+    /// Number of points below which rules are not compared.
+    min_points: usize,
+    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
+    mirrors: [bool; 2],
+}
+
+/// Sums over the points of a rule.
+#[derive(Debug, Clone, Copy)]
+struct GreenTensorSums {
+    value: [f64; 9],
+    gradient: [[f64; 9]; 3],
+}
+
+/// Points of the rules of all directions at one angle from the inner axis, made as they are needed.
+pub(crate) struct DirectionRule {
+    /// z at distance 1.
+    depth: f64,
+    /// Distance from the axis over the depth.
+    radius_over_depth: f64,
+    /// Poles near the real line are moved away from it by this factor.
+    pole_stretch: f64,
+    /// Points of the first rule, and of those between that each doubling adds.
+    levels: Vec<Vec<RuleNode>>,
+}
+
+/// A point of a rule: ψ, its cosine and sine, and its weight.
+struct RuleNode {
+    psi: f64,
+    cos: f64,
+    sin: f64,
+    weight: f64,
+}
+
+impl PointForceIntegral {
+    /// The field of a material in the axes of the surface, and the surface's own function.
+    pub fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
+        let contract = |j: usize, l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, j, k, l));
+        let admittance = green.admittance_series();
+        let count = AngularTable::count(admittance.order());
+        let coupling = [0, 1, 2].map(|c| {
+            evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
+        });
+        let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
+        // Features of the integrand have the width of the square root of ratios of stiffnesses.
+        let first = (2.0 * condition(stiffness).sqrt()) as usize;
+        Self {
+            plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
+            mixed: [contract(0, 2), contract(1, 2)],
+            normal: contract(2, 2),
+            coupling: AngularTable::new(&coupling),
+            circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
+            min_points: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 4),
+            mirrors: [0, 1].map(|axis| is_mirror(stiffness, axis)),
+        }
+    }
+
+    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
+    pub(crate) fn mirrors(&self) -> [bool; 2] {
+        self.mirrors
+    }
+
+    /// The field at a point below the surface, mm.
+    ///
+    /// # Errors
+    /// If the point is not below the surface, or lies so near to it that the rule does not converge.
+    pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
+        let distance = x.norm();
+        if !distance.is_finite() || x.z >= 0.0 {
+            return Err(Error::input(format!("the point {:?} does not lie below the surface", x.as_slice())));
+        }
+        let mut rule = DirectionRule::new(x.x.hypot(x.y) / distance, x.z / distance);
+        let (field, change) = self.gradient(&mut rule, x.y.atan2(x.x), MAX_CHANGE);
+        if change <= MAX_CHANGE {
+            return Ok(field.at_distance(distance));
+        }
+        Err(Error::numerical(format!(
+            "the field at {:?} does not converge: it lies {:.1e} of its distance from the force below the surface",
+            x.as_slice(),
+            -x.z / distance
+        )))
+    }
+
+    /// The displacement at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its
+    /// largest entry.
+    pub(crate) fn value(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (Matrix3<f64>, f64) {
+        let (field, last) = self.integrate::<false>(rule, phi, change);
+        (field.value, last)
+    }
+
+    /// The field at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its largest
+    /// entries. The error of the field is about the square of the change.
+    pub(crate) fn gradient(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (GreenTensor, f64) {
+        self.integrate::<true>(rule, phi, change)
+    }
+
+    /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
+    /// points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
+    /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
+    fn integrate<const GRADIENT: bool>(
+        &self,
+        rule: &mut DirectionRule,
+        phi: f64,
+        change: f64,
+    ) -> (GreenTensor, f64) {
+        let mut sums = GreenTensorSums { value: [0.0; 9], gradient: [[0.0; 9]; 3] };
+        let phi = phi - 2.0 * PI * (phi / (2.0 * PI)).round();
+        let (mut coarse, mut before): (Option<GreenTensor>, f64) = (None, f64::INFINITY);
+        let mut level = 0;
+        loop {
+            let points = self.level(rule, level);
+            let turn = [phi.cos(), phi.sin()];
+            for point in &rule.levels[level] {
+                self.add::<GRADIENT>(rule.radius_over_depth, phi, turn, point, &mut sums);
+            }
+            let fine = sums.field(rule.depth, points);
+            let last = coarse.map_or(f64::INFINITY, |coarse| {
+                let value = (fine.value - coarse.value).amax() / fine.value.amax();
+                let steep =
+                    if GRADIENT { fine.max_gradient_difference(&coarse) / fine.max_gradient() } else { 0.0 };
+                value.max(steep)
+            });
+            if last <= change && before <= 10.0 * change.sqrt() || points >= POINTS[1] {
+                return (fine, last);
+            }
+            (coarse, before, level) = (Some(fine), last, level + 1);
+        }
+    }
+
+    /// Makes the points of a level of a rule, and tells how many there are up to it.
+    fn level(&self, rule: &mut DirectionRule, level: usize) -> usize {
+        // Poles lie about as far from the real line as they are moved by.
+        let least = (2.0 / rule.pole_stretch) as usize;
+        let first = self.min_points.max(least.next_power_of_two()).min(POINTS[1] / 4);
+        let points = first << level;
+        if level == rule.levels.len() {
+            let stride = POINTS[1] / points;
+            let (from, step) = if level == 0 { (0, stride) } else { (stride, 2 * stride) };
+            let at =
+                (from..POINTS[1]).step_by(step).map(|k| RuleNode::new(self.circle[k], rule.pole_stretch));
+            rule.levels.push(at.collect());
+        }
+        points
+    }
+
+    /// Adds a point of a rule.
+    #[inline]
+    fn add<const GRADIENT: bool>(
+        &self,
+        slope: f64,
+        phi: f64,
+        turn: [f64; 2],
+        point: &RuleNode,
+        sums: &mut GreenTensorSums,
+    ) {
+        let &RuleNode { psi, cos, sin, weight } = point;
+        // m at θ = φ + π/2 + ψ, and τ.
+        let m = [-(turn[1] * cos + turn[0] * sin), turn[0] * cos - turn[1] * sin];
+        let tau = -sin * slope;
+        let mut a = [0.0; 3];
+        self.coupling.add_at(phi + FRAC_PI_2 + psi, &mut a);
+
+        let both = |i: usize, k: usize| {
+            let part = |j: usize| self.mixed[j][(i, k)] + self.mixed[j][(k, i)];
+            m[0] * part(0) + m[1] * part(1)
+        };
+        let squares = [m[0] * m[0], m[0] * m[1], m[1] * m[1]];
+        let d = |i: usize, k: usize| {
+            let q: f64 = (0..3).map(|j| squares[j] * self.plane[j][(i, k)]).sum();
+            q + tau * (both(i, k) + tau * self.normal[(i, k)])
+        };
+        let factor = Factor::new([d(0, 0), d(1, 0), d(1, 1), d(2, 0), d(2, 1), d(2, 2)]);
+        // Rows of R + τT, times A.
+        let row = |i: usize| {
+            let entry = |k: usize| {
+                m[0] * self.mixed[0][(i, k)] + m[1] * self.mixed[1][(i, k)] + tau * self.normal[(i, k)]
+            };
+            times_antisymmetric([entry(0), entry(1), entry(2)], a)
+        };
+        let right = [row(0), row(1), row(2)];
+        let f = factor.solve([0, 1, 2].map(|i| [0, 1, 2].map(|k| f64::from(u8::from(i == k)) - right[i][k])));
+        (0..9).for_each(|k| sums.value[k] += weight * f[k / 3][k % 3]);
+        if GRADIENT {
+            let row = |i: usize| {
+                let entry = |k: usize| both(i, k) + 2.0 * tau * self.normal[(i, k)];
+                let through = [entry(0), entry(1), entry(2)];
+                let coupled = times_antisymmetric([0, 1, 2].map(|k| self.normal[(i, k)]), a);
+                [0, 1, 2].map(|j| {
+                    -(through[0] * f[0][j] + through[1] * f[1][j] + through[2] * f[2][j]) - coupled[j]
+                })
+            };
+            let slope = factor.solve([row(0), row(1), row(2)]);
+            for k in 0..9 {
+                let (f, slope) = (f[k / 3][k % 3], weight * slope[k / 3][k % 3]);
+                sums.gradient[0][k] += m[0] * slope;
+                sums.gradient[1][k] += m[1] * slope;
+                sums.gradient[2][k] += weight * f + tau * slope;
+            }
+        }
+    }
+}
+
+impl DirectionRule {
+    /// For directions with this sine of the angle from the inner axis and this z, at distance 1.
+    pub(crate) fn new(sin: f64, depth: f64) -> Self {
+        let pole_stretch = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
+        Self { depth, radius_over_depth: -sin / depth, pole_stretch, levels: Vec::new() }
+    }
+}
+
+impl RuleNode {
+    fn new([c, s]: [f64; 2], cluster: f64) -> Self {
+        let s = cluster * s;
+        let length = c.hypot(s);
+        Self { psi: s.atan2(c), cos: c / length, sin: s / length, weight: cluster / (length * length) }
+    }
+}
+
+impl GreenTensorSums {
+    /// The field at depth −`z` by the sums over `points` points.
+    fn field(&self, z: f64, points: usize) -> GreenTensor {
+        let factor = 1.0 / (2.0 * PI * points as f64);
+        GreenTensor {
+            value: Matrix3::from_row_slice(&self.value) * (-factor / z),
+            gradient: self.gradient.map(|part| Matrix3::from_row_slice(&part) * (factor / (z * z))),
+        }
+    }
+}
+
+/// Whether the plane across an axis is a plane of symmetry: stiffnesses with an odd number of indices of that axis vanish.
+fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
+    let largest = stiffness.voigt().amax();
+    let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
+    let odd = indices().filter(|indices| indices.iter().filter(|i| **i == axis).count() % 2 == 1);
+    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs())
+        .all(|c| c <= ZERO_STIFFNESS_TOLERANCE * largest)
+}
+
+/// L and 1/d of a positive definite L diag(d) Lᵀ.
+struct Factor {
+    l: [f64; 3],
+    inverse: [f64; 3],
+}
+
+impl Factor {
+    /// From the entries xx, yx, yy, zx, zy, zz.
+    fn new([xx, yx, yy, zx, zy, zz]: [f64; 6]) -> Self {
+        let first = 1.0 / xx;
+        let (l10, l20) = (yx * first, zx * first);
+        let second = 1.0 / (yy - l10 * yx);
+        let rest = zy - l20 * yx;
+        let l21 = rest * second;
+        Self { l: [l10, l20, l21], inverse: [first, second, 1.0 / (zz - l20 * zx - l21 * rest)] }
+    }
+
+    /// The solution for the rows of three right sides.
+    fn solve(&self, [mut x, mut y, mut z]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let ([l10, l20, l21], [first, second, third]) = (self.l, self.inverse);
+        for j in 0..3 {
+            y[j] -= l10 * x[j];
+            z[j] = (z[j] - l20 * x[j] - l21 * y[j]) * third;
+            y[j] = y[j] * second - l21 * z[j];
+            x[j] = x[j] * first - l10 * y[j] - l20 * z[j];
+        }
+        [x, y, z]
+    }
+}
+
+/// A row times the antisymmetric matrix of the entries xy, xz, yz.
+fn times_antisymmetric([x, y, z]: [f64; 3], [xy, xz, yz]: [f64; 3]) -> [f64; 3] {
+    [-(y * xy + z * xz), x * xy - z * yz, x * xz + y * yz]
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::bem::green_tensor::TractionOperator;
+    use super::*;
+    use crate::geometry::Side;
+
+    fn interior(stiffness: &Stiffness) -> PointForceIntegral {
+        PointForceIntegral::new(stiffness, &SurfaceGreen::new(stiffness, Side::Lower).unwrap())
+    }
+
+    fn cfrp(tilt: f64) -> Stiffness {
+        let fibre = Stiffness::transversely_isotropic(167_230.0, 9544.0, 5292.0, 0.272, 0.369).unwrap();
+        fibre.rotated(nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), -tilt.to_radians()).matrix())
+    }
+
+    /// Truth: Boussinesq and Cerruti, in the body z < 0.
+    #[test]
+    fn isotropic_bodies() {
+        let (e, nu) = (210e3, 0.3);
+        let field = interior(&Stiffness::isotropic(e, nu).unwrap());
+        let mu = e / (2.0 * (1.0 + nu));
+        for x in [[0.3, -0.4, -0.7], [0.0, 0.0, -1.3], [2.0, 1.0, -0.2], [1.0, 0.5, -0.01]] {
+            let found = field.at(&Vector3::from(x)).unwrap().value * (4.0 * PI * mu);
+            let [x, y, depth] = [x[0], x[1], -x[2]];
+            let s = 1.0 / (x * x + y * y + depth * depth).sqrt();
+            let (s3, k) = (s * s * s, 1.0 - 2.0 * nu);
+            let near = 1.0 / (1.0 / s + depth);
+            let (a, b) = (k * s * near, k * s * near * near);
+            let wanted = Matrix3::new(
+                s + x * x * s3 + k * near - b * x * x,
+                x * y * (s3 - b),
+                -(x * depth * s3 - a * x),
+                x * y * (s3 - b),
+                s + y * y * s3 + k * near - b * y * y,
+                -(y * depth * s3 - a * y),
+                -(x * depth * s3 + a * x),
+                -(y * depth * s3 + a * y),
+                depth * depth * s3 + 2.0 * (1.0 - nu) * s,
+            );
+            assert!((found - wanted).amax() < 1e-11 * wanted.amax(), "{found} {wanted}");
+        }
+    }
+
+    /// Truth: the derivative is the limit of differences; the field falls like 1 / distance; at the surface it is Γ(φ) / r.
+    #[test]
+    fn derivatives_scale_and_surface() {
+        let stiffness = cfrp(30.0);
+        let field = interior(&stiffness);
+        let x = Vector3::new(0.5, 0.3, -0.4);
+        let at = field.at(&x).unwrap();
+        for k in 0..3 {
+            let mut step = Vector3::zeros();
+            step[k] = 1e-4;
+            let difference =
+                (field.at(&(x + step)).unwrap().value - field.at(&(x - step)).unwrap().value) / 2e-4;
+            assert!((at.gradient[k] - difference).amax() < 1e-6 * at.gradient[k].amax(), "along {k}");
+        }
+        let far = field.at(&(x * 7.0)).unwrap();
+        assert!((far.value * 7.0 - at.value).amax() < 1e-12 * at.value.amax());
+        let green = SurfaceGreen::new(&stiffness, Side::Lower).unwrap();
+        let apart = |depth: f64| {
+            let near = field.at(&Vector3::new(0.6, 0.8, -depth)).unwrap().value;
+            let surface = green.gamma(0.8_f64.atan2(0.6));
+            (near - surface).amax() / surface.amax()
+        };
+        let [coarse, fine] = [4e-3, 2e-3].map(apart);
+        assert!(fine < 1e-2 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
+    }
+
+    /// Truth: the tractions on a hemisphere about the force balance it.
+    #[test]
+    fn tractions_balance_the_force() {
+        let stiffness = cfrp(30.0);
+        let field = interior(&stiffness);
+        let mut sum = Matrix3::zeros();
+        let (around, down) = (48, 24);
+        for i in 0..down {
+            // Midpoints in cos β after a substitution that is flat at the surface.
+            let u = (i as f64 + 0.5) / down as f64;
+            let (cos, slope) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
+            let sin = (1.0 - cos * cos).sqrt();
+            for k in 0..around {
+                let phi = 2.0 * PI * k as f64 / around as f64;
+                let n = Vector3::new(sin * phi.cos(), sin * phi.sin(), -cos);
+                let weight = 2.0 * PI / around as f64 * slope / down as f64;
+                sum += TractionOperator::new(&stiffness, &n).apply(&field.at(&n).unwrap()) * weight;
+            }
+        }
+        assert!((sum + Matrix3::identity()).amax() < 2e-3, "{sum}");
+    }
+}

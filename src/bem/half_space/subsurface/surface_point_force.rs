@@ -1,0 +1,50 @@
+//! The field of a point force on the surface of its half-space.
+
+use nalgebra::Matrix3;
+
+use crate::bem::half_space::green::angular_table::AngularTable;
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::green_tensor::GreenTensor;
+use crate::material::Stiffness;
+
+/// Γ(φ) / r, its derivatives in the surface, and the one along the normal that leaves the surface without traction.
+#[derive(Debug, Clone)]
+pub(crate) struct SurfacePointForce {
+    /// Γ and Γ', row by row.
+    table: AngularTable,
+    /// −T⁻¹ C(e3, e_a) for a = x, y: the derivative along z by those along x, y.
+    normal: [Matrix3<f64>; 2],
+}
+
+impl SurfacePointForce {
+    /// From the Green's function of the same body.
+    pub(crate) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
+        let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
+        let factor = contract(2).cholesky().expect("C(e3, e3) is positive definite with the stiffness");
+        Self {
+            table: AngularTable::from_green_with_derivative(green),
+            normal: [0, 1].map(|a| -factor.solve(&contract(a))),
+        }
+    }
+
+    /// The field at (x, y, 0).
+    pub(crate) fn at(&self, x: f64, y: f64) -> GreenTensor {
+        let mut functions = [0.0; 18];
+        self.table.add(x, y, 1.0, &mut functions);
+        let gamma = Matrix3::from_row_slice(&functions[..9]);
+        let slope = Matrix3::from_row_slice(&functions[9..]);
+        let r = x.hypot(y);
+        let (cos, sin) = (x / r, y / r);
+        let along = -gamma * cos - slope * sin;
+        let across = slope * cos - gamma * sin;
+        let normal = self.normal[0] * along + self.normal[1] * across;
+        GreenTensor { value: gamma, gradient: [along, across, normal] }.at_distance(r)
+    }
+
+    /// Γ(φ) for the direction of (x, y).
+    pub(crate) fn gamma(&self, x: f64, y: f64) -> [f64; 9] {
+        let mut functions = [0.0; 18];
+        self.table.add(x, y, 1.0, &mut functions);
+        std::array::from_fn(|k| functions[k])
+    }
+}

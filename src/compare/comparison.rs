@@ -1,0 +1,308 @@
+//! What the variants of a scene have in common and where they differ: `compare.json`, `compare.csv`.
+
+use serde::Serialize;
+
+use crate::output::summary::{Status, Summary, Units};
+use crate::error::{Error, Result, warning};
+use crate::evolution::records::IncrementRecord;
+
+/// The variants of one scene: the fields of `compare.json` (docs/results.md).
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// Name of the program.
+    pub program: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Title of the scene.
+    pub title: String,
+    /// SHA-256 of the scene file and of what `--set` changed in it.
+    pub scene_sha256: String,
+    /// Units of all numbers.
+    pub units: Units,
+    /// The variants; the others are compared with the first.
+    pub variants: Vec<VariantResult>,
+    /// Things the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// One variant.
+#[derive(Debug, Clone, Serialize)]
+pub struct VariantResult {
+    /// What body 1 and body 2 are: "FE-BE".
+    pub name: String,
+    /// How it ended; `None` if it was not computed.
+    pub status: Option<Status>,
+    /// Why it was not computed, did not converge or failed.
+    pub reason: Option<String>,
+    /// Folder of its results, beside `compare.json`.
+    pub folder: Option<String>,
+    /// Seconds for everything, writing included.
+    pub seconds: f64,
+    /// Largest resident memory while it was computed, bytes; 0 where unknown.
+    pub peak_memory_bytes: u64,
+    /// The last entry of each step.
+    pub steps: Vec<StepResult>,
+}
+
+/// The result of a step of a variant.
+#[derive(Debug, Clone, Serialize)]
+pub struct StepResult {
+    /// Name of the step.
+    pub name: String,
+    /// Force on body 1, compression positive.
+    pub normal_force: f64,
+    /// Tangential force on body 1 along the frame's x, y.
+    pub tangential_force: [f64; 2],
+    /// Area in contact.
+    pub contact_area: f64,
+    /// Area that sticks.
+    pub stick_area: f64,
+    /// Largest pressure of a cell.
+    pub peak_pressure: f64,
+    /// Worn volume of both bodies since the start.
+    pub worn_volume: f64,
+    /// Fretting cycles done at its end.
+    pub cycles_done: u64,
+    /// Natural residual of the certificate.
+    pub natural_residual: f64,
+    /// Seconds spent on all entries of the step.
+    pub seconds: f64,
+    /// Differences from the first variant that was computed; `None` for that itself, or where it did not end the step after as many cycles.
+    pub difference: Option<Difference>,
+}
+
+/// Differences from the first variant that was computed, percent of its value; `None` where that is 0.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[allow(missing_docs)]
+pub struct Difference {
+    pub normal_force: Option<f64>,
+    /// Length of the difference of the two forces.
+    pub tangential_force: Option<f64>,
+    pub contact_area: Option<f64>,
+    pub stick_area: Option<f64>,
+    pub peak_pressure: Option<f64>,
+    pub worn_volume: Option<f64>,
+}
+
+impl VariantResult {
+    /// One that an interrupt came before.
+    pub fn not_started(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            status: None,
+            reason: Some("not begun".to_owned()),
+            folder: None,
+            seconds: 0.0,
+            peak_memory_bytes: 0,
+            steps: Vec::new(),
+        }
+    }
+}
+
+impl Comparison {
+    /// Adds what was said of the variants (name, words), each once: of which variants, unless it is said of the scene anyway.
+    pub fn add_variant_warnings(&mut self, told: Vec<(String, String)>) {
+        let mut said: Vec<(String, Vec<String>)> = Vec::new();
+        for (variant, words) in told.into_iter().filter(|(_, words)| !self.warnings.contains(words)) {
+            match said.iter_mut().find(|(known, _)| *known == words) {
+                Some((_, variants)) => variants.push(variant),
+                None => said.push((words, vec![variant])),
+            }
+        }
+        let all = self.variants.iter().filter(|variant| variant.status.is_some()).count();
+        let named = |(words, variants): (String, Vec<String>)| {
+            if variants.len() == all { words } else { format!("{}: {words}", variants.join(", ")) }
+        };
+        self.warnings.extend(said.into_iter().map(named));
+    }
+
+    /// The differences there are: name of the step, of the variant, and of that which it differs from.
+    pub fn compared_steps(&self) -> Vec<(String, String, String)> {
+        let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
+            return Vec::new();
+        };
+        let of = |variant: &VariantResult| -> Vec<(String, String, String)> {
+            let with = variant.steps.iter().filter(|step| step.difference.is_some());
+            with.map(|step| (step.name.clone(), variant.name.clone(), reference.clone())).collect()
+        };
+        self.variants.iter().flat_map(of).collect()
+    }
+
+    /// Index of the variant that the others are compared with: the first that was computed.
+    pub fn reference(&self) -> Option<usize> {
+        self.variants.iter().position(|variant| !variant.steps.is_empty())
+    }
+
+    /// Fills in the differences from the first variant that was computed, in the steps that both ended at the same number of cycles; says where that
+    /// is not so.
+    pub fn compute_differences(&mut self) {
+        let Some(first) = self.reference() else { return };
+        if first > 0 {
+            let [wanted, found] = [0, first].map(|index| &self.variants[index].name);
+            self.warnings.push(format!("{wanted} was not computed: differences are from {found}"));
+        }
+        let reference = self.variants[first].clone();
+        for variant in &mut self.variants[first + 1..] {
+            for step in &mut variant.steps {
+                let Some(other) = reference.steps.iter().find(|other| other.name == step.name) else {
+                    continue;
+                };
+                let [own, others] = [step.cycles_done, other.cycles_done];
+                if own == others {
+                    step.difference = Some(step.difference_from(other));
+                } else {
+                    self.warnings.push(warning(&format!(
+                        "step \"{}\" ended after {own} cycles in {}, after {others} in {}: they are not compared",
+                        step.name, variant.name, reference.name
+                    )));
+                }
+            }
+        }
+    }
+
+    /// The JSON text.
+    ///
+    /// # Errors
+    /// Numerical, if a number is not finite.
+    pub fn to_json(&self) -> Result<String> {
+        let numbers = self.variants.iter().flat_map(|variant| &variant.steps).flat_map(StepResult::numbers);
+        if numbers.into_iter().any(|number| !number.is_finite()) {
+            return Err(Error::numerical("a result of the comparison is not a finite number"));
+        }
+        let text = serde_json::to_string_pretty(self).expect("strings and numbers always serialise");
+        Ok(text + "\n")
+    }
+
+    /// A table with a row for each variant and step.
+    pub fn to_csv(&self) -> String {
+        let mut text = format!("{}\n", COLUMNS.join(","));
+        for variant in &self.variants {
+            for step in &variant.steps {
+                let differences = step.difference.map_or([None; 6], Difference::values);
+                let numbers = step.numbers().map(|number| format!("{number:?}"));
+                let differences = differences.map(|d| d.map_or(String::new(), |d| format!("{d:?}")));
+                let name = step.name.replace('"', "\"\"");
+                text +=
+                    &format!("{},\"{name}\",{},{}\n", variant.name, numbers.join(","), differences.join(","));
+            }
+        }
+        text
+    }
+}
+
+/// Columns of `compare.csv`.
+const COLUMNS: [&str; 18] = [
+    "variant",
+    "step",
+    "normal_force",
+    "tangential_force_x",
+    "tangential_force_y",
+    "contact_area",
+    "stick_area",
+    "peak_pressure",
+    "worn_volume",
+    "cycles_done",
+    "natural_residual",
+    "seconds",
+    "normal_force_percent",
+    "tangential_force_percent",
+    "contact_area_percent",
+    "stick_area_percent",
+    "peak_pressure_percent",
+    "worn_volume_percent",
+];
+
+impl StepResult {
+    /// Results of the steps of a run: the last entry of each, with the seconds of all.
+    pub fn last_entries(summary: &Summary) -> Vec<Self> {
+        let mut steps: Vec<Self> = Vec::new();
+        for record in &summary.steps {
+            match steps.iter_mut().find(|step| step.name == record.name) {
+                Some(step) => *step = Self { seconds: step.seconds + record.seconds, ..Self::new(record) },
+                None => steps.push(Self::new(record)),
+            }
+        }
+        steps
+    }
+
+    fn new(record: &IncrementRecord) -> Self {
+        Self {
+            name: record.name.clone(),
+            normal_force: record.normal_force,
+            tangential_force: record.tangential_force,
+            contact_area: record.contact_area,
+            stick_area: record.stick_area,
+            peak_pressure: record.peak_pressure,
+            worn_volume: record.worn_volume,
+            cycles_done: record.cycles_done,
+            natural_residual: record.certificate.natural_residual,
+            seconds: record.seconds,
+            difference: None,
+        }
+    }
+
+    fn numbers(&self) -> [f64; 10] {
+        let [qx, qy] = self.tangential_force;
+        [
+            self.normal_force,
+            qx,
+            qy,
+            self.contact_area,
+            self.stick_area,
+            self.peak_pressure,
+            self.worn_volume,
+            self.cycles_done as f64,
+            self.natural_residual,
+            self.seconds,
+        ]
+    }
+
+    fn difference_from(&self, first: &Self) -> Difference {
+        let percent = |a: f64, b: f64| (b != 0.0).then(|| 100.0 * (a - b) / b.abs());
+        let [[qx, qy], [rx, ry]] = [self.tangential_force, first.tangential_force];
+        // A tangential force that is round-off beside the load has no relative difference.
+        let sideways = rx.hypot(ry);
+        let sideways = if sideways > 1e-7 * first.normal_force { sideways } else { 0.0 };
+        Difference {
+            normal_force: percent(self.normal_force, first.normal_force),
+            tangential_force: percent(sideways + (qx - rx).hypot(qy - ry), sideways),
+            contact_area: percent(self.contact_area, first.contact_area),
+            stick_area: percent(self.stick_area, first.stick_area),
+            peak_pressure: percent(self.peak_pressure, first.peak_pressure),
+            worn_volume: percent(self.worn_volume, first.worn_volume),
+        }
+    }
+}
+
+impl Difference {
+    fn values(self) -> [Option<f64>; 6] {
+        [
+            self.normal_force,
+            self.tangential_force,
+            self.contact_area,
+            self.stick_area,
+            self.peak_pressure,
+            self.worn_volume,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(normal_force: f64, tangential_force: [f64; 2]) -> StepResult {
+        let record =
+            IncrementRecord { name: "a".into(), normal_force, tangential_force, ..Default::default() };
+        StepResult::new(&record)
+    }
+
+    /// Truth: percent of the first variant's value, by hand.
+    #[test]
+    fn differences_are_percent_of_the_first() {
+        let difference = step(110.0, [3.0, 0.0]).difference_from(&step(100.0, [0.0, 4.0]));
+        assert!((difference.normal_force.unwrap() - 10.0).abs() < 1e-12);
+        assert!((difference.tangential_force.unwrap() - 125.0).abs() < 1e-12);
+        assert_eq!(difference.worn_volume, None);
+    }
+}

@@ -1,0 +1,240 @@
+//! A body as something else that may stand for it: finite elements, boundary elements, a half-space.
+
+use std::sync::Arc;
+
+use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
+use crate::error::{Context, Error, Result, warning};
+use crate::frame::ContactFrame;
+use crate::geometry::{Point, format_point};
+use crate::material::{Orientation, PlacedMaterial, RegionMaterial};
+use crate::mesh::faces::group_faces;
+use crate::mesh::{Mesh, closed_surface};
+use crate::scene::mean_material::{MeanMaterial, mean_material_of_body, mean_material_under_frame};
+use crate::scene::plan::{BeBodyPlan, BodyMaterial, BodyPlan, MeshedBodyPlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::body::NearField;
+use crate::scene::variant::Discretisation;
+
+/// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
+const MAX_AXES_SPREAD_DEG: f64 = 5.0;
+
+/// Share of its size by which a group may differ from mesh to mesh.
+const ALIKE: f64 = 0.05;
+
+/// Angle (degrees) of material axes that is rounding.
+const ROUNDING_SPREAD_DEG: f64 = 1e-6;
+
+/// Body `index` as `kind`.
+///
+/// # Errors
+/// If it cannot be that.
+pub(crate) fn replace_body(
+    plan: &Plan,
+    index: usize,
+    kind: Discretisation,
+    notes: &mut Vec<String>,
+) -> Result<BodyPlan> {
+    let body = &plan.bodies[index];
+    if body.discretisation() == kind {
+        return Ok(body.clone());
+    }
+    let key = BODY_KEYS[index];
+    if let (BodyPlan::TruncatedHalfSpace(body), Discretisation::HalfSpace) = (body, kind) {
+        return Ok(BodyPlan::HalfSpace(Box::new(body.material.clone())));
+    }
+    if kind == Discretisation::TruncatedHalfSpace {
+        return Err(Error::input(format!(
+            "{key} is no half-space with a meshed surface (THS) in the scene: write kind = \"half-space\" with `truncated`"
+        )));
+    }
+    let Some(meshed) = body.as_meshed() else {
+        let what = if matches!(body, BodyPlan::Rigid) { "is rigid" } else { "is a half-space" };
+        return Err(Error::input(format!(
+            "{key} {what} in the scene, and has no mesh to become anything else"
+        )));
+    };
+    match (kind, body) {
+        (Discretisation::HalfSpace, _) => half_space(plan, meshed, index, notes),
+        (Discretisation::BoundaryElements, _) => boundary_elements(plan, meshed, index, notes),
+        (Discretisation::FiniteElements, BodyPlan::Be(be)) => finite_elements(plan, be, index, notes),
+        _ => Err(Error::input(format!(
+            "{key} deforms in the scene: for one that does not write kind = \"rigid\""
+        ))),
+    }
+}
+
+/// Whether all cells lie in one plane, as a half-space needs it.
+pub(crate) fn is_plane(frame: &ContactFrame) -> bool {
+    let (Some(axes), Some(first)) = (frame.triads.first(), frame.centers.first()) else { return false };
+    let size = frame.areas.iter().sum::<f64>().sqrt();
+    let level = frame.triads.distinct().iter().all(|triad| (triad.0 - axes.0).amax() < 1e-6);
+    level && frame.centers.iter().all(|centre| axes.normal().dot(&(centre - first)).abs() < 1e-6 * size)
+}
+
+/// The only material of `found` in `place`, whose axes vary by at most `most` degrees, as `what` has it.
+fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f64) -> Result<BodyMaterial> {
+    if found.materials.len() > 1 {
+        let names = found.materials.join(", ");
+        return Err(Error::input(format!("{body} has several materials {place} ({names}), {what} has one")));
+    }
+    let spread = found.axes_spread.to_degrees();
+    if spread > most {
+        let allowed = if most > ROUNDING_SPREAD_DEG { format!(" (at most {most})") } else { String::new() };
+        return Err(Error::input(format!(
+            "the material axes of {body} vary by up to {spread:.1} degrees {place}{allowed}, {what} has one direction"
+        )));
+    }
+    Ok(found.material)
+}
+
+/// The half-space of the material that a meshed body has under the frame.
+fn half_space(
+    plan: &Plan,
+    meshed: &MeshedBodyPlan,
+    index: usize,
+    notes: &mut Vec<String>,
+) -> Result<BodyPlan> {
+    let body = BODY_KEYS[index];
+    if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
+        let names = free.names.join(", ");
+        return Err(Error::input(format!(
+            "{body} floats by {names}: a half-space has neither motions nor loads of its own"
+        )));
+    }
+    let elastic = if plan.bodies[index].as_be().is_some() {
+        meshed.material.clone()
+    } else {
+        let found = mean_material_under_frame(meshed, &plan.frame)?;
+        single(found, (body, "under the frame", "a half-space"), MAX_AXES_SPREAD_DEG)?
+    };
+    let moved = |support: &PrescribedDisplacement| {
+        let values = support.values.iter().zip(&support.gradient);
+        values
+            .into_iter()
+            .any(|(value, row)| value.is_some_and(|v| v != 0.0) || row.iter().any(|g| *g != 0.0))
+    };
+    let loaded =
+        !meshed.pressures.is_empty() || !meshed.tractions.is_empty() || meshed.body_force != [0.0; 3];
+    let lost = [
+        (loaded, "loads"),
+        (!meshed.foundations.is_empty(), "foundations"),
+        (meshed.supports.iter().any(moved), "prescribed displacements"),
+    ];
+    let lost: Vec<&str> = lost.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect();
+    if !lost.is_empty() {
+        notes.push(format!("the {} of {body} have no place in a half-space", lost.join(" and ")));
+    }
+    let whole = mean_material_of_body(meshed).ok().filter(|_| plan.bodies[index].as_fe().is_some());
+    if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > MAX_AXES_SPREAD_DEG)
+    {
+        notes.push(warning(&format!(
+            "the half-space in the place of {body} is all of the material under the frame, {}: {body} has others, or other directions, elsewhere",
+            elastic.name
+        )));
+    }
+    Ok(BodyPlan::HalfSpace(Box::new(elastic)))
+}
+
+/// A body of finite elements as one of boundary elements.
+fn boundary_elements(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    notes: &mut Vec<String>,
+) -> Result<BodyPlan> {
+    let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
+    if !fe.foundations.is_empty() {
+        return Err(Error::input(format!("{body} has foundations, which boundary elements have not")));
+    }
+    let material = single(
+        mean_material_of_body(fe)?,
+        (body, "in it", "a body of boundary elements"),
+        ROUNDING_SPREAD_DEG,
+    )?;
+    let inner = || format!("{body} of boundary elements can be held and loaded on surfaces only");
+    for group in fe.groups() {
+        group_faces(&fe.mesh, group).context(inner)?;
+    }
+    let mesh = match &other.surface {
+        Some(mesh) => {
+            notes.extend(group_mismatch_warnings(fe, &fe.mesh, mesh, body));
+            mesh.clone()
+        }
+        None => Arc::new(skin(&fe.mesh).context(|| body.to_owned())?),
+    };
+    let near_field = NearField::Mesh;
+    let meshed =
+        MeshedBodyPlan { material, mesh, regions: Vec::new(), element: None, near_field, ..fe.clone() };
+    let solids = Some(fe.mesh.clone());
+    Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
+}
+
+/// Area (mm2) and middle of a group of faces.
+fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
+    let faces = group_faces(mesh, group).ok()?;
+    let (mut area, mut sum) = (0.0, Point::zeros());
+    for face in &faces {
+        let own = face.area(mesh);
+        let nodes = face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node]));
+        sum += nodes.sum::<Point>() * (own / face.kind.n_corners() as f64);
+        area += own;
+    }
+    Some((area, sum / area))
+}
+
+/// What the user should know of groups that lie elsewhere in the other mesh of a body, or are larger; its contact group may be, unless it bears loads.
+fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<String> {
+    let mut told: Vec<&str> = Vec::new();
+    let mut notes = Vec::new();
+    for group in meshed.groups().skip(1) {
+        let (Some((area, middle)), Some((other_area, other_middle))) =
+            (area_and_centroid(own, group), area_and_centroid(other, group))
+        else {
+            continue;
+        };
+        let apart = (middle - other_middle).norm();
+        let alike = (other_area / area - 1.0).abs() < ALIKE && apart < ALIKE * area.sqrt();
+        if alike || told.contains(&group) {
+            continue;
+        }
+        told.push(group);
+        notes.push(warning(&format!(
+            "the group \"{group}\" of {body} has an area of {area:.4} about {} in {}, and of {other_area:.4} about {} in {}: supports and loads \
+             are not the same",
+            format_point(&middle.into()),
+            own.source,
+            format_point(&other_middle.into()),
+            other.source
+        )));
+    }
+    notes
+}
+
+fn skin(mesh: &Mesh) -> Result<Mesh> {
+    closed_surface::orient_outward(&closed_surface::boundary_surface(mesh)).map(|(mesh, _)| mesh)
+}
+
+/// A body of boundary elements as one of finite elements.
+fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<String>) -> Result<BodyPlan> {
+    let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
+    let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {
+        return Err(Error::input(format!(
+            "{body} has a surface mesh only: name one of its solids, compare.{body}.fe.mesh"
+        )));
+    };
+    if other.solids.is_some() {
+        notes.extend(group_mismatch_warnings(&be.meshed, &be.meshed.mesh, mesh, body));
+    }
+    let elastic = &be.meshed.material;
+    let placed = PlacedMaterial {
+        name: elastic.name.clone(),
+        stiffness: elastic.stiffness.clone(),
+        orientation: Orientation::Uniform(elastic.material_axes(0.0)),
+    };
+    Ok(BodyPlan::Fe(Box::new(MeshedBodyPlan {
+        mesh: mesh.clone(),
+        regions: vec![(None, RegionMaterial::Single(Box::new(placed)))],
+        element: other.element,
+        near_field: other.near_field,
+        ..be.meshed.clone()
+    })))
+}

@@ -1,0 +1,432 @@
+//! What a run of a plan would compute, skip and need, without doing it.
+
+pub mod saved;
+pub(crate) mod time;
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, configured_half_space, contact_frame, face_map};
+use crate::simulation::build::candidate_cells::with_active_cells;
+use crate::simulation::validate::controls::refuse_impossible_controls;
+
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::flat_faces::max_curvature_correction;
+use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
+use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::estimate::saved::Spent;
+use crate::simulation::omitted::{expected_omitted_work, needs_factor_after_condensation, omitted_factorisation};
+use crate::bem::finite::SolutionMethod;
+use crate::body::hybrid::{Correction, HalfSpaceFit};
+use crate::body::{BeBody, TruncatedSpec};
+use crate::error::Context;
+use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
+use crate::frame::ContactFrame;
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::two_level::TwoLevelSolver;
+use crate::mesh::faces::outer_faces;
+use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
+use crate::scene::spec::solver::Coupling;
+use crate::omitted::OmittedWork;
+
+/// Floating-point operations per second that factorisations reach on one core.
+pub(crate) const FLOPS_PER_SECOND: f64 = 2.8e10;
+
+/// Seconds per unknown of ordering and analysis.
+const PER_UNKNOWN: f64 = 5e-6;
+
+/// Iterations of conjugate gradients, and seconds of each per entry of the matrix.
+const EXPECTED_CG_ITERATIONS: usize = 40;
+const PER_ENTRY: f64 = 1.1e-8;
+
+/// Bytes per second in which kept factors are read and checked.
+const READING: f64 = 6e8;
+
+/// Seconds per unknown of assembly.
+const ASSEMBLY: f64 = 1e-5;
+
+/// Bytes per second that operators stream from memory, a cautious figure.
+const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
+
+/// Seconds per point of the zero-padded grid and application of a half-space operator.
+const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
+
+/// Seconds per unknown and column of a far field, and of the table of an anisotropic material.
+const PER_VALUE: f64 = 1.5e-6;
+const TABLE: f64 = 1.0;
+
+/// Seconds per quadrature point in other materials and force, by closed forms and by a table, and per pair of columns.
+const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
+const PER_PAIR: f64 = 5e-10;
+
+/// Seconds per node and element of their integrals, by closed forms and by a table.
+const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
+
+/// Of compressed boundary elements: share of the integrals that are computed and entries per row that are kept, at 10 000 unknowns and
+/// their powers with more of them, and products for a right side.
+const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
+const PRODUCTS: f64 = 15.0;
+
+/// What a cache is expected to have of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CacheContent {
+    /// Not all that is needed.
+    Insufficient,
+    /// The flexibility, and no more is needed.
+    Flexibility,
+    /// The flexibility and the factor that loads or fields need.
+    FlexibilityAndFactor,
+}
+
+/// What one body is and needs.
+#[derive(Debug, Clone)]
+pub struct BodyEstimate {
+    /// What it is.
+    pub description: String,
+    /// Memory while it is made ready, bytes.
+    pub memory_bytes: f64,
+    /// Memory that it keeps, bytes.
+    pub resident_bytes: usize,
+    /// What the user should know of how it is made ready.
+    pub warning: Option<String>,
+    /// Seconds to make it ready.
+    pub seconds: f64,
+    /// Seconds per application of its flexibility.
+    pub seconds_per_product: f64,
+    /// What is expected in the cache, so that nothing is factorised.
+    pub cached: CacheContent,
+}
+
+/// Expectations of a run.
+#[derive(Debug, Clone)]
+pub struct RunEstimate {
+    /// Cells of the frame.
+    pub n_cells: usize,
+    /// The bodies.
+    pub bodies: [BodyEstimate; 2],
+    /// Contact problems to be solved: increments, and strokes of cycle jumps.
+    pub n_contact_problems: usize,
+    /// Work that the scene does not need.
+    pub skipped: Vec<OmittedWork>,
+    /// Peak memory, bytes.
+    pub memory_bytes: f64,
+    /// Run time, seconds; right within a factor of a few.
+    pub seconds: f64,
+}
+
+/// The forecast of a plan; builds finite-element bodies and the structure of their factors, but does not factorise.
+///
+/// # Errors
+/// If a mesh, support, material or frame of the plan is wrong.
+pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
+    estimate_on_frame(plan, contact_frame(plan)?)
+}
+
+/// As [`estimate`], on a frame that may have been made for another plan.
+pub(crate) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
+    refuse_impossible_controls(plan, &frame)?;
+    memory::ensure_points_fit(plan, &frame).at("output.inside")?;
+    let near = choose_near_fields(plan, &frame)?;
+    let frame = with_active_cells(plan, frame, &near)?;
+    let first = estimate_body(plan, 0, (&frame, &near[0]), memory::remaining_limit(plan, &frame, 0))?;
+    let left = memory::remaining_limit(plan, &frame, first.resident_bytes);
+    let second = estimate_body(plan, 1, (&frame, &near[1]), left)?;
+    let bodies = [first, second];
+    if plan.bodies.iter().all(|body| matches!(body, BodyPlan::Rigid)) {
+        let error = crate::error::Error::input(
+            "both bodies are rigid: make at least one of body1.kind and body2.kind \"fe\" or \"half-space\"",
+        );
+        return Err(SceneError { error, key: "body1.kind".to_owned() });
+    }
+    let n_contact_problems: usize = plan.steps.iter().map(time::contact_problems).sum();
+    let held = frame_bytes(plan, &frame) as f64 + bodies[0].resident_bytes as f64;
+    let memory_bytes =
+        (frame_bytes(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
+    let mend = "take fewer cells in the frame, or a coarser mesh";
+    plan.memory_limit.ensure_available(memory_bytes as u128, "this scene", mend).at("frame")?;
+    let mut skipped = expected_omitted_work(plan, &frame, &near)?;
+    let whole = (0..2).filter(|&index| bodies[index].cached != CacheContent::Insufficient);
+    skipped.extend(whole.map(|index| {
+        omitted_factorisation(index, None, bodies[index].cached == CacheContent::FlexibilityAndFactor)
+    }));
+    let making: f64 = bodies.iter().map(|body| body.seconds).sum();
+    let steps = time::step_times(plan, &frame, (&near, &bodies), &skipped);
+    let solving: f64 = steps.iter().map(|step| step.seconds).sum();
+    let seconds = making + solving + time::inside(plan, n_contact_problems);
+    saved::estimate(
+        plan,
+        &frame,
+        &Spent { steps, bodies: making, operators: making, share: None },
+        &mut skipped,
+    );
+    Ok(RunEstimate { n_cells: frame.n_cells(), bodies, n_contact_problems, skipped, memory_bytes, seconds })
+}
+
+fn estimate_body(
+    plan: &Plan,
+    index: usize,
+    (frame, near): (&ContactFrame, &NearFieldModel),
+    left: MemoryLimit,
+) -> Result<BodyEstimate, SceneError> {
+    let n = frame.n_cells() as f64;
+    Ok(match &plan.bodies[index] {
+        BodyPlan::Rigid => BodyEstimate {
+            description: "rigid".to_owned(),
+            memory_bytes: 0.0,
+            resident_bytes: 0,
+            warning: None,
+            seconds: 0.0,
+            seconds_per_product: 0.0,
+            cached: CacheContent::Insufficient,
+        },
+        BodyPlan::HalfSpace(elastic) => {
+            let compressed = is_compressed(plan, frame);
+            let mut description = format!("half-space, {}", elastic.name);
+            if compressed {
+                let tolerance = plan.solver.compression_tolerance;
+                description.push_str(&format!("; its operator is compressed to {tolerance:e}"));
+            }
+            let body = configured_half_space(plan, elastic, index, frame)?;
+            memory::ensure_half_space_fits(plan, frame, &body, &left).at(BODY_KEYS[index])?;
+            let resident_bytes = half_space_bytes(plan, frame, &body);
+            let memory_bytes = resident_bytes as f64;
+            let (seconds, seconds_per_product) =
+                if frame.grid.is_some() && plan.solver.coupling == Coupling::Schur {
+                    (0.1 + n * 2e-6, 4.0 * n * FFT_SECONDS_PER_POINT)
+                } else if compressed {
+                    (body.building_seconds(), memory_bytes / MEMORY_BYTES_PER_SECOND)
+                } else {
+                    (dense_matrix_seconds(frame.n_cells()), 72.0 * n * n / MEMORY_BYTES_PER_SECOND)
+                };
+            BodyEstimate {
+                description,
+                memory_bytes,
+                resident_bytes,
+                warning: None,
+                seconds,
+                seconds_per_product,
+                cached: CacheContent::Insufficient,
+            }
+        }
+        BodyPlan::TruncatedHalfSpace(spec) => truncated(spec, index, (frame, left))?,
+        BodyPlan::Be(be) => boundary_elements(be, index, (frame, left))?,
+        BodyPlan::Fe(fe) => match near.half_space_fit() {
+            Some(site) => estimate_hybrid(plan, (fe, index), (frame, site), &left)?,
+            None => finite_elements(plan, fe, index, (frame, left))?,
+        },
+    })
+}
+
+/// Seconds for the matrix of a half-space's operator on `n_cells` polygons.
+pub(crate) fn dense_matrix_seconds(n_cells: usize) -> f64 {
+    9.0 * (n_cells as f64).powi(2) * 2e-7
+}
+
+/// A half-space whose surface is meshed.
+fn truncated(
+    spec: &TruncatedHalfSpacePlan,
+    index: usize,
+    (frame, left): (&ContactFrame, MemoryLimit),
+) -> Result<BodyEstimate, SceneError> {
+    let key = format!("{}.truncated", BODY_KEYS[index]);
+    let stiffness = spec.material.stiffness_in_frame(0.0);
+    let inputs = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
+    let n_elements = inputs.n_elements(frame).at(&key)?;
+    let (bytes, n, n_cells) =
+        (inputs.bytes(frame).at(&key)?, 3.0 * n_elements as f64, frame.n_cells() as f64);
+    let table = if spec.material.isotropic { 0.0 } else { TABLE };
+    let integrals =
+        INFLUENCE_SECONDS_PER_PAIR[usize::from(!spec.material.isotropic)] * (n_elements as f64).powi(2);
+    let flops = 2.0 / 3.0 * n.powi(3) + 6.0 * n * n * n_cells;
+    let description = format!(
+        "half-space, {}, {n_elements} elements on its surface as far as {}",
+        spec.material.name, spec.half_size
+    );
+    left.ensure_available(bytes, &description, "take fewer cells in the frame, or a smaller surface")
+        .at(&key)?;
+    Ok(BodyEstimate {
+        description,
+        memory_bytes: bytes as f64,
+        resident_bytes: 72 * frame.n_cells().pow(2),
+        warning: None,
+        seconds: table + integrals + flops / FLOPS_PER_SECOND,
+        seconds_per_product: 72.0 * n_cells * n_cells / MEMORY_BYTES_PER_SECOND,
+        cached: CacheContent::Insufficient,
+    })
+}
+
+/// A body of boundary elements.
+fn boundary_elements(
+    be: &BeBodyPlan,
+    index: usize,
+    (frame, left): (&ContactFrame, MemoryLimit),
+) -> Result<BodyEstimate, SceneError> {
+    let key = BODY_KEYS[index];
+    face_map(&be.meshed, index, frame)?;
+    let spec = be.bem_spec(key);
+    let nodes = spec.n_nodes();
+    let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?.n_nodes;
+    let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
+    let bytes = spec.bytes(contact).at(key)?;
+    left.ensure_available(bytes, &what, BeBody::MEMORY_ADVICE).at(key)?;
+    let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);
+    let elements = outer_faces(&be.meshed.mesh).len();
+    let per_pair = INFLUENCE_SECONDS_PER_PAIR[usize::from(!be.meshed.material.isotropic)];
+    let table = if be.meshed.material.isotropic { 0.0 } else { TABLE };
+    let (how, share, flops) = match spec.solved_by() {
+        SolutionMethod::Dense => ("", 1.0, 2.0 / 3.0 * n.powi(3) + 2.0 * n * n * columns),
+        SolutionMethod::Compressed(_) => {
+            let [share, entries] = COMPRESSED_BE_SCALING.map(|[least, power]| least * (n / 1e4).powf(power));
+            ("; its equations are compressed", share, 2.0 * entries * n * columns * PRODUCTS)
+        }
+    };
+    Ok(BodyEstimate {
+        description: format!(
+            "boundary elements, {}: {elements} {} elements, {} unknowns, {contact} contact nodes{how}",
+            be.meshed.material.name,
+            be.interpolation.name(),
+            3 * nodes
+        ),
+        memory_bytes: bytes as f64,
+        resident_bytes: 8 * 3 * nodes * (3 * contact + 1) + 36 * contact * contact,
+        warning: None,
+        seconds: table + share * per_pair * (nodes * elements) as f64 + flops / FLOPS_PER_SECOND,
+        seconds_per_product: 4.0 * columns * columns / MEMORY_BYTES_PER_SECOND,
+        cached: CacheContent::Insufficient,
+    })
+}
+
+/// A meshed body that carries what the half-space of `site` lacks.
+fn estimate_hybrid(
+    plan: &Plan,
+    (fe, index): (&MeshedBodyPlan, usize),
+    (frame, site): (&ContactFrame, &HalfSpaceFit),
+    left: &MemoryLimit,
+) -> Result<BodyEstimate, SceneError> {
+    let key = BODY_KEYS[index];
+    let model = FeModel::with_memory_limit(fe.fem_spec(key), left).at(key)?;
+    let analysis = model.analyse(&[]).at(key)?;
+    let method = analysis.choose_method(&model, left).context(|| key.to_owned()).at(key)?;
+    let (how, solving) = condensation_cost(&model, &analysis, method);
+    let nodes = site.first_nodes();
+    let columns = 3 * nodes[0] * nodes[1];
+    let [peak, _] = analysis.peak_and_resident_bytes(&model, method);
+    let n = frame.n_cells() as f64;
+    let columns_bytes = Correction::bytes(&model, columns);
+    let tables = if site.isotropic { 0 } else { memory::far_field_table_bytes(plan, frame) };
+    let resident_bytes =
+        model.resident_bytes() + columns_bytes / 4 + memory::grid_operator_bytes(plan, frame) + tables;
+    let n_free = model.n_free() as f64;
+    let bowed = max_curvature_correction(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
+        format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
+    });
+    let values = n_free * columns as f64;
+    let per_point = PER_FORCE[usize::from(!site.isotropic)] * columns as f64 / 3.0;
+    let per_point = per_point + PER_PAIR * (columns * columns) as f64;
+    let inclusions = Correction::inclusion_points(&model, site) as f64 * per_point;
+    Ok(BodyEstimate {
+        description: format!(
+            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}; \
+             whether its far field is good enough shows when it runs",
+            fe.material.name,
+            fe.mesh.volume_cells().count(),
+            model.n_free(),
+            nodes[0],
+            nodes[1]
+        ),
+        memory_bytes: (peak + columns_bytes).max(resident_bytes) as f64,
+        resident_bytes,
+        warning: None,
+        seconds: solving
+            + (PER_UNKNOWN + ASSEMBLY) * n_free
+            + PER_VALUE * values
+            + inclusions
+            + if site.isotropic { 0.1 } else { TABLE },
+        seconds_per_product: 4.2 * n * FFT_SECONDS_PER_POINT,
+        cached: CacheContent::Insufficient,
+    })
+}
+
+/// How a body is condensed in words, and seconds.
+fn condensation_cost(
+    model: &FeModel,
+    analysis: &SymbolicAnalysis,
+    method: CondensationMethod,
+) -> (String, f64) {
+    match method {
+        CondensationMethod::Factorisation => {
+            let gflop = analysis.flops() * 1e-9;
+            let factor = format!("factor of {} entries, {gflop:.1} GFLOP", analysis.factor_entries());
+            (factor, analysis.flops() / FLOPS_PER_SECOND)
+        }
+        CondensationMethod::ConjugateGradients(_) => {
+            let batches = analysis.n_contact_dofs().div_ceil(TwoLevelSolver::rhs_per_batch());
+            let steps = (batches * EXPECTED_CG_ITERATIONS) as f64;
+            let seconds = steps * PER_ENTRY * model.stiffness().n_stored() as f64;
+            ("conjugate gradients".to_owned(), seconds)
+        }
+    }
+}
+
+/// A meshed body: the structure of its factor is found, and whether its flexibility is in the cache.
+fn finite_elements(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    (frame, left): (&ContactFrame, MemoryLimit),
+) -> Result<BodyEstimate, SceneError> {
+    let key = BODY_KEYS[index];
+    let model = FeModel::with_memory_limit(fe.fem_spec(key), &left).at(key)?;
+    let map = face_map(fe, index, frame)?;
+    let map = frame.candidates.as_ref().map(|cells| map.restrict(cells)).unwrap_or(map);
+    let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);
+    let making = model.assembly_bytes();
+    let flexibility = model.resident_bytes() + flexibility_bytes(map.nodes().len());
+    let expected = |method: CondensationMethod| {
+        model.cached_factorisation_bytes(map.nodes(), method, plan.flexibility_cache.as_ref()?)
+    };
+    let known = expected(CondensationMethod::Factorisation).filter(|&bytes| left.allows(bytes as u128));
+    // Fields and loads need to solve all the same.
+    let solves = model.has_own_loads() || needs_factor_after_condensation(plan, frame);
+    let has_factor = solves
+        && known.is_some()
+        && plan.flexibility_cache.as_ref().is_some_and(|cache| model.has_cached_factor(map.nodes(), cache));
+    let (mut cached, mut path) = (known.is_some(), "flexibility from the cache".to_owned());
+    let ([mut memory_bytes, mut resident_bytes], mut seconds) = ([flexibility; 2], 0.0);
+    let mut warning = None;
+    if !cached || solves {
+        let analysis = model.analyse(map.nodes()).at(key)?;
+        let method = analysis.choose_method(&model, &left).context(|| key.to_owned()).at(key)?;
+        cached = cached || expected(method).is_some();
+        let how = condensation_cost(&model, &analysis, method);
+        if !cached || solves {
+            [memory_bytes, resident_bytes] = analysis.peak_and_resident_bytes(&model, method);
+            let solving = if has_factor { resident_bytes as f64 / READING } else { how.1 };
+            seconds = solving + PER_UNKNOWN * n_free;
+        }
+        path = match (cached, solves) {
+            (false, _) => how.0,
+            (true, true) if has_factor => format!("{path}, and the factor for fields or loads"),
+            (true, true) => format!("{path}, {} for fields or loads", how.0),
+            (true, false) => path,
+        };
+        if let CondensationMethod::ConjugateGradients(shortage) = method {
+            warning = Some(format!("{key} is condensed by conjugate gradients: {shortage}"));
+        }
+    }
+    Ok(BodyEstimate {
+        description: format!(
+            "finite elements, {}: {} solid cells, {} unknowns, {} contact nodes; {path}",
+            fe.material.name,
+            fe.mesh.volume_cells().count(),
+            model.n_free(),
+            map.nodes().len()
+        ),
+        memory_bytes: memory_bytes.max(making) as f64,
+        resident_bytes,
+        warning,
+        seconds: seconds + ASSEMBLY * n_free,
+        seconds_per_product: 4.0 * n_contact * n_contact / MEMORY_BYTES_PER_SECOND,
+        cached: match (cached, solves) {
+            (true, false) => CacheContent::Flexibility,
+            (true, true) if has_factor => CacheContent::FlexibilityAndFactor,
+            _ => CacheContent::Insufficient,
+        },
+    })
+}

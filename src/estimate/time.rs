@@ -1,0 +1,108 @@
+//! Expected time of contact problems and of what is evaluated after them.
+
+use crate::simulation::build::bodies::SIDES;
+use crate::estimate::BodyEstimate;
+use crate::simulation::build::memory::is_compressed;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::estimate::saved::StepTime;
+use crate::simulation::omitted::on_grid;
+use crate::frame::ContactFrame;
+use crate::evolution::step::Step;
+use crate::mesh::faces::outer_faces;
+use crate::output::interior_points::InteriorPointRequest;
+use crate::scene::plan::{BodyPlan, Plan};
+use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+
+/// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
+const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
+
+/// Seconds for the table of the field inside a half-space, over the root of its largest stiffness over the smallest.
+const INSIDE_TABLE: f64 = 0.5;
+
+/// Products of a contact problem on an operator with an approximate inverse, and on a grid over the sixth root of its cells.
+const PRODUCTS_WITH_PRECONDITIONER: f64 = 70.0;
+const PRODUCTS_ON_GRID: f64 = 10.0;
+
+/// Of a product on a grid: what windows leave of it, and what is left where only pressures are unknown.
+const WINDOW: f64 = 0.5;
+const PRESSURES: f64 = 0.3;
+
+/// Contact problems on half of the cells, the others being its mirror image, over those on all: docs/skips.md.
+const MIRROR_HALF_FACTOR: f64 = 0.87;
+
+/// What the steps of a plan are expected to take, with the work left out that `ledger` says.
+pub(crate) fn step_times(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (near, bodies): (&[NearFieldModel; 2], &[BodyEstimate; 2]),
+    ledger: &[OmittedWork],
+) -> Vec<StepTime> {
+    let skips = |skip: OmittableWork| ledger.iter().any(|entry| entry.kind == OmissionKind::Named(skip));
+    let n = frame.n_cells() as f64;
+    let on_grid = on_grid(plan, frame, near);
+    let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
+    // First-order iterations grow with the number of cells across the contact, those with an approximate inverse hardly.
+    let products = match on_grid {
+        true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
+        false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
+        false => 8.0 * n.sqrt(),
+    };
+    let [first, second] = [0, 1].map(|index| bodies[index].seconds_per_product);
+    let product = if skips(OmittableWork::SecondHalfSpace) { first.max(second) } else { first + second };
+    let product = if skips(OmittableWork::DistantCells) { WINDOW * product } else { product };
+    let product = if skips(OmittableWork::MirrorHalf) { MIRROR_HALF_FACTOR * product } else { product };
+    let friction = plan.friction.ellipse();
+    let of_step = |step: &Step| {
+        let rubs = friction.is_some() && step.friction;
+        let wears = step.wear && plan.wear.specific_rate(friction).is_some();
+        let bare = !(rubs || wears);
+        let share = if on_grid && bare && skips(OmittableWork::TangentialUnknowns) { PRESSURES } else { 1.0 };
+        let cycles = step.cycles.as_ref().map_or(0, |cycles| cycles.expected_solves(step.wear));
+        StepTime {
+            seconds: contact_problems(step) as f64 * products * share * product,
+            entries: step.increments as f64,
+            cycles: cycles as f64,
+        }
+    };
+    plan.steps.iter().map(of_step).collect()
+}
+
+/// Contact problems of a step.
+pub(crate) fn contact_problems(step: &Step) -> usize {
+    match &step.cycles {
+        None => step.increments,
+        // The ends of a cycle are solved together.
+        Some(cycles) => cycles.n_path_points() * cycles.expected_solves(step.wear),
+    }
+}
+
+/// Seconds of the points inside bodies after each of `n_solves` contact problems, and of the tables for them.
+pub(crate) fn inside(plan: &Plan, n_solves: usize) -> f64 {
+    let points: f64 = plan.interior_requests.iter().map(|request| of_points(plan, request)).sum();
+    inside_tables(plan) + n_solves as f64 * points
+}
+
+/// Seconds for the tables of the field inside half-spaces, where they are not kept: the more the stiffness varies with direction the longer.
+fn inside_tables(plan: &Plan) -> f64 {
+    let of = |index: usize| match &plan.bodies[index] {
+        BodyPlan::HalfSpace(elastic)
+            if !elastic.isotropic
+                && plan.interior_requests.iter().any(|request| request.side == SIDES[index]) =>
+        {
+            let stiffness = elastic.stiffness.voigt().diagonal();
+            INSIDE_TABLE * (stiffness.max() / stiffness.min()).sqrt()
+        }
+        _ => 0.0,
+    };
+    of(0) + of(1)
+}
+
+/// Seconds for the points inside a body, once.
+fn of_points(plan: &Plan, request: &InteriorPointRequest) -> f64 {
+    let n = request.points().len() as f64;
+    match &plan.bodies[usize::from(request.side == SIDES[1])] {
+        BodyPlan::Be(be) => n * PER_POINT_INSIDE[2] * outer_faces(&be.meshed.mesh).len() as f64,
+        BodyPlan::HalfSpace(elastic) => n * PER_POINT_INSIDE[usize::from(!elastic.isotropic)],
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,257 @@
+//! What an end of an increment has to balance: prescribed forces, and the loads of bodies that float.
+
+use nalgebra::Vector3;
+
+use crate::contact::balance::{MOTION_COMPONENTS, RigidMotion, UnresistedLoad};
+use crate::contact::projection::LossOfEquilibrium;
+use crate::contact::{
+    Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
+};
+use crate::error::{Error, Result};
+use crate::geometry::Side;
+
+use crate::evolution::Run;
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::model::PreparedModel;
+use crate::evolution::step::Step;
+
+/// Below this a direction, whose length is 1, has no part left.
+const MIN_DIRECTION_NORM: f64 = 1e-6;
+
+/// How it is told that a motion is held.
+const UNRESISTED: &str = "nothing resists the";
+
+/// Whether what a run that converged tells names a direction.
+pub(crate) fn names_direction(warning: &str) -> bool {
+    warning.contains(UNRESISTED)
+}
+
+impl Run<'_> {
+    /// The end of an increment under the given loads, with the balance they ask for.
+    ///
+    /// # Errors
+    /// If a load acts along a motion that nothing resists.
+    pub(crate) fn path_point(
+        &mut self,
+        step: &Step,
+        loads: &PrescribedLoads,
+        reference: SlipReference,
+    ) -> Result<PathPoint> {
+        let mut end = PathPoint {
+            normal: loads.normal,
+            tangential: loads.tangential,
+            balance: None,
+            reference,
+            fixed_normal_offset: None,
+        };
+        let prepared = &self.prepared;
+        let inclined = loads.any() && prepared.rigid_axes.is_some();
+        // A plane of symmetry bears the part of a force across it.
+        let at_plane = matches!(loads.tangential, TangentialControl::Force(_))
+            && !prepared.model.frame.symmetry_normals().is_empty();
+        if prepared.model.floating.is_empty() && !inclined && !loads.prescribes_moment() && !at_plane {
+            return Ok(end);
+        }
+        let friction = if step.friction { prepared.ellipse } else { None };
+        let wanted = prepared.balance_constraints(loads);
+        let gap = |component: usize, cell: usize| prepared.unit_gap(component, cell);
+        let areas = &prepared.model.frame.areas;
+        let balance = Balance::for_frame(areas, friction.as_ref(), gap, &wanted)
+            .map_err(|unresisted| prepared.unresisted_load_error(step, &unresisted))?;
+        for motion in &balance.unresisted_motions {
+            let note = format!(
+                "step \"{}\": {UNRESISTED} {} of {} and no load drives it: it is held",
+                step.name,
+                prepared.motion_name(motion),
+                prepared.who()
+            );
+            if !self.result.warnings.contains(&note) {
+                self.result.warnings.push(note);
+            }
+        }
+        end.balance = Some(balance);
+        Ok(end)
+    }
+}
+
+impl PreparedModel<'_> {
+    /// Local gap (x, y, n) in a cell per unit of a component of motion.
+    fn unit_gap(&self, component: usize, cell: usize) -> [f64; 3] {
+        if component >= 3 {
+            let gap = &self.mode_gaps[component - 3];
+            return [0, 1, 2].map(|plane| gap[plane * self.n() + cell]);
+        }
+        let mut unit = Vector3::zeros();
+        unit[component] = 1.0;
+        self.rigid_axes.as_ref().map_or(unit, |axes| axes[cell] * unit).into()
+    }
+
+    /// The motions to be found, with what the tractions on body 2 must do on them.
+    fn balance_constraints(&self, loads: &PrescribedLoads) -> Vec<BalanceConstraint> {
+        let mut force = Vector3::zeros();
+        let mut forced = Vec::new();
+        if let NormalControl::Force(p) = loads.normal {
+            force.z = p;
+            forced.push(Vector3::z());
+        }
+        if let TangentialControl::Force([x, y]) = loads.tangential {
+            (force.x, force.y) = (x, y);
+            forced.extend([Vector3::x(), Vector3::y()]);
+        }
+        let floating = self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
+            let mut motion = [0.0; MOTION_COMPONENTS];
+            motion[3 + j] = 1.0;
+            // The contact carries what is prescribed, and holds the body against its own loads.
+            BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
+        });
+        let mut wanted: Vec<BalanceConstraint> = floating.collect();
+        // A body stays on planes of symmetry, whatever part of a force they bear.
+        let normals = self.model.frame.symmetry_normals();
+        let mut taken = [&self.free_translations[..], &normals].concat();
+        for direction in forced {
+            let mut rest = direction;
+            taken.iter().for_each(|free| rest -= free * free.dot(&direction));
+            if rest.norm() > MIN_DIRECTION_NORM {
+                let rest = rest.normalize();
+                taken.push(rest);
+                let mut motion = [0.0; MOTION_COMPONENTS];
+                motion[..3].copy_from_slice(rest.as_slice());
+                wanted.push(BalanceConstraint { motion, work: force.dot(&rest) });
+            }
+        }
+        let mut turned: Vec<Vector3<f64>> = Vec::new();
+        let moment = Vector3::from(loads.moment.map(|moment| moment.unwrap_or(0.0)));
+        for axis in (0..3).filter(|&axis| loads.moment[axis].is_some()) {
+            let unit = Vector3::ith(axis, 1.0);
+            if normals.is_empty() {
+                wanted.push(rotation_constraint(&unit, moment[axis]));
+                continue;
+            }
+            // A plane of symmetry allows rotations about its normal only.
+            let mut rest = allowed_rotation(&normals, &unit);
+            turned.iter().for_each(|other| rest -= other * other.dot(&rest));
+            if let Some(rest) = rest.try_normalize(MIN_DIRECTION_NORM) {
+                wanted.push(rotation_constraint(&rest, moment.dot(&rest)));
+                turned.push(rest);
+            }
+        }
+        wanted
+    }
+
+    fn unresisted_load_error(&self, step: &Step, unresisted: &UnresistedLoad) -> Error {
+        let mend = if step.friction && self.ellipse.is_some() {
+            "support the body along it, or remove the load"
+        } else {
+            "without friction only pressures act; give [friction] a law, support the body along it, or remove the load"
+        };
+        Error::input(format!(
+            "step \"{}\": a load acts along the {} of {}, and nothing resists it: {mend}",
+            step.name,
+            self.motion_name(&unresisted.motion),
+            self.who()
+        ))
+    }
+
+    /// The body or bodies that float, in words; body 2 where only forces are prescribed.
+    fn who(&self) -> &'static str {
+        match self.model.floating.iter().map(|body| body.side).collect::<Vec<_>>()[..] {
+            [Side::Lower] => "body 1",
+            [Side::Lower, Side::Upper] | [Side::Upper, Side::Lower] => "the bodies",
+            _ => "body 2",
+        }
+    }
+
+    /// Translation and rotation of body 2 relative to body 1.
+    fn six(&self, motion: &RigidMotion) -> [f64; 6] {
+        let mut six = [0.0; 6];
+        six[..3].copy_from_slice(&motion[..3]);
+        for (floating, amount) in self.mode_motions.iter().zip(&motion[3..]) {
+            six.iter_mut().zip(floating).for_each(|(sum, c)| *sum += amount * c);
+        }
+        six
+    }
+
+    /// A motion in words, in the frame's axes.
+    fn motion_name(&self, motion: &RigidMotion) -> String {
+        let six = self.six(motion);
+        let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
+        if turn.norm() * self.model.frame.size() > 1e-6 * shift.norm() {
+            format!("rotation about {}", direction_name(turn * sign_of_largest(turn)))
+        } else {
+            format!("translation along {}", direction_name(shift * sign_of_largest(shift)))
+        }
+    }
+
+    /// Why no motion balances the prescribed forces.
+    pub(crate) fn loss_of_equilibrium_message(
+        &self,
+        step: &str,
+        number: usize,
+        sliding: &LossOfEquilibrium,
+    ) -> String {
+        let six = self.six(&sliding.motion);
+        let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
+        let body1 = self.who() == "body 1";
+        let sign = if body1 { -1.0 } else { 1.0 };
+        let who = if body1 { "body 1" } else { "body 2" };
+        let turns = turn.norm() * self.model.frame.size() > shift.norm();
+        let how = match (turns, sliding.separates_bodies) {
+            (true, true) => format!("tips off about {}", direction_name(turn * sign)),
+            (true, false) => format!("spins about {}", direction_name(turn * sign)),
+            (false, true) => format!("moves off along {}", direction_name(shift * sign)),
+            (false, false) => format!("slides along {}", direction_name(shift * sign)),
+        };
+        if sliding.separates_bodies {
+            return format!(
+                "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
+            );
+        }
+        if sliding.carried_load_fraction == 0.0 {
+            return format!(
+                "step \"{step}\" ({number}): nothing presses the bodies together, so friction carries nothing of the tangential \
+                 load: {who} {how} (frame's axes)"
+            );
+        }
+        let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
+            format!("; friction carries {:.4} of the load", sliding.carried_load_fraction)
+        } else {
+            String::new()
+        };
+        format!(
+            "step \"{step}\" ({number}): the tangential load exceeds what friction carries: gross sliding: {who} {how} \
+             (frame's axes){share}"
+        )
+    }
+}
+
+/// A rotation of body 2 about an axis through the frame's centre, and the work of the tractions on it.
+fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
+    let mut motion = [0.0; MOTION_COMPONENTS];
+    motion[3..6].copy_from_slice(axis.as_slice());
+    BalanceConstraint { motion, work }
+}
+
+/// The part of a rotation that planes of symmetry with the given normals allow.
+fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector3<f64> {
+    match normals {
+        [] => *rotation,
+        [normal] => normal * normal.dot(rotation),
+        _ => Vector3::zeros(),
+    }
+}
+
+/// Makes the largest component positive: a motion that is held has no sense of direction.
+fn sign_of_largest(direction: Vector3<f64>) -> f64 {
+    direction[direction.iamax()].signum()
+}
+
+/// An axis by its name, any other direction by its components.
+fn direction_name(direction: Vector3<f64>) -> String {
+    let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
+    for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {
+        if unit[axis].abs() > 1.0 - 1e-9 {
+            return if unit[axis] > 0.0 { name.to_owned() } else { format!("-{name}") };
+        }
+    }
+    format!("({:.3}, {:.3}, {:.3})", unit.x, unit.y, unit.z)
+}

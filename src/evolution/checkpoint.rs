@@ -1,0 +1,104 @@
+//! What a run goes on from after it was broken off.
+
+use serde::{Deserialize, Serialize};
+
+use crate::evolution::controls::ActiveControls;
+use crate::evolution::fretting::wear_step::WearStepState;
+use crate::evolution::monotone::MonotoneProgress;
+use crate::evolution::records::{FrettingLoop, IncrementRecord};
+use crate::evolution::state::RunState;
+
+/// Everything that the rest of a run follows from, between two entries.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RunCheckpoint {
+    pub(crate) step_index: usize,
+    pub(crate) progress: StepProgress,
+    pub(crate) state: RunState,
+    pub(crate) controls: ActiveControls,
+    /// Cells whose flexibility the run had formed, by the times it did.
+    pub(crate) formed_cells: Vec<Vec<usize>>,
+    #[serde(with = "as_text")]
+    pub(crate) records: Vec<IncrementRecord>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) timings: Vec<(String, f64)>,
+    pub(crate) fretting_loops: Vec<FrettingLoop>,
+}
+
+/// How far a step has come.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) enum StepProgress {
+    /// It has not begun.
+    NotStarted,
+    /// Some of its increments are done.
+    Monotone(Box<MonotoneProgress>),
+    /// Some of its cycles are done.
+    WearStep(Box<WearStepState>),
+}
+
+impl RunCheckpoint {
+    /// Number of finished steps.
+    pub fn n_steps(&self) -> usize {
+        self.step_index
+    }
+
+    /// Names of the steps so far.
+    pub fn step_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.records.iter().map(|record| record.name.as_str()).collect();
+        names.dedup();
+        names
+    }
+
+    /// Seconds by stage.
+    pub fn timings(&self) -> &[(String, f64)] {
+        &self.timings
+    }
+
+    /// For a run that did not spend the time itself.
+    pub fn without_timings(self) -> Self {
+        Self { timings: Vec::new(), ..self }
+    }
+
+    /// The entries so far.
+    pub fn records(&self) -> &[IncrementRecord] {
+        &self.records
+    }
+
+    /// Adds to what the user should know.
+    pub fn add_warning(&mut self, note: String) {
+        self.warnings.push(note);
+    }
+
+    /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
+    pub(crate) fn charge_work(&mut self, lost: [usize; 3]) {
+        if let StepProgress::WearStep(cycling) = &mut self.progress {
+            cycling.cycle.uncharged_work.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
+        }
+    }
+
+    /// Depth that the bodies have lost, both of them, `[N]`, mm.
+    pub fn wear_depth(&self) -> &[f64] {
+        &self.state.wear_depth
+    }
+
+    /// Number of cells of the frame.
+    pub fn n_cells(&self) -> usize {
+        self.state.wear_depth.len()
+    }
+}
+
+/// Entries as JSON, in which fields may be absent.
+mod as_text {
+    use serde::de::Error as _;
+    use serde::ser::Error as _;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use crate::evolution::checkpoint::IncrementRecord;
+
+    pub fn serialize<S: Serializer>(records: &[IncrementRecord], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&serde_json::to_string(records).map_err(S::Error::custom)?)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<IncrementRecord>, D::Error> {
+        serde_json::from_str(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}

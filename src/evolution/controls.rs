@@ -1,0 +1,174 @@
+//! Controls along a step: totals at its end, reached linearly from the state before.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::{NormalControl, TangentialControl};
+
+use crate::evolution::model::PreparedModel;
+use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
+
+/// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ActiveControls {
+    pub normal: Normal,
+    pub tangential: Tangential,
+    pub tilt: Tilt,
+    pub spin: Spin,
+}
+
+impl ActiveControls {
+    /// What holds before the first step: no shift, no rotation.
+    pub fn at_rest(normal: Normal) -> Self {
+        Self {
+            normal,
+            tangential: Tangential::Shift([0.0; 2]),
+            tilt: Tilt::Rotation([0.0; 2]),
+            spin: Spin::Twist(0.0),
+        }
+    }
+
+    /// What holds at the end of `step`.
+    fn after(self, step: &Step) -> Self {
+        Self {
+            normal: step.normal.unwrap_or(self.normal),
+            tangential: step.tangential.unwrap_or(self.tangential),
+            tilt: step.tilt.unwrap_or(self.tilt),
+            spin: step.spin.unwrap_or(self.spin),
+        }
+    }
+
+    /// Prescribed force on body 1, 0 along directions without.
+    fn force(&self) -> Vector3<f64> {
+        let [x, y] = if let Tangential::Force(force) = self.tangential { force } else { [0.0; 2] };
+        let n = if let Normal::Force(force) = self.normal { -force } else { 0.0 };
+        Vector3::new(x, y, n)
+    }
+
+    /// The loads in force at a given tangential position.
+    pub fn loads_at_shift(&self) -> PrescribedLoads {
+        let normal = match self.normal {
+            Normal::Approach(_) => NormalControl::Approach,
+            Normal::Force(force) => NormalControl::Force(force),
+        };
+        let mut moment = [None; 3];
+        if let Tilt::Moment([x, y]) = self.tilt {
+            (moment[0], moment[1]) = (Some(-x), Some(-y));
+        }
+        if let Spin::Moment(n) = self.spin {
+            moment[2] = Some(-n);
+        }
+        PrescribedLoads { normal, tangential: TangentialControl::Shift, moment }
+    }
+}
+
+/// What is prescribed of forces and moments; where nothing is, the motion is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PrescribedLoads {
+    pub normal: NormalControl,
+    pub tangential: TangentialControl,
+    /// Moments on body 2 about the frame's x, y, n through its centre.
+    pub moment: [Option<f64>; 3],
+}
+
+impl PrescribedLoads {
+    /// Whether a force or a moment is prescribed.
+    pub fn any(&self) -> bool {
+        let forced = matches!(self.normal, NormalControl::Force(_))
+            || matches!(self.tangential, TangentialControl::Force(_));
+        forced || self.prescribes_moment()
+    }
+
+    /// Whether a moment is prescribed.
+    pub fn prescribes_moment(&self) -> bool {
+        self.moment.iter().any(Option::is_some)
+    }
+}
+
+/// The controls of one increment and the rigid motion it starts from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct IncrementControls {
+    /// Along x, y, n.
+    pub rigid: [f64; 3],
+    /// Rotation about x, y, n.
+    pub turn: [f64; 3],
+    pub loads: PrescribedLoads,
+}
+
+/// Rigid motion of body 2 and what body 1 carries, in the frame's axes.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct LoadPathStart {
+    pub rigid: [f64; 3],
+    pub turn: [f64; 3],
+    pub force: [f64; 3],
+    pub moment: [f64; 3],
+}
+
+/// A step's path from where it starts to what it prescribes.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct LoadPath {
+    /// Where it starts; the force on body 1 is what the contact carries, and along directions in which the bodies float, where it
+    /// carries their own loads too, what was prescribed before.
+    start: LoadPathStart,
+    /// Approach at which the first cell closes.
+    first_touch: f64,
+    /// What is prescribed at the end.
+    pub end: ActiveControls,
+}
+
+impl LoadPath {
+    /// The path of `step` from a start with the force of the contact, with `held` in force before it.
+    pub fn new(
+        step: &Step,
+        held: ActiveControls,
+        mut start: LoadPathStart,
+        prepared: &PreparedModel,
+    ) -> Self {
+        let carried = Vector3::from(start.force);
+        start.force = (carried + prepared.free_part(held.force() - carried)).into();
+        Self { start, first_touch: prepared.first_touch, end: held.after(step) }
+    }
+
+    /// The same path where first touch is `by` farther along n.
+    pub fn with_later_first_touch(mut self, by: f64) -> Self {
+        self.first_touch += by;
+        self.start.rigid[2] += by;
+        self
+    }
+
+    /// Controls at `fraction` of the path; `now` is the present rigid motion (x, y, n; about x, y, n), the guess for what is
+    /// free.
+    pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> IncrementControls {
+        // What is prescribed to the last digit.
+        let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
+        let start = &self.start;
+        let (mut rigid, mut turn) = now;
+        let normal = match self.end.normal {
+            Normal::Approach(depth) => {
+                rigid[2] = between(start.rigid[2], self.first_touch - depth);
+                NormalControl::Approach
+            }
+            Normal::Force(force) => NormalControl::Force(between(-start.force[2], force)),
+        };
+        let tangential = match self.end.tangential {
+            Tangential::Shift(shift) => {
+                (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
+                TangentialControl::Shift
+            }
+            // Reported forces and moments act on body 1, the solver's on body 2.
+            Tangential::Force(force) => {
+                TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
+            }
+        };
+        let mut moment = [None; 3];
+        match self.end.tilt {
+            Tilt::Rotation(angle) => (0..2).for_each(|k| turn[k] = between(start.turn[k], angle[k])),
+            Tilt::Moment(m) => (0..2).for_each(|k| moment[k] = Some(-between(start.moment[k], m[k]))),
+        }
+        match self.end.spin {
+            Spin::Twist(angle) => turn[2] = between(start.turn[2], angle),
+            Spin::Moment(m) => moment[2] = Some(-between(start.moment[2], m)),
+        }
+        IncrementControls { rigid, turn, loads: PrescribedLoads { normal, tangential, moment } }
+    }
+}

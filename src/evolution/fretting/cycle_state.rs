@@ -1,0 +1,395 @@
+//! The ends of the increments of a cycle, which close on themselves, and strokes through them one after the other: where cells
+//! come to stick is a matter of their history.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{
+    ContactState, Increment, PathPoint, SlipReference, SolverOptions, TangentialControl, Unknowns,
+};
+use crate::error::Result;
+use crate::omitted::OmittableWork;
+
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check};
+use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::records::{Observer, Outcome};
+use crate::evolution::step::{ClosedPath, Drive, Step, Tangential};
+use crate::evolution::{Run, state};
+
+/// Slip below this share of the amplitude counts as none.
+const STICK_SLIP_SHARE: f64 = 1e-3;
+
+/// Cycles without wear, at most, and the change of their ends from cycle to cycle, by their range, at which they have settled.
+const MAX_SETTLING_CYCLES: usize = 10;
+const PERIODIC_TOLERANCE: f64 = 1e-3;
+
+/// Natural residual of strokes that only say where cells stick.
+const STROKE_TOLERANCE: f64 = 1e-6;
+
+/// The ends of a cycle, solved together, and the set of cells that stick.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct CycleState {
+    pub contact: ContactState,
+    /// Cells that stick through the cycle, `[N]`.
+    pub stick_mask: Vec<bool>,
+    /// Tangential gap that they stick at, `[2, N]`, mm.
+    pub stick_gap: Vec<f64>,
+    /// Solves, iterations and operator applications not yet in any entry.
+    pub uncharged_work: [usize; 3],
+}
+
+/// Where the ends of a cycle are.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct FrettingPath {
+    /// What follows it.
+    drive: Drive,
+    /// Shift of body 2 or force on body 1 along x, y at each end, the + end first.
+    path_points: Vec<[f64; 2]>,
+    /// Shift at the start of the step.
+    pub center: [f64; 2],
+    /// Force on body 1 there.
+    center_force: [f64; 2],
+}
+
+impl FrettingPath {
+    /// The ends of a closed path about a shift and a force.
+    pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
+        Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
+    }
+
+    fn from_offsets(
+        offsets: &[[f64; 2]],
+        drive: Drive,
+        (center, center_force): ([f64; 2], [f64; 2]),
+    ) -> Self {
+        let about = if drive == Drive::Shift { center } else { center_force };
+        let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
+        Self { drive, path_points, center, center_force }
+    }
+
+    /// The same path through the ends of another number of increments, shorter ones in the share `transition` of each stroke.
+    pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
+        Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
+    }
+
+    /// Number of ends.
+    pub fn len(&self) -> usize {
+        self.path_points.len()
+    }
+
+    /// The - end.
+    pub fn reversal_index(&self) -> usize {
+        self.len() / 2
+    }
+
+    /// Puts body 2 to an end where that is prescribed.
+    pub fn set_shift(&self, end: usize, rigid: &mut [f64; 3]) {
+        if self.drive == Drive::Shift {
+            rigid[..2].copy_from_slice(&self.path_points[end]);
+        }
+    }
+
+    /// What brings body 2 back to the centre, and is prescribed then.
+    pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
+        match self.drive {
+            Drive::Shift => (
+                PrescribedLoads { tangential: TangentialControl::Shift, ..loads },
+                Tangential::Shift(self.center),
+            ),
+            Drive::Force => {
+                let on_body2 = self.center_force.map(|force| -force);
+                let tangential = TangentialControl::Force(on_body2);
+                (PrescribedLoads { tangential, ..loads }, Tangential::Force(self.center_force))
+            }
+        }
+    }
+
+    /// What is prescribed at an end.
+    pub fn loads(&self, end: usize, loads: PrescribedLoads) -> PrescribedLoads {
+        let tangential = match self.drive {
+            Drive::Shift => TangentialControl::Shift,
+            // That on body 2.
+            Drive::Force => TangentialControl::Force(self.path_points[end].map(|force| -force)),
+        };
+        PrescribedLoads { tangential, ..loads }
+    }
+}
+
+impl CycleState {
+    /// Ends at which nothing is known but the motions.
+    pub fn new(n: usize, course: &FrettingPath, rigid: [f64; 3]) -> Self {
+        let motions = (0..course.len()).map(|end| {
+            let mut rigid = rigid;
+            course.set_shift(end, &mut rigid);
+            rigid
+        });
+        let contact = ContactState::new(n, motions.collect());
+        Self { contact, stick_mask: vec![true; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
+    }
+
+    /// A single state, of steady sliding.
+    pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
+        Self {
+            contact: ContactState::new(n, vec![rigid]),
+            stick_mask: vec![false; n],
+            stick_gap: vec![0.0; 2 * n],
+            uncharged_work: [0; 3],
+        }
+    }
+
+    /// What slip is measured from at all ends.
+    pub fn slip_reference(&self) -> SlipReference {
+        SlipReference::PreviousPoint {
+            stick_mask: self.stick_mask.clone(),
+            stick_gap: self.stick_gap.clone(),
+        }
+    }
+
+    /// Adds what a solve took.
+    pub fn charge(&mut self, report: &SolveReport) {
+        let spent = [1, report.iterations, report.applications];
+        self.uncharged_work.iter_mut().zip(spent).for_each(|(sum, spent)| *sum += spent);
+    }
+
+    /// Takes over the state at an end; of the cells that stuck until there, those that did not slip on the way stick.
+    fn record_stroke(&mut self, it: &ContactState, end: usize, creep: f64) {
+        let n = self.stick_mask.len();
+        let planes = end * 3 * n..(end + 1) * 3 * n;
+        self.contact.scaled[planes.clone()].copy_from_slice(&it.scaled);
+        self.contact.tractions[planes].copy_from_slice(&it.tractions);
+        self.contact.rigid_motion[end] = it.rigid_motion[0];
+        self.contact.mode_amplitudes[end] = it.mode_amplitudes[0];
+        for (i, stuck) in self.stick_mask.iter_mut().enumerate() {
+            *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= creep;
+        }
+        self.stick_gap.copy_from_slice(&it.gap[..2 * n]);
+    }
+
+    /// Half of the largest distance of two ends.
+    fn amplitude(&self) -> f64 {
+        let rigid = &self.contact.rigid_motion;
+        let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let farthest = |a: &[f64; 3]| rigid.iter().map(|b| apart(a, b)).fold(0.0, f64::max);
+        0.5 * rigid.iter().map(farthest).fold(0.0, f64::max)
+    }
+
+    /// Lets go the cells that are said to stick, but slip at an end of a state that does not converge; whether there are any.
+    pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
+        let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        let mut any = false;
+        for i in 0..n {
+            let slips = |end: usize| {
+                let slip = self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]);
+                slip > creep && !problem.sticks(&self.contact, end, i)
+            };
+            if self.stick_mask[i] && (0..ends).any(slips) {
+                self.stick_mask[i] = false;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Whether the cells that stick do so at all ends, and no others: at which level those would stick, the ends do not tell.
+    pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
+        let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        (0..n).all(|i| {
+            let mut sticks = (0..ends).map(|end| problem.sticks(&self.contact, end, i));
+            let creeps = |end: usize| {
+                self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]) <= creep
+            };
+            if self.stick_mask[i] {
+                sticks.enumerate().all(|(end, sticks)| sticks || creeps(end))
+            } else {
+                !sticks.all(|sticks| sticks)
+            }
+        })
+    }
+}
+
+/// Whether what was found at the ends is what the cycle `before` found.
+pub(crate) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
+    let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    let range = found.iter().map(|a| apart(a, &found[0])).fold(0.0, f64::max);
+    found.len() == before.len() && change <= PERIODIC_TOLERANCE * range
+}
+
+impl Run<'_> {
+    /// The first cycles, resolved stroke by stroke without wear, until one is like the one before: where cells come to stick is
+    /// a matter of their history.
+    pub(crate) fn find_periodic_cycle(
+        &mut self,
+        step: &Step,
+        (course, loads): (&FrettingPath, PrescribedLoads),
+        ring: &mut CycleState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+        let half = course.reversal_index();
+        let mut before: Vec<[f64; 2]> = Vec::new();
+        for cycle in 0..MAX_SETTLING_CYCLES {
+            let up = if cycle == 0 { course.len()..course.len() + 1 } else { half + 1..course.len() + 1 };
+            for end in up.map(|end| end % course.len()).chain(1..half + 1) {
+                let mut rigid = [
+                    ring.contact.rigid_motion[end][0],
+                    ring.contact.rigid_motion[end][1],
+                    self.state.rigid_motion[2],
+                ];
+                course.set_shift(end, &mut rigid);
+                let (it, report) = self.advance_stroke(step, (course.loads(end, loads), rigid), observer)?;
+                ring.charge(&report);
+                if end == 1 {
+                    ring.stick_mask.fill(true);
+                }
+                ring.record_stroke(&it, end, STICK_SLIP_SHARE * ring.amplitude());
+                if self.result.outcome != Outcome::Converged {
+                    return Ok(());
+                }
+            }
+            let found = self.responses_at_path_points(ring, course);
+            if is_periodic(&found, &before) {
+                return Ok(());
+            }
+            before = found;
+        }
+        self.result.warnings.push(format!(
+            "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions still change from cycle to cycle; the stroke ends are \
+             those of the last one",
+            step.name
+        ));
+        Ok(())
+    }
+
+    /// What a cycle finds at its ends: forces where the shift is prescribed, shifts where forces are.
+    pub(crate) fn responses_at_path_points(&self, ring: &CycleState, course: &FrettingPath) -> Vec<[f64; 2]> {
+        let n = self.prepared.n();
+        let at = |end: usize| match course.drive {
+            Drive::Force => [ring.contact.rigid_motion[end][0], ring.contact.rigid_motion[end][1]],
+            Drive::Shift => {
+                let tractions = &ring.contact.tractions[end * 3 * n..(end + 1) * 3 * n];
+                let ([x, y, _], _) = self.prepared.resultants(tractions);
+                [x, y]
+            }
+        };
+        (0..course.len()).map(at).collect()
+    }
+
+    /// One increment without wear to a given rigid motion or under given loads; the state follows.
+    pub(crate) fn advance_stroke(
+        &mut self,
+        step: &Step,
+        (loads, rigid): (PrescribedLoads, [f64; 3]),
+        observer: &mut dyn Observer,
+    ) -> Result<(ContactState, SolveReport)> {
+        let clock = Instant::now();
+        let reference = SlipReference::Previous(self.state.slip_reference.clone());
+        let end = self.path_point(step, &loads, reference)?;
+        let worn = self.state.wear_depth.clone();
+        let laws =
+            ActiveLaws { friction: step.friction, wear: false, slip_repeats: 0.0, wear_path_factors: None };
+        let options = self.stroke_options();
+        let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
+        let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
+        it.mode_amplitudes = vec![self.state.mode_amplitudes];
+        if options.skip.allows(OmittableWork::ColdStarts) {
+            problem.scale_tractions(&self.state.tractions, &mut it.scaled);
+        }
+        let stage = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, &options, observer, &stage)?;
+        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
+        let values = state::resultants(&self.prepared, &problem, &it, 0);
+        let fields = state::frame_state(&problem, &it, 0, &worn);
+        self.state.set_from(&it, 0);
+        let approach = self.prepared.approach(&it, 0);
+        let mut record = increment_record(&step.name, 1, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
+        record.certificate = state::certificate(&checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
+        self.complete_record(&mut record, &report, (&checks, options.tolerance));
+        self.warn_of_spin_moment(step);
+        if self.result.outcome != Outcome::Converged {
+            self.deliver(record, fields, observer)?;
+        }
+        Ok((it, report))
+    }
+
+    /// How strokes are solved that only say where cells stick.
+    pub(crate) fn stroke_options(&self) -> SolverOptions {
+        SolverOptions { tolerance: self.options.tolerance.max(STROKE_TOLERANCE), ..self.options }
+    }
+
+    /// Strokes through the cycle at the depth `worn` (`[N]`, mm) until they settle; the cells that stick, and where, follow.
+    /// Where a stroke does not converge the ends stay as they were solved together, and the report says why.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn recompute_stick_zone(
+        &mut self,
+        step: &Step,
+        (course, loads): (&FrettingPath, PrescribedLoads),
+        worn: &[f64],
+        ring: &mut CycleState,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+    ) -> Result<SolveReport> {
+        let (n, half) = (self.prepared.n(), course.reversal_index());
+        let options = self.stroke_options();
+        // Looked at here, the operator would be looked at again and again.
+        let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
+        let solved = Unknowns::from_state(&ring.contact);
+        let mut reference = ring.contact.gap[half * 3 * n..half * 3 * n + 2 * n].to_vec();
+        let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
+        let mut before: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..MAX_SETTLING_CYCLES {
+            for end in (half + 1..course.len() + 1).map(|end| end % course.len()).chain(1..half + 1) {
+                let mut it = ContactState::new(n, vec![ring.contact.rigid_motion[end]]);
+                it.mode_amplitudes = vec![ring.contact.mode_amplitudes[end]];
+                it.scaled.copy_from_slice(&ring.contact.scaled[end * 3 * n..(end + 1) * 3 * n]);
+                let place = IncrementStart { reference, it };
+                let way = (course, end, loads);
+                let (place, report, _) =
+                    self.solve_stroke(step, way, (worn, &options), place, (&mut *observer, stage))?;
+                ring.charge(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
+                let (iterations, applications) =
+                    (sum.iterations + report.iterations, sum.applications + report.applications);
+                sum = SolveReport { iterations, applications, ..report };
+                if sum.stop != StopReason::Converged {
+                    // What is reported are the last ends that were solved together.
+                    solved.restore_into(&mut ring.contact);
+                    return Ok(sum);
+                }
+                if end == 1 {
+                    ring.stick_mask.fill(true);
+                }
+                ring.record_stroke(&place.it, end, STICK_SLIP_SHARE * ring.amplitude());
+                reference = place.reference;
+            }
+            let found = self.responses_at_path_points(ring, course);
+            if is_periodic(&found, &before) {
+                break;
+            }
+            before = found;
+        }
+        Ok(sum)
+    }
+
+    /// The ends of a cycle with the slip of each measured from the one before.
+    ///
+    /// # Errors
+    /// If a load acts along a motion that nothing resists.
+    pub(crate) fn path_points(
+        &mut self,
+        step: &Step,
+        course: &FrettingPath,
+        loads: PrescribedLoads,
+        ring: &CycleState,
+    ) -> Result<Vec<PathPoint>> {
+        (0..course.len())
+            .map(|end| self.path_point(step, &course.loads(end, loads), ring.slip_reference()))
+            .collect()
+    }
+}

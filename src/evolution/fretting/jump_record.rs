@@ -1,0 +1,167 @@
+//! What jumps hand out: their entries, and why none follow.
+
+use std::time::Instant;
+
+use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
+use crate::error::Result;
+
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::increment_record;
+use crate::evolution::wear_integrator::WearJump;
+use crate::evolution::records::{JumpRecord, Observer, Outcome, Resultants};
+use crate::evolution::step::{Cycles, Spin, Step};
+use crate::evolution::{FRAME_EDGE, Run, state};
+
+impl Run<'_> {
+    /// The cycles that are left, in which nothing wears any more.
+    pub(crate) fn finish_worn_out_step(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut WearStepState,
+        clock: Instant,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let length = cycles.count - cycling.completed;
+        self.result.warnings.push(format!(
+            "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length} {}",
+            step.name,
+            cycling.length_unit()
+        ));
+        // A run that is taken up here has not evaluated its ends yet.
+        let worn = self.state.wear_depth.clone();
+        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        let mut checks = certificate::check(
+            &problem,
+            &mut cycling.cycle.contact,
+            TangentialGap::Skip,
+            OperatorCheck::Skip,
+        );
+        drop(problem);
+        // What is left is the rounding of the gap: it counts against the pressures that there were.
+        checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
+        let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
+        self.commit_jump(step, cycles, (cycling, &jump), (length, 0, clock), observer)
+    }
+
+    /// Ends the run before a jump that brings the contact to the rim of the frame, beyond which it would be cut off.
+    pub(crate) fn stop_at_frame_edge(
+        &mut self,
+        step: &Step,
+        cycling: &WearStepState,
+        jump: &WearJump,
+        length: f64,
+    ) {
+        self.discarded_work = [jump.solves, jump.report.iterations, jump.report.applications];
+        self.result.outcome = FRAME_EDGE;
+        let unit = cycling.length_unit();
+        self.result.warnings.push(format!(
+            "step \"{}\" ({}): wear brings the contact to the edge of the frame between {} and {} {unit}; that jump is not taken, for \
+             what lies beyond would be cut off",
+            step.name,
+            cycling.jumps_done + 1,
+            cycling.completed,
+            cycling.completed + length
+        ));
+    }
+
+    /// Takes what a jump did into the state, and hands out its entry.
+    pub(crate) fn commit_jump(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, jump): (&mut WearStepState, &WearJump),
+        (length, rejected, clock): (f64, usize, Instant),
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let number = cycling.jumps_done + 1;
+        if jump.converged() {
+            cycling.completed += length;
+            cycling.jumps_done += 1;
+            if cycles.count - cycling.completed < 1e-9 * cycles.count {
+                cycling.completed = cycles.count;
+            }
+            match cycling.slip_source {
+                SlipSource::ClosedPath(_) => {
+                    self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64
+                }
+                SlipSource::Sliding(_) => {
+                    self.state.distance_slid = cycling.totals_before.1 + cycling.completed
+                }
+            }
+            self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
+            self.state.dissipation += jump.dissipation;
+            if step.wear {
+                self.state.add_wear_dissipation(jump.dissipation, step.friction);
+            }
+            let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
+            errors.for_each(|(sum, error)| *sum += error.abs());
+            self.state.volume_error += jump.volume_error;
+            if let Some(resolved) = &cycling.resolved_cycle {
+                self.add_path_error(resolved, &jump.wear_depth);
+            }
+        }
+        let half = match &cycling.slip_source {
+            SlipSource::ClosedPath(course) => course.reversal_index(),
+            SlipSource::Sliding(_) => 0,
+        };
+        let it = &cycling.cycle.contact;
+        let worn = self.state.wear_depth.clone();
+        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        let ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
+        let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+        let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
+        let balance = state::energy_balance(&self.prepared, &self.state, it, half);
+        let fields = state::frame_state(&problem, it, 0, &worn);
+        drop(problem);
+        self.state.set_from(it, half);
+        let values = Resultants {
+            shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
+            rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
+            twist: mean(|e| e.twist),
+            normal_force: mean(|e| e.normal_force),
+            contact_area: mean(|e| e.contact_area),
+            stick_area: mean(|e| e.stick_area),
+            peak_pressure: mean(|e| e.peak_pressure),
+            ..ends[0]
+        };
+        let mut record = increment_record(&step.name, number, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, it);
+        record.certificate = state::certificate(&jump.checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
+        record.stroke_ends = matches!(cycling.slip_source, SlipSource::ClosedPath(_)).then_some(ends);
+        record.jump = Some(JumpRecord {
+            length,
+            solves: jump.solves,
+            rejected,
+            depth_error: jump.depth_error,
+            volume_error: jump.volume_error,
+            critical_length: cycling.critical_length,
+            resolved: cycling
+                .resolved_cycle
+                .as_ref()
+                .filter(|resolved| resolved.is_new)
+                .map(|resolved| resolved.increments),
+        });
+        if let Some(resolved) = &mut cycling.resolved_cycle {
+            resolved.is_new = false;
+        }
+        self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
+        self.warn_of_spin_moment(step);
+        self.deliver(record, fields, observer)
+    }
+
+    /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
+    /// end to end, and the moment of its friction with it.
+    pub(crate) fn warn_of_spin_moment(&mut self, step: &Step) {
+        let Spin::Moment(moment) = self.controls.spin else { return };
+        if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
+            self.result.warnings.push(format!(
+                "step \"{}\": a spin moment of {moment} is still held while body 2 goes to and fro. If all of the contact slides, \
+                 friction there and back has opposite moments and cannot carry the same one at both ends: prescribe `twist`, \
+                 or a spin_moment of zero, in a step before, or take a smaller amplitude",
+                step.name
+            ));
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Fretting loops: a cycle resolved into many increments, without wear.
+
+use crate::contact::certificate::StateChecks;
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{ContactState, SlipReference, SolverOptions};
+use crate::error::Result;
+
+use crate::evolution::Run;
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
+use crate::evolution::records::Outcome;
+use crate::evolution::records::{FrettingLoop, Observer};
+use crate::evolution::fretting::cycle_state::FrettingPath;
+use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, Step};
+
+/// Increments per stroke, at least.
+const MIN_LOOP_INCREMENTS: usize = 16;
+
+/// Cycles that it takes until one follows from the one before alone; the last is what is reported.
+const LOOP_CYCLES: usize = 2;
+
+/// What slip of the next increment is measured from, and what its solution begins with.
+#[derive(Clone)]
+pub(crate) struct IncrementStart {
+    /// Tangential gap, `[2, N]`, mm.
+    pub reference: Vec<f64>,
+    /// Tractions and motions.
+    pub it: ContactState,
+}
+
+impl IncrementStart {
+    /// An end of a cycle that was solved and evaluated.
+    pub fn at_path_point(ring: &ContactState, end: usize) -> Self {
+        let n = ring.wear_rate.len();
+        let mut it = ContactState::new(n, vec![ring.rigid_motion[end]]);
+        it.mode_amplitudes = vec![ring.mode_amplitudes[end]];
+        it.scaled.copy_from_slice(&ring.scaled[end * 3 * n..(end + 1) * 3 * n]);
+        Self { reference: ring.gap[end * 3 * n..end * 3 * n + 2 * n].to_vec(), it }
+    }
+}
+
+impl Run<'_> {
+    /// One increment of a cycle at a worn depth (`[N]`, mm), from a place to an end of its course.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn solve_stroke(
+        &mut self,
+        step: &Step,
+        (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
+        (worn, options): (&[f64], &SolverOptions),
+        place: IncrementStart,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+    ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
+        let laws = ActiveLaws {
+            friction: step.friction,
+            wear: step.wear,
+            slip_repeats: 0.0,
+            wear_path_factors: None,
+        };
+        let n = self.prepared.n();
+        let spec =
+            self.path_point(step, &course.loads(end, loads), SlipReference::Previous(place.reference))?;
+        let mut problem = increment_problem(&self.prepared, options, worn, laws, vec![spec]);
+        let mut it = place.it;
+        course.set_shift(end, &mut it.rigid_motion[0]);
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, options, observer, stage)?;
+        let reference = it.gap[..2 * n].to_vec();
+        Ok((IncrementStart { reference, it }, report, checks))
+    }
+
+    /// Resolves the cycle at the worn depth of the state; nothing but the loop is left of it.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn record_fretting_loop(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &WearStepState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
+            (&cycling.slip_source, &cycles.motion)
+        else {
+            return Ok(());
+        };
+        let increments = MIN_LOOP_INCREMENTS.div_ceil(closed.increments) * closed.increments;
+        let course = coarse.refined(&ClosedPath { increments, ..*closed }, 1.0);
+        let half = coarse.reversal_index();
+        let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
+        // That of the - end, where the state is.
+        let mut place = IncrementStart {
+            reference: self.state.slip_reference.clone(),
+            ..IncrementStart::at_path_point(&cycling.cycle.contact, half)
+        };
+        let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
+        let stage = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
+        let mut found = FrettingLoop {
+            name: step.name.clone(),
+            cycles_done: self.state.cycles_done,
+            dissipation: 0.0,
+            points: Vec::new(),
+        };
+        for _ in 0..LOOP_CYCLES {
+            (found.dissipation, found.points) = (0.0, Vec::new());
+            for end in
+                (increments + 1..=2 * increments).map(|end| end % (2 * increments)).chain(1..=increments)
+            {
+                let way = (&course, end, loads);
+                let (next, report, checks) =
+                    self.solve_stroke(step, way, (&worn, &options), place, (&mut *observer, &stage))?;
+                if report.stop != StopReason::Converged {
+                    if report.stop == StopReason::Interrupted {
+                        self.result.outcome = Outcome::Interrupted;
+                    } else {
+                        self.result.warnings.push(format!(
+                            "step \"{}\": the fretting loop after {} cycles was not found: an increment of it did not converge",
+                            step.name, self.state.cycles_done
+                        ));
+                    }
+                    return Ok(());
+                }
+                place = next;
+                found.dissipation += checks.dissipation;
+                let (force, _) = self.prepared.resultants(&place.it.tractions);
+                let motion = self.prepared.motion(&place.it.rigid_motion[0], &place.it.mode_amplitudes[0]);
+                let [x, y] = [0, 1].map(|k| motion[k] - course.center[k]);
+                found.points.push([x, y, force[0], force[1], -force[2]]);
+            }
+        }
+        self.result.fretting_loops.push(found);
+        Ok(())
+    }
+}

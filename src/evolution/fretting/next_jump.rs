@@ -1,0 +1,246 @@
+//! The next jump: how long it is, and whether it is taken.
+
+use std::time::Instant;
+
+use crate::contact::solver::StopReason;
+use crate::error::{Error, Result};
+
+use crate::evolution::Run;
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::wear_integrator::WearJump;
+use crate::evolution::records::Observer;
+use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal, Step};
+use crate::evolution::fretting::jump_trial::Tried;
+
+/// Worn depth over the approach below which errors do not count.
+const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
+
+/// Cells, or share of the radius of the contact, that the rims of contact and stick zone may move by in a controlled jump.
+const MAX_RADIUS_GROWTH_CELLS: f64 = 2.0;
+const MAX_RADIUS_GROWTH_SHARE: f64 = 0.05;
+
+/// Share of the longest stable jump that controlled explicit ones may have.
+const EXPLICIT_LENGTH_SHARE: f64 = 0.9;
+
+/// Largest pressure over that at the start of the step from which on nothing wears at a fixed approach: the rest of the overlap is as
+/// small, and below it pressures drown in the rounding of the gap.
+const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
+
+/// Tries that a controlled jump may be too long for.
+const MAX_TRIALS: usize = 12;
+
+/// Iterations of a stage after which a shorter jump is tried, where there is one.
+const MAX_TRIAL_ITERATIONS: usize = 2000;
+
+/// Why a controlled jump is taken again, shorter.
+enum Rejection {
+    /// Its error, as a multiple of what is allowed.
+    Error(f64),
+    /// Something else.
+    ContactChange,
+}
+
+impl Run<'_> {
+    /// Takes one more jump.
+    pub(crate) fn take_jump(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut WearStepState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let clock = Instant::now();
+        if self.is_worn_out(step, cycling) {
+            return self.finish_worn_out_step(step, cycles, cycling, clock, observer);
+        }
+        self.update_resolved_cycle(step, cycles, cycling, observer)?;
+        let (mut tries, mut spent) = (0, [0; 3]);
+        loop {
+            let (length, shortest) = cycling.next_length(cycles);
+            if let Some(resolved) = &mut cycling.resolved_cycle {
+                resolved.extrapolate_factors(cycling.completed, length);
+            }
+            let before = Tried::of(cycling);
+            let radii = self.contact_and_stick_radius(cycling);
+            let part = |done: f64| done / cycles.count;
+            let stage = ProgressSpan {
+                name: &step.name,
+                from: part(cycling.completed),
+                to: part(cycling.completed + length),
+            };
+            let integrator = cycles.integrator;
+            let shorter_ones =
+                matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest && tries < MAX_TRIALS;
+            let patience = self.options.max_iterations;
+            if shorter_ones {
+                self.options.max_iterations = patience.min(MAX_TRIAL_ITERATIONS);
+            }
+            let jump = self.integrate(step, (cycles, integrator, length), cycling, (observer, &stage));
+            self.options.max_iterations = patience;
+            let mut jump = jump?;
+            if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
+                && jump.report.stop != StopReason::Interrupted
+                && let Some(refusal) = self.rejection((cycles, tolerance, length), (radii, cycling), &jump)
+            {
+                let report = &jump.report;
+                let now = [jump.solves, report.iterations, report.applications];
+                spent.iter_mut().zip(now).for_each(|(sum, now)| *sum += now);
+                tries += 1;
+                before.put(cycling);
+                match refusal {
+                    Rejection::Error(ratio) => cycling.step_controller.reject(length, ratio),
+                    Rejection::ContactChange => cycling.step_controller.halve(length),
+                }
+                continue;
+            }
+            if jump.lost_contact {
+                let wasted = [jump.solves, jump.report.iterations, jump.report.applications];
+                before.put(cycling);
+                let euler = (cycles, Integrator::BackwardEuler, length);
+                jump = self.integrate(step, euler, cycling, (observer, &stage))?;
+                jump.charge_work(wasted);
+                self.result.warnings.push(format!(
+                    "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
+                     would wear past the end of contact; backward Euler took it: more jumps give a better answer",
+                    step.name,
+                    cycling.jumps_done + 1,
+                    cycling.length_unit()
+                ));
+            }
+            jump.charge_work(spent);
+            // The first strokes have no entry of their own.
+            jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
+            self.warn_of_unstable(step, cycling, length);
+            if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
+                let ratio = self.error_ratio((cycles, tolerance, length), &jump);
+                cycling.step_controller.accept(length, ratio);
+            }
+            if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
+                self.stop_at_frame_edge(step, cycling, &jump, length);
+                return Ok(());
+            }
+            return self.commit_jump(step, cycles, (cycling, &jump), (length, tries, clock), observer);
+        }
+    }
+
+    /// Whether wear at a fixed approach has taken nearly all that the bodies overlap by.
+    fn is_worn_out(&self, step: &Step, cycling: &WearStepState) -> bool {
+        let still = matches!(self.controls.normal, Normal::Approach(_)) && step.normal.is_none();
+        still && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
+    }
+
+    /// Says, once a step, that explicit jumps are longer than is stable.
+    fn warn_of_unstable(&mut self, step: &Step, cycling: &WearStepState, length: f64) {
+        if let Some(critical) = cycling.critical_length
+            && length > critical * (1.0 + 1e-9)
+            && cycling.jumps_done == 0
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear swing from \
+                 cell to cell, and mean nothing",
+                step.name,
+                cycling.length_unit()
+            ));
+        }
+    }
+
+    /// Estimated error of a jump over what is allowed.
+    fn error_ratio(&self, (cycles, tolerance, length): (&Cycles, f64, f64), jump: &WearJump) -> f64 {
+        if jump.depth_error == 0.0 {
+            return 0.0;
+        }
+        let deepest = |more: f64| {
+            let depths = self.state.wear_depth.iter().zip(&jump.wear_depth);
+            depths.map(|(worn, by)| worn + more * by).fold(0.0, f64::max)
+        };
+        let (before, after) = (deepest(0.0), deepest(1.0));
+        let negligible =
+            NEGLIGIBLE_DEPTH_SHARE * (self.prepared.first_touch - self.state.rigid_motion[2]).abs();
+        let all = after + negligible;
+        let share = 0.5 * ((after - before) / all + length / cycles.count);
+        jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
+    }
+
+    /// Why a controlled jump is too long, if it is.
+    fn rejection(
+        &self,
+        jumped: (&Cycles, f64, f64),
+        ([contact, stick], after): ([f64; 2], &WearStepState),
+        jump: &WearJump,
+    ) -> Option<Rejection> {
+        if !jump.converged() || jump.lost_contact {
+            return Some(Rejection::ContactChange);
+        }
+        let ratio = self.error_ratio(jumped, jump);
+        if ratio > 1.0 {
+            return Some(Rejection::Error(ratio));
+        }
+        let [new_contact, new_stick] = self.contact_and_stick_radius(after);
+        let areas = &self.prepared.model.frame.areas;
+        let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+        let most = (MAX_RADIUS_GROWTH_CELLS * side).max(MAX_RADIUS_GROWTH_SHARE * contact);
+        (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::ContactChange)
+    }
+
+    /// Radii of the circles that are as large as the contact at any end, and as the cells that stick through the cycle.
+    fn contact_and_stick_radius(&self, cycling: &WearStepState) -> [f64; 2] {
+        let areas = &self.prepared.model.frame.areas;
+        let touching = self.cells_in_contact(&cycling.cycle.contact);
+        let radius = |sum: f64| (sum / std::f64::consts::PI).sqrt();
+        let sum =
+            |counts: &dyn Fn(usize) -> bool| (0..areas.len()).filter(|&i| counts(i)).map(|i| areas[i]).sum();
+        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && cycling.cycle.stick_mask[i]))]
+    }
+}
+
+impl WearStepState {
+    /// Largest pressure at any end.
+    pub(crate) fn peak_pressure(&self) -> f64 {
+        let n = self.wear_rate.len();
+        let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+        pressures.copied().fold(0.0, f64::max)
+    }
+
+    /// Refuses explicit jumps that are longer than is stable.
+    pub(crate) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
+        let (Some(critical), JumpPolicy::Number(jumps), false) =
+            (self.critical_length, cycles.jumps, cycles.beyond_critical)
+        else {
+            return Ok(());
+        };
+        let length = cycles.count / jumps as f64;
+        if length <= critical {
+            return Ok(());
+        }
+        Err(Error::input(format!(
+            "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
+             on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
+             integrator; wear.beyond_critical = true takes them all the same",
+            step.name,
+            self.length_unit(),
+            (cycles.count / critical * (1.0 - 1e-9)).ceil()
+        )))
+    }
+
+    /// Length of the next jump, and the shortest that can be.
+    fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
+        let whole = matches!(self.slip_source, SlipSource::ClosedPath(_));
+        match cycles.jumps {
+            JumpPolicy::Tolerance(_) => {
+                let unit = if whole { 1.0 } else { 0.0 };
+                let mut control = self.step_controller;
+                if let (Some(critical), false) = (self.critical_length, cycles.beyond_critical) {
+                    control.limit(EXPLICIT_LENGTH_SHARE * critical);
+                }
+                (control.length(cycles.count - self.completed, unit), unit.max(1e-9 * cycles.count))
+            }
+            JumpPolicy::Number(jumps) => {
+                let part = |k: usize| cycles.count * k as f64 / jumps as f64;
+                let done = |k: usize| if whole { part(k).round() } else { part(k) };
+                let length = done(self.jumps_done + 1) - done(self.jumps_done);
+                (length, length)
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Ends and rates of a cycle, or of steady sliding, before a jump.
+
+use std::time::Instant;
+
+use crate::error::Result;
+
+use crate::evolution::Run;
+use crate::evolution::fretting::wear_step::WearStepState;
+use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::wear_integrator::WearJump;
+use crate::evolution::records::Observer;
+use crate::evolution::step::{Cycles, Integrator, Step};
+
+impl Run<'_> {
+    /// Ends and rates at the worn depth of the state; `false` where they do not converge.
+    pub(crate) fn evaluate_rates(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, clock): (&mut WearStepState, Instant),
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
+        let mut jump = WearJump::new(self.prepared.n());
+        let stage = ProgressSpan { name: &step.name, from: at, to: at };
+        self.solve_stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
+        if !jump.converged() {
+            self.commit_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
+            return Ok(false);
+        }
+        cycling.cycle.charge(&jump.report);
+        cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
+        cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
+        if cycles.integrator == Integrator::Explicit {
+            cycling.critical_length = self.critical_length(&cycling.cycle.contact);
+        }
+        Ok(true)
+    }
+
+    /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
+    pub(crate) fn reevaluate_rates(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut WearStepState,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        if !self.evaluate_rates(step, cycles, (cycling, Instant::now()), observer)? {
+            return Ok(false);
+        }
+        cycling.rates_outdated = false;
+        if let Err(unstable) = cycling.refuse_unstable(step, cycles) {
+            self.result.warnings.push(unstable.message().to_owned());
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,614 @@
+//! What happens between the ends of a cycle: strokes in many increments give the wear of each cell over that by the slip from end
+//! to end, and are resolved again only when that slip has changed (docs/theory-wear.md).
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::solver::StopReason;
+use crate::contact::{ContactState, Increment};
+use crate::error::Result;
+use crate::frame::grid::extend_field;
+
+use crate::evolution::Run;
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::{ProgressSpan, root_mean_square};
+use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::records::Observer;
+use crate::evolution::fretting::cycle_state::FrettingPath;
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
+
+/// Increments of a stroke, at most, or four times those between the ends.
+const MAX_STROKE_INCREMENTS: usize = 64;
+
+/// Remaining change of the wear volume until the tractions have settled, over the last change of half a cycle.
+const DRIFT_ERROR_FACTOR: f64 = 4.0;
+
+/// Increments of a resolved cycle over those between its reversal points, at least.
+const MIN_REFINEMENT: usize = 4;
+
+/// Wear of a cell by the slip from end to end over the largest below which it says nothing.
+const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
+
+/// Wear of a cell over that by the slip from end to end, at most.
+const MAX_WEAR_FACTOR: f64 = 4.0;
+
+/// Smallest share of a stroke that its first increment takes.
+const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
+
+/// Share that factors may change by on the way to the middle of a jump.
+const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
+
+/// Growth of the elastic lag over the slip after which a correction that was not needed is checked again.
+const RECHECK_LAG_GROWTH: f64 = 2.0;
+
+/// Share of the error that it measures to which a resolved cycle is refined where it corrects nothing.
+const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
+
+/// A resolved cycle, compared with the slip between the reversal points.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct ResolvedCycle {
+    /// Whether it corrects the wear. If not, all factors are 1 and it only measures the error.
+    pub corrects: bool,
+    /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
+    pub factors: Vec<f64>,
+    /// The same as it was found.
+    measured_factors: Vec<f64>,
+    /// Its change per cycle since the one before, `[N]`.
+    factor_rate: Vec<f64>,
+    /// Cycles of the step before it.
+    at_cycle: f64,
+    /// Its dissipation likewise.
+    pub dissipation_factor: f64,
+    /// Increments per stroke.
+    pub increments: usize,
+    /// Whether no jump has followed yet.
+    pub is_new: bool,
+    /// Slip from end to end then, `[E, 2, N]`, mm.
+    slip: Vec<f64>,
+    /// Elastic lag over the slip then.
+    lag_ratio: f64,
+    /// Whether all of the contact slid then.
+    full_slip: bool,
+    /// Wear depth then, `[N]`, mm.
+    wear_depth: Vec<f64>,
+    /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
+    remaining_error: Vec<f64>,
+    /// Relative error of the wear volume per cycle that remains, beside those of the cells where it corrects.
+    remaining_volume_error: f64,
+    /// Share of the wear volume that no factor stands for.
+    unresolved_wear_fraction: f64,
+}
+
+/// Wear of a cycle.
+#[derive(Clone)]
+struct CycleWear {
+    /// Depth, `[N]`, mm.
+    rate: Vec<f64>,
+    /// Dissipation.
+    power: f64,
+    /// Change of the volume of its second half since the half cycle before it, mm3: the tractions have not settled yet.
+    drift: f64,
+}
+
+impl CycleWear {
+    /// The limit of first order of this one and one in half as many increments.
+    fn extrapolated(&self, coarser: &Self) -> Self {
+        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| (2.0 * fine - coarse).max(0.0));
+        Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power, drift: self.drift }
+    }
+}
+
+/// Wear of a cycle that more increments change little.
+struct RefinedCycle {
+    wear: CycleWear,
+    /// Its change by the last refinement, relative, `[N]`.
+    change: Vec<f64>,
+    /// Increments per stroke.
+    increments: usize,
+}
+
+/// How a cycle slips between its reversal points.
+#[derive(Clone, Copy)]
+struct CycleSlip {
+    /// Whether all cells that carry pressure at a reversal point slip on the stroke to it.
+    full_slip: bool,
+    /// Largest elastic lag of a cell over the motion of body 2: the share of a stroke in which slip spreads over the contact.
+    slip_spread_share: f64,
+    /// Elastic lag over the slip, means over the contact weighted with pressure.
+    lag: f64,
+}
+
+impl ResolvedCycle {
+    /// Extrapolates the factors to the middle of a jump after `done` cycles of the step.
+    pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
+        let ahead = done + 0.5 * length - self.at_cycle;
+        for ((factor, found), slope) in
+            self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate)
+        {
+            *factor = (found + slope * ahead)
+                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
+        }
+    }
+
+    /// The same on a larger frame; `places`: the number of each cell there.
+    pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
+        Self {
+            factors: extend_field(&self.factors, places, n, |_| 1.0),
+            measured_factors: extend_field(&self.measured_factors, places, n, |_| 1.0),
+            factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
+            slip: extend_field(&self.slip, places, n, |_| 0.0),
+            wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),
+            remaining_error: extend_field(&self.remaining_error, places, n, |_| 0.0),
+            ..self
+        }
+    }
+
+    /// Whether another resolved cycle is needed, which has come to `slip`; `changed` gives the relative change of the slip since this one.
+    fn is_due(&self, used: ResolvedCycleSettings, slip: &CycleSlip, changed: impl Fn(&[f64]) -> f64) -> bool {
+        match used.correction {
+            _ if self.corrects => changed(&self.slip) > used.tolerance,
+            Correction::Never => false,
+            _ if slip.full_slip != self.full_slip => true,
+            _ if slip.full_slip => slip.lag > RECHECK_LAG_GROWTH * self.lag_ratio,
+            _ => changed(&self.slip) > used.tolerance,
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Resolves the cycle at the wear depth of the state where that is due: factors and rates of `cycling` follow if they are
+    /// corrected, and the estimated errors in any case. Where increments do not converge all stays as it was.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn update_resolved_cycle(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut WearStepState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
+            (&cycling.slip_source, &cycles.motion)
+        else {
+            return Ok(());
+        };
+        let (Some(used), true) =
+            (closed.resolved_cycles, step.wear && self.prepared.specific_wear_rate.is_some())
+        else {
+            return Ok(());
+        };
+        if used.correction != Correction::Always && !self.has_friction(step) {
+            return Ok(());
+        }
+        // A restored run has not evaluated its reversal points yet.
+        let worn = self.state.wear_depth.clone();
+        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        problem.evaluate(&mut cycling.cycle.contact);
+        let slip = self.cycle_slip(&problem, cycling);
+        drop(problem);
+        let changed = |before: &[f64]| self.slip_change(&cycling.cycle.contact, before);
+        if cycling.resolved_cycle.as_ref().is_some_and(|before| !before.is_due(used, &slip, changed)) {
+            return Ok(());
+        }
+        let course = course.clone();
+        let by_ends = CycleWear {
+            rate: cycling.cycle.contact.wear_rate.clone(),
+            power: cycling.dissipation_rate / cycling.dissipation_factor(),
+            drift: 0.0,
+        };
+        let way = (&course, closed, slip);
+        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)?
+        else {
+            if used.correction == Correction::Never {
+                // It is not tried again: nothing is known of the error.
+                let unknown =
+                    RefinedCycle { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
+                cycling.resolved_cycle = Some(self.error_measurement(cycling, (unknown, &by_ends), slip));
+            }
+            return Ok(());
+        };
+        let difference = self.volume_difference(&by_ends, &refined.wear);
+        let (factors, unresolved_wear_fraction) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
+        let corrects = match used.correction {
+            Correction::Always => true,
+            // A correction that leaves out more than it corrects is worse than none.
+            Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
+                false
+            }
+            Correction::WhereNeeded => !slip.full_slip || difference > used.tolerance,
+            Correction::Never => false,
+        };
+        if used.correction != Correction::Never {
+            self.warn_of_unresolved_wear(step, cycling, (unresolved_wear_fraction, used.tolerance));
+        } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
+            > used.tolerance
+        {
+            self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
+        }
+        let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
+        if corrects {
+            self.apply_correction(
+                (cycling, &by_ends),
+                refined,
+                (factors, unresolved_wear_fraction),
+                (before, slip),
+            );
+            return Ok(());
+        }
+        if let Some(before) = before {
+            self.add_factor_drift_error(&vec![1.0; worn.len()], &before);
+        }
+        cycling.wear_rate.copy_from_slice(&by_ends.rate);
+        cycling.dissipation_rate = by_ends.power;
+        cycling.resolved_cycle = Some(ResolvedCycle {
+            unresolved_wear_fraction,
+            ..self.error_measurement(cycling, (refined, &by_ends), slip)
+        });
+        Ok(())
+    }
+
+    /// Takes factors and rates of `cycling` from a resolved cycle.
+    fn apply_correction(
+        &mut self,
+        (cycling, by_ends): (&mut WearStepState, &CycleWear),
+        RefinedCycle { wear, change, increments }: RefinedCycle,
+        (factors, unresolved_wear_fraction): (Vec<f64>, f64),
+        (before, slip): (Option<ResolvedCycle>, CycleSlip),
+    ) {
+        let volume = self.volume(&wear.rate);
+        let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
+        let at_cycle = cycling.completed;
+        let factor_rate = match &before {
+            Some(before) if at_cycle > before.at_cycle => {
+                self.add_factor_drift_error(&factors, before);
+                let change = factors.iter().zip(&before.measured_factors);
+                change.map(|(now, found)| (now - found) / (at_cycle - before.at_cycle)).collect()
+            }
+            _ => vec![0.0; factors.len()],
+        };
+        let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
+        cycling.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
+        let dissipation_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
+        cycling.dissipation_rate = by_ends.power * dissipation_factor;
+        cycling.resolved_cycle = Some(ResolvedCycle {
+            corrects: true,
+            measured_factors: factors.clone(),
+            factors,
+            factor_rate,
+            at_cycle,
+            dissipation_factor,
+            increments,
+            is_new: true,
+            slip: cycling.cycle.contact.slip.clone(),
+            lag_ratio: slip.lag,
+            wear_depth: self.state.wear_depth.clone(),
+            full_slip: slip.full_slip,
+            remaining_error: change,
+            // Over the wear that the factors stand for.
+            remaining_volume_error: (unresolved_wear_fraction.abs() + drift)
+                / (1.0 - unresolved_wear_fraction).max(f64::EPSILON),
+            unresolved_wear_fraction,
+        });
+    }
+
+    /// A resolved cycle that corrects nothing: its distance from the wear by the slip from end to end, and its own last change, are
+    /// the errors that remain.
+    fn error_measurement(
+        &self,
+        cycling: &WearStepState,
+        (RefinedCycle { wear, change, increments }, by_ends): (RefinedCycle, &CycleWear),
+        slip: CycleSlip,
+    ) -> ResolvedCycle {
+        let n = by_ends.rate.len();
+        let last: Vec<f64> = wear.rate.iter().zip(&change).map(|(rate, change)| rate * change).collect();
+        let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
+        let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
+        let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
+        let volume =
+            over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
+        ResolvedCycle {
+            corrects: false,
+            factors: vec![1.0; n],
+            measured_factors: vec![1.0; n],
+            factor_rate: vec![0.0; n],
+            at_cycle: cycling.completed,
+            dissipation_factor: 1.0,
+            increments,
+            is_new: true,
+            slip: cycling.cycle.contact.slip.clone(),
+            lag_ratio: slip.lag,
+            wear_depth: self.state.wear_depth.clone(),
+            full_slip: slip.full_slip,
+            remaining_error: remaining.collect(),
+            remaining_volume_error: volume,
+            unresolved_wear_fraction: 0.0,
+        }
+    }
+
+    /// Warns once of wear that no factor stands for.
+    fn warn_of_unresolved_wear(
+        &mut self,
+        step: &Step,
+        cycling: &WearStepState,
+        (missed, tolerance): (f64, f64),
+    ) {
+        if missed <= tolerance
+            || cycling
+                .resolved_cycle
+                .as_ref()
+                .is_some_and(|before| before.unresolved_wear_fraction > tolerance)
+        {
+            return;
+        }
+        self.result.warnings.push(format!(
+            "step \"{}\": after {} cycles {:.2} % of the wear is in cells that slip within a stroke and are back at its end. Resolved cycles \
+             cannot correct it; it is in the estimated errors. Take finer cells, or `increments = 8`, which solves more points of the path",
+            step.name,
+            self.state.cycles_done,
+            100.0 * missed
+        ));
+    }
+
+    /// Warns that the prescribed number of increments per stroke misses the tolerance.
+    fn warn_of_increments(
+        &mut self,
+        step: &Step,
+        (increments, tolerance): (usize, f64),
+        (refined, by_ends): (&RefinedCycle, &CycleWear),
+    ) {
+        let [all, resolved] = [&by_ends.rate, &refined.wear.rate].map(|rate| self.volume(rate));
+        let of_strokes = if increments == 1 { "increment" } else { "increments" };
+        let by = if resolved > 0.0 {
+            let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &by_ends.rate);
+            format!(
+                "{:+.2} % of the wear volume (depth: {depth:.2} %, root mean square over the largest)",
+                100.0 * (all / resolved - 1.0)
+            )
+        } else {
+            "all of its wear".to_owned()
+        };
+        self.result.warnings.push(format!(
+            "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}). The difference is in \
+             the estimated errors. Leave out `increments`, or take \"auto\", to correct the wear",
+            step.name, refined.increments
+        ));
+    }
+
+    /// How the cycle of `cycling`, evaluated as `problem`, slips between its reversal points.
+    fn cycle_slip(&self, problem: &Increment, cycling: &WearStepState) -> CycleSlip {
+        let (it, n, areas) = (&cycling.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
+        let ends = it.rigid_motion.len();
+        let mut found = CycleSlip { full_slip: true, slip_spread_share: 0.0, lag: 0.0 };
+        let (mut lags, mut slips) = (0.0, 0.0);
+        for end in 0..ends {
+            let before = (end + ends - 1) % ends;
+            let moved = [0, 1, 2].map(|k| it.rigid_motion[end][k] - it.rigid_motion[before][k]);
+            let turned: Vec<f64> = it.mode_amplitudes[end]
+                .iter()
+                .zip(&it.mode_amplitudes[before])
+                .map(|(now, before)| now - before)
+                .collect();
+            let stroke = moved[0].hypot(moved[1]);
+            for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
+                let motion = self.prepared.tangential_motion(i, moved, &turned);
+                let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
+                let lag = (motion[0] - slip[0]).hypot(motion[1] - slip[1]);
+                let force = areas[i] * it.tractions[end * 3 * n + 2 * n + i];
+                lags += force * lag;
+                slips += force * slip[0].hypot(slip[1]);
+                found.full_slip &= !cycling.cycle.stick_mask[i] && !problem.sticks(it, end, i);
+                found.slip_spread_share =
+                    f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
+            }
+        }
+        found.slip_spread_share = found.slip_spread_share.clamp(MIN_FIRST_INCREMENT_SHARE, 1.0);
+        found.lag = if slips > 0.0 { lags / slips } else { f64::INFINITY };
+        found
+    }
+
+    /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
+    fn refine_cycle(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
+            (&FrettingPath, &ClosedPath, CycleSlip),
+            ResolvedCycleSettings,
+        ),
+        (cycling, by_ends): (&mut WearStepState, &CycleWear),
+        observer: &mut dyn Observer,
+    ) -> Result<Option<RefinedCycle>> {
+        let corrects = used.correction != Correction::Never;
+        let may_agree = full_slip && used.correction == Correction::WhereNeeded;
+        // Polygons in an ellipse are of first order, all along it.
+        let extrapolates = closed.amplitude[1] != 0.0;
+        let begin = cycling
+            .resolved_cycle
+            .as_ref()
+            .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
+        let mut increments = begin.max(closed.increments);
+        // Each cycle goes on from the one before, in fewer increments: so tractions settle on the way.
+        let mut place = IncrementStart::at_path_point(&cycling.cycle.contact, course.reversal_index());
+        let mut coarser = if increments == closed.increments && !extrapolates {
+            by_ends.clone()
+        } else {
+            let way = (course, closed, (increments, slip_spread_share));
+            let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place), observer)? else {
+                return Ok(None);
+            };
+            wear
+        };
+        let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
+        loop {
+            increments *= 2;
+            let way = (course, closed, (increments, slip_spread_share));
+            let cycle =
+                self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
+            let Some(wear) = cycle else { return Ok(None) };
+            let limit = if extrapolates { wear.extrapolated(&coarser) } else { wear.clone() };
+            if let Some(last) = &last {
+                let (change, most) = (
+                    self.relative_rms_difference(&limit.rate, &last.rate),
+                    MAX_STROKE_INCREMENTS.max(4 * closed.increments),
+                );
+                let measured =
+                    MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
+                let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
+                let agrees = may_agree && self.volume_difference(by_ends, &limit) <= used.tolerance;
+                // Two in a row: the first refinement alone may change little by chance.
+                let twice = increments >= MIN_REFINEMENT * closed.increments;
+                if twice && (change <= tolerance || agrees) || increments >= most {
+                    // Once, not in every jump.
+                    let known =
+                        cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
+                    if change > tolerance && corrects && !agrees && !known {
+                        self.result.warnings.push(format!(
+                            "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
+                             (root mean square over the largest depth) from that in half as many. The difference is in the estimated errors",
+                            step.name,
+                            self.state.cycles_done,
+                            100.0 * change
+                        ));
+                    }
+                    let both = limit.rate.iter().zip(&last.rate);
+                    let change =
+                        both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 }).collect();
+                    return Ok(Some(RefinedCycle { wear: limit, change, increments }));
+                }
+            }
+            (coarser, last) = (wear, Some(limit));
+        }
+    }
+
+    /// Wear and dissipation of a cycle in some increments per stroke, at the wear depth of the state. It begins at `place`, the - end, and
+    /// leaves its own state at that end there; `None` if an increment does not converge.
+    fn resolved_cycle(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
+        (cycling, place): (&mut WearStepState, &mut IncrementStart),
+        observer: &mut dyn Observer,
+    ) -> Result<Option<CycleWear>> {
+        let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
+        let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
+        let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
+        let part = cycling.completed / cycles.count;
+        let stage = ProgressSpan { name: &step.name, from: part, to: part };
+        let n = worn.len();
+        let mut wear = CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0 };
+        let mut here = place.clone();
+        // What comes before the first stroke back is forgotten but for cells that stick. It is the second half of a cycle, too.
+        let up = (increments + 1..=2 * increments).map(|end| (end, false));
+        let round = (1..=2 * increments).map(|end| (end, true));
+        for (end, counts) in up.chain(round) {
+            let way = (&course, end % (2 * increments), loads);
+            let pressures = here.it.tractions[2 * n..].to_vec();
+            let (next, report, checks) =
+                self.solve_stroke(step, way, (&worn, &options), here, (&mut *observer, &stage))?;
+            cycling.cycle.charge(&report);
+            if report.stop != StopReason::Converged {
+                if report.stop != StopReason::Interrupted {
+                    self.result.warnings.push(format!(
+                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. Wear follows from the \
+                         reversal points and earlier resolved cycles; the error of the path since then is not estimated",
+                        step.name, self.state.cycles_done
+                    ));
+                }
+                return Ok(None);
+            }
+            let pressures = pressures.iter().zip(&next.it.tractions[2 * n..]).map(|(a, b)| 0.5 * (a + b));
+            let worn: Vec<f64> = pressures.zip(&next.it.wear_path).map(|(p, path)| p * path).collect();
+            if counts {
+                wear.rate.iter_mut().zip(&worn).for_each(|(sum, worn)| *sum += worn);
+                wear.power += checks.dissipation;
+            }
+            if end > increments {
+                wear.drift += if counts { self.volume(&worn) } else { -self.volume(&worn) };
+            }
+            here = next;
+            if counts && end == increments {
+                *place = here.clone();
+            }
+        }
+        Ok(Some(wear))
+    }
+
+    /// Root mean square of the change of the slip from end to end over that of the slip, over the cells in contact at any end.
+    fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
+        let n = self.prepared.n();
+        let (touching, areas) = (self.cells_in_contact(it), &self.prepared.model.frame.areas);
+        let (mut change, mut sum) = (0.0, 0.0);
+        for (k, (now, before)) in it.slip.iter().zip(before).enumerate().filter(|(k, _)| touching[k % n]) {
+            change += areas[k % n] * (now - before).powi(2);
+            sum += areas[k % n] * now * now;
+        }
+        if sum > 0.0 { (change / sum).sqrt() } else { 0.0 }
+    }
+
+    /// Root mean square of the difference of two rates over the cells that wear, over the largest of the first.
+    fn relative_rms_difference(&self, rate: &[f64], other: &[f64]) -> f64 {
+        let areas = &self.prepared.model.frame.areas;
+        let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
+        let largest = rate.iter().copied().fold(0.0, f64::max);
+        if largest > 0.0 { root_mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
+    }
+
+    /// Relative difference of the wear volume of two cycles.
+    fn volume_difference(&self, wear: &CycleWear, other: &CycleWear) -> f64 {
+        let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
+        let larger = volume.max(others);
+        if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
+    }
+
+    /// Volume of a depth, `[N]`.
+    fn volume(&self, depth: &[f64]) -> f64 {
+        depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
+    }
+
+    /// The wear of a cycle over that by the slip from end to end, `[N]`, and the share of the worn volume that they leave out.
+    fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
+        let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
+        if all <= 0.0 || all_by_ends <= 0.0 {
+            return (vec![1.0; wear.len()], 0.0);
+        }
+        let least = NEGLIGIBLE_WEAR_SHARE * by_ends.iter().copied().fold(0.0, f64::max);
+        let factor = |(wear, by_ends): (&f64, &f64)| {
+            if *by_ends > least {
+                (wear / by_ends).min(MAX_WEAR_FACTOR)
+            } else {
+                (all / all_by_ends).min(MAX_WEAR_FACTOR)
+            }
+        };
+        let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
+        let covered: Vec<f64> = by_ends.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
+        (factors, 1.0 - self.volume(&covered) / all)
+    }
+
+    /// Adds to the estimated errors what remains of the error of the path that has worn `by` (`[N]`, mm) in a jump.
+    pub(crate) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
+        let volume = self.volume(by).abs();
+        let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
+        let errors: Vec<f64> = resolved.remaining_error.iter().zip(by).map(error).collect();
+        self.state.depth_errors.iter_mut().zip(&errors).for_each(|(sum, error)| *sum += error.abs());
+        let of_cells = if resolved.corrects { self.volume(&errors).abs() } else { 0.0 };
+        self.state.volume_error += of_cells + resolved.remaining_volume_error * volume;
+    }
+
+    /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of
+    /// the depth worn meanwhile.
+    fn add_factor_drift_error(&mut self, factors: &[f64], before: &ResolvedCycle) {
+        let areas = &self.prepared.model.frame.areas;
+        let mut volume = 0.0;
+        for i in 0..factors.len() {
+            let by = self.state.wear_depth[i] - before.wear_depth[i];
+            if before.factors[i] > 0.0 {
+                let mean = 0.5 * (factors[i] + before.measured_factors[i]);
+                let error = (mean / before.factors[i] - 1.0) * by;
+                self.state.depth_errors[i] += error.abs();
+                volume += areas[i] * error;
+            }
+        }
+        self.state.volume_error += volume.abs();
+    }
+}

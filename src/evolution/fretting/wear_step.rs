@@ -1,0 +1,296 @@
+//! Steps of fretting cycles and of steady sliding, taken in jumps (docs/theory-wear.md).
+
+use std::time::Instant;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
+use crate::error::Result;
+
+use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
+use crate::evolution::step_controller::StepController;
+use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
+use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
+use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
+use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::step::{CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::fretting::jump_trial::Tried;
+use crate::evolution::{Run, state};
+
+/// Worn depth over the approach that the first controlled jump aims at.
+const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
+
+/// Tolerance of jumps over that of contact solutions below which the latter make the error.
+const MIN_TOLERANCE_RATIO: f64 = 10.0;
+
+/// A step of cycles or steady sliding in progress.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct WearStepState {
+    pub cycle: CycleState,
+    pub slip_source: SlipSource,
+    /// Cycles of this step, or mm of sliding, that are done.
+    pub completed: f64,
+    /// Wear per cycle or mm at the worn depth of the state, `[N]`.
+    pub wear_rate: Vec<f64>,
+    /// Dissipation per cycle or mm there.
+    pub dissipation_rate: f64,
+    /// A resolved cycle, where strokes are resolved now and then.
+    pub resolved_cycle: Option<ResolvedCycle>,
+    /// What is prescribed besides the cycles, from the start of the step to its end.
+    pub load_path: LoadPath,
+    pub step_controller: StepController,
+    /// Entries of the step.
+    pub jumps_done: usize,
+    /// Longest stable jump of an explicit integrator.
+    pub critical_length: Option<f64>,
+    /// Largest pressure at the start of the step.
+    pub initial_peak_pressure: f64,
+    /// Contact was at the rim of the frame from the start.
+    pub touched_edge_initially: bool,
+    /// Cycles and distance before the step.
+    pub totals_before: (u64, f64),
+    /// Rates and ends are those of other operators.
+    #[serde(default)]
+    pub rates_outdated: bool,
+}
+
+/// What the slip of a cycle follows from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) enum SlipSource {
+    /// The ends of a closed path.
+    ClosedPath(FrettingPath),
+    /// Slip per mm of steady sliding, `[2, N]`.
+    Sliding(Vec<f64>),
+}
+
+impl Run<'_> {
+    /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
+    pub(crate) fn run_wear_step(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        last: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        if matches!(self.progress, StepProgress::NotStarted)
+            && let Some(cycling) = self.begin_wear_step(step, cycles, observer)?
+        {
+            if observer.wants_loops() {
+                self.record_fretting_loop(step, cycles, &cycling, observer)?;
+                if self.result.outcome != Outcome::Converged {
+                    return Ok(());
+                }
+            }
+            self.progress = StepProgress::WearStep(Box::new(cycling));
+        }
+        while let StepProgress::WearStep(mut cycling) =
+            std::mem::replace(&mut self.progress, StepProgress::NotStarted)
+        {
+            if cycling.completed >= cycles.count {
+                let ended = self.finish_wear_step(step, cycles, (&cycling, last), observer);
+                // Broken off here, the run is taken up after the last jump.
+                if ended.is_err() || self.result.outcome != Outcome::Converged {
+                    self.progress = StepProgress::WearStep(cycling);
+                }
+                return ended;
+            }
+            if cycling.jumps_done > 0 && observer.wants_rebuild(&self.state.wear_depth) {
+                self.progress = StepProgress::WearStep(cycling);
+                self.rebuild_requested = true;
+                return Ok(());
+            }
+            if cycling.rates_outdated {
+                let evaluated = self.reevaluate_rates(step, cycles, &mut cycling, observer);
+                if !matches!(evaluated, Ok(true)) {
+                    self.progress = StepProgress::WearStep(cycling);
+                    return evaluated.map(|_| ());
+                }
+            }
+            let (before, control, spent) =
+                (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
+            let resolved = cycling.resolved_cycle.clone();
+            let jumped = self.take_jump(step, cycles, &mut cycling, observer);
+            // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
+            if jumped.is_err() || self.result.outcome != Outcome::Converged {
+                // Before its first entry the step begins anew, from the state before it.
+                if cycling.jumps_done > 0 {
+                    before.put(&mut cycling);
+                    (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
+                        (control, spent, resolved);
+                    self.progress = StepProgress::WearStep(cycling);
+                }
+                return jumped;
+            }
+            self.progress = StepProgress::WearStep(cycling);
+            self.record_rollback_point(CheckpointEvent::Entry, observer)?;
+        }
+        Ok(())
+    }
+
+    /// What follows the last jump: the loop there, if it is wanted, and the way back to the centre for the steps that come.
+    fn finish_wear_step(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, last): (&WearStepState, bool),
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        if observer.wants_loops() {
+            self.record_fretting_loop(step, cycles, cycling, observer)?;
+        }
+        self.controls.normal = cycling.load_path.end.normal;
+        if let (SlipSource::ClosedPath(course), false, Outcome::Converged) =
+            (&cycling.slip_source, last, &self.result.outcome)
+        {
+            self.return_to_center(step, course, observer)?;
+        }
+        Ok(())
+    }
+
+    /// The first strokes and the rates before the first jump; `None` where something does not converge.
+    fn begin_wear_step(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<WearStepState>> {
+        let clock = Instant::now();
+        if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
+            && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\": wear.tolerance = {tolerance:e} is finer than contacts are solved (solver.tolerance = {:e}): jumps get shorter \
+                 without getting better",
+                step.name, self.options.tolerance
+            ));
+        }
+        let (center, n) = (self.state.rigid_motion, self.prepared.n());
+        let load_path = self.load_path(step);
+        let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
+        let shift = [center[0], center[1]];
+        let (cycle, slip_source) = match &cycles.motion {
+            CycleMotion::ClosedPath(closed) => {
+                let course = FrettingPath::new(closed, shift, [x, y]);
+                let ring = CycleState::new(n, &course, center);
+                (ring, SlipSource::ClosedPath(course))
+            }
+            CycleMotion::Sliding { angle } => {
+                let mut ring = CycleState::for_sliding(n, center);
+                ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+                (ring, SlipSource::Sliding(self.slip_per_length(*angle)))
+            }
+        };
+        let mut cycling = WearStepState {
+            cycle,
+            slip_source,
+            completed: 0.0,
+            wear_rate: vec![0.0; n],
+            dissipation_rate: 0.0,
+            resolved_cycle: None,
+            load_path,
+            step_controller: StepController::new(cycles.count, cycles.integrator.order()),
+            jumps_done: 0,
+            critical_length: None,
+            initial_peak_pressure: 0.0,
+            touched_edge_initially: false,
+            totals_before: (self.state.cycles_done, self.state.distance_slid),
+            rates_outdated: false,
+        };
+        if let SlipSource::ClosedPath(course) = &cycling.slip_source {
+            let (loads, _) = self.loads_at(step, &cycling, 0.0);
+            self.find_periodic_cycle(step, (course, loads), &mut cycling.cycle, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                return Ok(None);
+            }
+        }
+        if !self.evaluate_rates(step, cycles, (&mut cycling, clock), observer)? {
+            return Ok(None);
+        }
+        self.update_resolved_cycle(step, cycles, &mut cycling, observer)?;
+        cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
+        cycling.initial_peak_pressure = cycling.peak_pressure();
+        cycling.refuse_unstable(step, cycles)?;
+        let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
+        if fastest > 0.0 {
+            let first =
+                FIRST_JUMP_DEPTH_SHARE * self.prepared.approach(&cycling.cycle.contact, 0).abs() / fastest;
+            cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
+        }
+        Ok(Some(cycling))
+    }
+
+    /// Slip of each cell per mm that body 2 slides along a direction, `[2, N]`.
+    fn slip_per_length(&self, angle: f64) -> Vec<f64> {
+        let n = self.prepared.n();
+        let along = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let mut slip = vec![0.0; 2 * n];
+        for i in 0..n {
+            let local = self.prepared.rigid_axes.as_ref().map_or(along, |axes| axes[i] * along);
+            (slip[i], slip[n + i]) = (local.x, local.y);
+        }
+        slip
+    }
+
+    /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
+    pub(crate) fn loads_at(
+        &self,
+        step: &Step,
+        cycling: &WearStepState,
+        at: f64,
+    ) -> (PrescribedLoads, Option<f64>) {
+        let turn = self.prepared.rotation(&self.state.mode_amplitudes);
+        let controls = cycling.load_path.at(at, (self.state.rigid_motion, turn));
+        let mut loads = self.effective_loads(step, controls.loads);
+        loads.tangential = TangentialControl::Shift;
+        if matches!(cycling.slip_source, SlipSource::Sliding(_)) {
+            loads.moment[2] = None;
+        }
+        (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
+    }
+
+    /// Brings body 2 back to the centre of the cycles for the steps that follow.
+    fn return_to_center(
+        &mut self,
+        step: &Step,
+        course: &FrettingPath,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
+        let loads = self.effective_loads(step, self.controls.loads_at_shift());
+        let (loads, tangential) = course.return_to_center(loads);
+        self.controls = ActiveControls { tangential, ..self.controls };
+        self.advance_stroke(step, (loads, rigid), observer)?;
+        Ok(())
+    }
+}
+
+impl WearStepState {
+    /// What `completed` counts.
+    pub fn length_unit(&self) -> &'static str {
+        if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
+            "cycles"
+        } else {
+            "of the sliding distance"
+        }
+    }
+
+    /// Dissipation of a cycle over that by the slip from end to end.
+    pub fn dissipation_factor(&self) -> f64 {
+        self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
+    }
+
+    /// An end as it is reported: nothing is prescribed any more, and slip is what it was solved with.
+    pub fn reported_path_point(&self) -> PathPoint {
+        PathPoint {
+            normal: NormalControl::Approach,
+            tangential: TangentialControl::Shift,
+            balance: None,
+            fixed_normal_offset: None,
+            reference: match &self.slip_source {
+                SlipSource::ClosedPath(_) => self.cycle.slip_reference(),
+                SlipSource::Sliding(slip) => SlipReference::Prescribed(slip.clone()),
+            },
+        }
+    }
+}

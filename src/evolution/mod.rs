@@ -1,0 +1,382 @@
+//! Load steps, cycles and cycle jumps: the main loop.
+//!
+//! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
+//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycling`).
+//! Progress, output and checkpoints hang on an [`record::Observer`].
+
+mod balance;
+pub mod image;
+mod model;
+mod predictor;
+mod rolling;
+mod state;
+pub mod step;
+pub mod fretting;
+pub mod omitted;
+pub mod records;
+pub(crate) mod checkpoint;
+pub(crate) mod controls;
+pub(crate) mod monotone;
+pub(crate) mod no_contact;
+pub(crate) mod step_controller;
+pub(crate) mod transfer;
+pub(crate) mod wear_integrator;
+
+use std::time::Instant;
+
+pub use crate::evolution::model::Model;
+pub use crate::evolution::transfer::PreviousModel;
+pub use crate::evolution::checkpoint::RunCheckpoint;
+
+use crate::contact::SolverOptions;
+use crate::error::{Error, ErrorKind, Result};
+use crate::laws::friction::{FrictionEllipse, FrictionLaw};
+use crate::flexibility::Flexibility;
+use crate::omitted::OmittedWork;
+use crate::evolution::controls::ActiveControls;
+use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
+use crate::evolution::model::PreparedModel;
+use crate::evolution::records::{CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome};
+use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::state::RunState;
+use crate::evolution::step::{Normal, Step};
+
+/// How a run ends before a jump in which wear brings the contact to the edge of the frame.
+pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
+
+/// What a run leaves.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// One record per increment or jump.
+    pub records: Vec<IncrementRecord>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Work not done because the scene did not need it.
+    pub skipped: Vec<OmittedWork>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Seconds per stage.
+    pub timings: Vec<(String, f64)>,
+    /// Fretting cycles at the start and the end of steps of cycles, where the observer wants them.
+    pub fretting_loops: Vec<FrettingLoop>,
+    /// Fields at the end.
+    pub state: FrameState,
+    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`RunCheckpoint::onto`]).
+    pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
+    /// Where the run ends because the observer wants it ([`Observer::wants_rebuild`]): what it can be taken up from with other
+    /// operators.
+    pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
+}
+
+/// A run in progress: the model, the state, and what is collected.
+struct Run<'a> {
+    prepared: PreparedModel<'a>,
+    options: SolverOptions,
+    /// The step in progress, and how far it has come.
+    step_index: usize,
+    progress: StepProgress,
+    state: RunState,
+    controls: ActiveControls,
+    result: RunResult,
+    /// What the run would be taken up from at the end of the last entry.
+    rollback_point: RollbackPoint,
+    /// Solves, iterations and operator applications of a jump that was not taken since contact outgrew the frame in it.
+    discarded_work: [usize; 3],
+    /// The observer wants the run to end before the next jump.
+    rebuild_requested: bool,
+}
+
+/// What later increments change of a run, as it was at the end of the last entry.
+struct RollbackPoint {
+    state: RunState,
+    held: ActiveControls,
+    formed: usize,
+    records: usize,
+    warnings: usize,
+    loops: usize,
+}
+
+/// Runs the steps one after the other.
+///
+/// A step that does not converge ends the run with its state kept and [`Outcome::NotConverged`].
+///
+/// # Errors
+/// If the model is inconsistent, a number becomes non-finite, or the observer cannot write.
+pub fn run(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
+    run_from(model, steps, options, None, observer)
+}
+
+/// As [`run`], from where an earlier run was broken off.
+///
+/// # Errors
+/// As [`run`], and if `from` belongs to another model.
+pub fn run_from(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    from: Option<RunCheckpoint>,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
+    // On a thread of the pool: another one would hand over every parallel loop and sleep until it is done.
+    rayon::scope(|_| run_on_this_thread(model, steps, options, from, observer))
+}
+
+fn run_on_this_thread(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    from: Option<RunCheckpoint>,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
+    let started = Instant::now();
+    let prepared = PreparedModel::new(model, steps)?;
+    let state = RunState::undeformed(&prepared);
+    let mut result = RunResult {
+        records: Vec::new(),
+        outcome: Outcome::Converged,
+        skipped: omitted_contact_work(
+            &model.friction,
+            &model.wear,
+            steps,
+            (options, OperatorOmissions::of(model, options)),
+        ),
+        warnings: Vec::new(),
+        timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
+        fretting_loops: Vec::new(),
+        state: FrameState::default(),
+        frame_edge_checkpoint: None,
+        rebuild_checkpoint: None,
+    };
+    if prepared.ellipse.is_some() {
+        result.warnings.extend(path_dependence_warning(&model.friction, steps));
+        result.warnings.extend(large_friction_warning(prepared.ellipse, model.flexibility.as_ref()));
+    }
+    // A body that floats along n is pressed by its own loads until a force is prescribed.
+    let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
+    let controls = ActiveControls::at_rest(normal);
+    let rollback_point = RollbackPoint {
+        state: state.clone(),
+        held: controls,
+        formed: 0,
+        records: 0,
+        warnings: result.warnings.len(),
+        loops: 0,
+    };
+    let (progress, discarded_work, rebuild_requested) = (StepProgress::NotStarted, [0; 3], false);
+    let mut run = Run {
+        prepared,
+        options: *options,
+        step_index: 0,
+        progress,
+        state,
+        controls,
+        result,
+        rollback_point,
+        discarded_work,
+        rebuild_requested,
+    };
+    if let Some(snapshot) = from {
+        run.restore(snapshot, steps.len())?;
+    }
+    if let Err(error) = run.steps(steps, observer) {
+        // A body may hear of the signal before the solver does.
+        if error.kind() == ErrorKind::Interrupted {
+            observer.on_checkpoint(CheckpointEvent::Aborted, &|| run.checkpoint())?;
+        }
+        return Err(error);
+    }
+    Ok(run.result)
+}
+
+/// What all of the steps decide from the first increment on: runs on one model whose first steps and outlook are the same are the same up to
+/// the end of these steps, to the last bit, if they do not end there.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct PrefixKey {
+    friction: bool,
+    controls_rotation: bool,
+    path_dependence: Option<String>,
+}
+
+impl PrefixKey {
+    /// That of `steps`.
+    pub fn of(friction: &FrictionLaw, steps: &[Step]) -> Self {
+        Self {
+            friction: steps.iter().any(|step| step.friction),
+            controls_rotation: steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some()),
+            path_dependence: path_dependence_warning(friction, steps),
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Runs the steps that are left.
+    fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
+        while let Some(step) = steps.get(self.step_index) {
+            let started = Instant::now();
+            if matches!(self.progress, StepProgress::NotStarted)
+                && observer.wants_rebuild(&self.state.wear_depth)
+            {
+                return self.suspend_for_rebuild(observer);
+            }
+            match &step.cycles {
+                None => self.run_monotone_step(step, observer)?,
+                Some(cycles) => {
+                    self.run_wear_step(step, cycles, self.step_index + 1 == steps.len(), observer)?
+                }
+            }
+            self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
+            if self.rebuild_requested {
+                return self.suspend_for_rebuild(observer);
+            }
+            if self.result.outcome == FRAME_EDGE {
+                observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+                let mut snapshot = self.checkpoint();
+                snapshot.charge_work(self.discarded_work);
+                self.result.frame_edge_checkpoint = Some(Box::new(snapshot));
+                return Ok(());
+            }
+            if self.result.outcome != Outcome::Converged {
+                return observer.on_checkpoint(CheckpointEvent::Aborted, &|| self.checkpoint());
+            }
+            self.step_index += 1;
+            self.progress = StepProgress::NotStarted;
+            self.record_rollback_point(CheckpointEvent::StepEnd, observer)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the run where it can be taken up with other operators.
+    fn suspend_for_rebuild(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+        self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
+        Ok(())
+    }
+
+    /// Notes that the run can be taken up from here, and tells the observer.
+    fn record_rollback_point(&mut self, moment: CheckpointEvent, observer: &mut dyn Observer) -> Result<()> {
+        self.rollback_point.state.clone_from(&self.state);
+        self.rollback_point.held = self.controls;
+        self.rollback_point.formed = self.prepared.formed_cells().len();
+        self.rollback_point.records = self.result.records.len();
+        self.rollback_point.warnings = self.result.warnings.len();
+        self.rollback_point.loops = self.result.fretting_loops.len();
+        observer.on_checkpoint(moment, &|| self.checkpoint())
+    }
+
+    /// What the run can be taken up from.
+    fn checkpoint(&self) -> RunCheckpoint {
+        // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
+        let Self {
+            prepared,
+            options: _,
+            step_index,
+            progress,
+            state: _,
+            controls: _,
+            result,
+            rollback_point,
+            discarded_work: _,
+            rebuild_requested: _,
+        } = self;
+        let RunResult {
+            records,
+            outcome: _,
+            skipped: _,
+            warnings,
+            timings,
+            fretting_loops,
+            state: _,
+            frame_edge_checkpoint: _,
+            rebuild_checkpoint: _,
+        } = result;
+        let mut formed_cells = prepared.formed_cells();
+        formed_cells.truncate(rollback_point.formed);
+        RunCheckpoint {
+            step_index: *step_index,
+            progress: progress.clone(),
+            state: rollback_point.state.clone(),
+            controls: rollback_point.held,
+            formed_cells,
+            records: records[..rollback_point.records].to_vec(),
+            warnings: warnings[..rollback_point.warnings].to_vec(),
+            timings: timings.clone(),
+            fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
+        }
+    }
+
+    /// Goes on from where an earlier run was broken off.
+    fn restore(&mut self, snapshot: RunCheckpoint, steps: usize) -> Result<()> {
+        let n = self.prepared.n();
+        if snapshot.n_cells() != n || snapshot.step_index > steps {
+            return Err(Error::input(format!(
+                "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {steps} steps",
+                snapshot.n_cells(),
+                snapshot.step_index + 1
+            )));
+        }
+        for cells in &snapshot.formed_cells {
+            self.prepared.form_flexibility(cells)?;
+        }
+        let RunCheckpoint {
+            step_index,
+            progress,
+            state,
+            controls,
+            formed_cells,
+            records,
+            warnings,
+            timings,
+            fretting_loops,
+        } = snapshot;
+        self.rollback_point.formed = formed_cells.len();
+        (self.rollback_point.records, self.rollback_point.warnings, self.rollback_point.loops) =
+            (records.len(), warnings.len(), fretting_loops.len());
+        (self.rollback_point.state, self.rollback_point.held) = (state.clone(), controls);
+        (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
+        (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
+        self.result.fretting_loops = fretting_loops;
+        Ok(())
+    }
+}
+
+/// Friction coefficient from which a contact is told to be a case of large friction.
+const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
+
+/// A note where friction may be too large for one answer only (Klarbring 1990: "Examples of non-uniqueness and
+/// non-existence of solutions to quasistatic contact problems with friction"): it has to act on the pressures, or there
+/// is one however large it is.
+fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
+    let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
+    (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
+        format!(
+            "the friction coefficient {mu} is large, and tractions in the surface change the pressures: such a contact may have several \
+             answers, of which the start and the load path pick one; see whether more increments, or solver.skip = false, give the same"
+        )
+    })
+}
+
+/// With friction the number of increments is part of the load path.
+fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
+    // A history says its path; a steady state has none.
+    let by_path =
+        |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
+    let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
+    let single: Vec<&str> =
+        frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();
+    let tilted = match friction {
+        FrictionLaw::Frp { tilt, .. } if *tilt != 0.0 => " for tilted fibres",
+        _ => "",
+    };
+    (!single.is_empty()).then(|| {
+        format!(
+            "friction depends on the load path: step {} is taken in one increment; more increments may move the \
+             tangential force by a few percent{tilted}",
+            single.join(", ")
+        )
+    })
+}

@@ -1,0 +1,295 @@
+//! What the history runs on: frame, flexibility, initial gap and laws, with what follows from them once.
+
+use std::sync::{Arc, Mutex};
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::body::UnconstrainedModes;
+use crate::body::rigid_body_modes::unconstrained_translations;
+use crate::contact::balance::MAX_RIGID_MODES;
+use crate::contact::{ContactScales, ContactState};
+use crate::error::{Error, Result};
+use crate::frame::ContactFrame;
+use crate::laws::friction::{FrictionEllipse, FrictionLaw};
+use crate::geometry::Triad;
+use crate::flexibility::Flexibility;
+use crate::laws::wear::{SpecificWearRate, WearLaw};
+
+use crate::evolution::step::Step;
+
+/// Inputs of a run.
+pub struct Model {
+    /// The contact frame.
+    pub frame: ContactFrame,
+    /// S on the frame, both bodies.
+    pub flexibility: Box<dyn Flexibility>,
+    /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
+    pub initial_gap: Vec<f64>,
+    /// Motions in which the bodies float; empty if both are held.
+    pub floating: Vec<UnconstrainedModes>,
+    /// Friction law.
+    pub friction: FrictionLaw,
+    /// Wear law.
+    pub wear: WearLaw,
+    /// Share of the worn depth taken from body 1, 0..=1.
+    pub wear_share: f64,
+}
+
+/// A model with its derived quantities.
+pub(crate) struct PreparedModel<'a> {
+    pub model: &'a Model,
+    pub ellipse: Option<FrictionEllipse>,
+    pub specific_wear_rate: Option<SpecificWearRate>,
+    /// Worn volume per friction energy, where wear follows friction, 1/MPa.
+    pub volume_per_energy: Option<f64>,
+    scales: Mutex<Arc<ContactScales>>,
+    /// Axes (x, y, n) that resultants are reported in.
+    pub axes: Triad,
+    pub edge: Vec<bool>,
+    pub rigid_axes: Option<Vec<Matrix3<f64>>>,
+    /// Initial gap, `[3, N]`, with `first_touch` taken from its normal part: small loads would otherwise drown in the
+    /// rounding of the gap of the cells that carry them.
+    pub initial_gap: Vec<f64>,
+    /// Approach at which the first cell closes, mm; 0 on curved frames.
+    pub first_touch: f64,
+    /// Gap per unit of each further motion, `[3, N]`: those in which the bodies float, or the rotations of body 2 about the
+    /// frame's x, y, n where steps control them.
+    pub mode_gaps: Vec<Vec<f64>>,
+    /// Those motions: translation and rotation of body 2 relative to body 1 in the frame's axes.
+    pub mode_motions: Vec<[f64; 6]>,
+    /// Whether they are the rotations.
+    pub controls_rotation: bool,
+    /// Work of the bodies' own loads on each in which they float.
+    pub mode_loads: Vec<f64>,
+    /// Cells whose flexibility a run has formed, by the times it did.
+    formed_cells: Mutex<Vec<Vec<usize>>>,
+    /// Translations among them, orthonormal.
+    pub free_translations: Vec<Vector3<f64>>,
+}
+
+impl<'a> PreparedModel<'a> {
+    /// Checks sizes and values and computes scales for what `steps` need.
+    pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
+        let n = model.frame.n_cells();
+        if n == 0 {
+            return Err(Error::input("the contact frame has no cells"));
+        }
+        if model.initial_gap.len() != 3 * n || model.flexibility.n_cells() != n {
+            return Err(Error::numerical(format!(
+                "frame of {n} cells, gap of {} values and flexibility of {} cells do not belong together",
+                model.initial_gap.len(),
+                model.flexibility.n_cells()
+            )));
+        }
+        if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
+            return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
+        }
+        let with_friction = steps.iter().any(|step| step.friction);
+        let ellipse = if with_friction { model.friction.ellipse() } else { None };
+        let specific_wear_rate = model.wear.specific_rate(model.friction.ellipse());
+        if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
+            return Err(Error::input(format!(
+                "the friction coefficient {mu:e} cannot be inverted: give each coefficient a value above 1e-300, or \
+                 no friction at all"
+            )));
+        }
+        let scales = ContactScales::new(model.flexibility.as_ref(), ellipse.as_ref());
+        let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
+        if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
+            return Err(Error::numerical(format!(
+                "the flexibility of cell {cell} along its normal is not positive: the operator is damaged"
+            )));
+        }
+        let axes = model.frame.axes;
+        let rigid_axes = rigid_axes(&model.frame, &axes);
+        let mut initial_gap = model.initial_gap.clone();
+        let first_touch = first_touch_approach(model.frame.has_uniform_axes(), &initial_gap[2 * n..]);
+        initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
+        let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.modes).collect();
+        if motions.len() > MAX_RIGID_MODES || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
+            return Err(Error::numerical(
+                "the floating motions do not belong to this frame and pair of bodies",
+            ));
+        }
+        let controls_rotation = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
+        let mut mode_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
+        let mut mode_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
+        let mode_loads = motions.iter().map(|motion| motion.load_work).collect();
+        let free_translations = unconstrained_translations(&mode_motions, model.frame.size());
+        if controls_rotation {
+            if !motions.is_empty() {
+                return Err(Error::input(
+                    "rotations and their moments are prescribed to bodies that are held; a body that floats turns by its own \
+                     loads: support it, or leave them out of the steps",
+                ));
+            }
+            for axis in 0..3 {
+                let mut motion = [0.0; 6];
+                motion[3 + axis] = 1.0;
+                mode_motions.push(motion);
+                mode_gaps.push(rotation_gap(&model.frame, axis));
+            }
+        }
+        Ok(Self {
+            mode_gaps,
+            mode_loads,
+            free_translations,
+            mode_motions,
+            controls_rotation,
+            model,
+            ellipse,
+            specific_wear_rate,
+            volume_per_energy: specific_wear_rate
+                .zip(ellipse)
+                .and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
+            scales: Mutex::new(Arc::new(scales)),
+            formed_cells: Mutex::new(Vec::new()),
+            axes,
+            edge: model.frame.edge_cells(),
+            rigid_axes,
+            initial_gap,
+            first_touch,
+        })
+    }
+
+    /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, the floating motions included.
+    pub fn motion(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
+        let mut sum = *rigid;
+        for (motion, amount) in self.mode_motions.iter().zip(floating) {
+            (0..3).for_each(|k| sum[k] += amount * motion[k]);
+        }
+        sum
+    }
+
+    /// Motion of body 2 in the tangential plane of cell `i` (its own x, y; mm) for the rigid motion `rigid` along the frame's x, y, n
+    /// and the amounts `floating` of the further motions.
+    pub fn tangential_motion(&self, i: usize, rigid: [f64; 3], floating: &[f64]) -> [f64; 2] {
+        let local = match &self.rigid_axes {
+            None => Vector3::from(rigid),
+            Some(axes) => axes[i] * Vector3::from(rigid),
+        };
+        let n = self.n();
+        [0, 1].map(|plane| {
+            let further = self.mode_gaps.iter().zip(floating);
+            further.fold(local[plane], |sum, (gap, amount)| sum + amount * gap[plane * n + i])
+        })
+    }
+
+    /// Rotation of body 2 relative to body 1 about x, y, n, radians.
+    pub fn rotation(&self, floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (motion, amount) in self.mode_motions.iter().zip(floating) {
+            (0..3).for_each(|k| sum[k] += amount * motion[3 + k]);
+        }
+        sum
+    }
+
+    /// The further motions `now` with the rotation about x, y, n that is given; where steps control none, as they are.
+    pub fn with_rotation(&self, mut now: [f64; MAX_RIGID_MODES], turn: [f64; 3]) -> [f64; MAX_RIGID_MODES] {
+        if self.controls_rotation {
+            now[..3].copy_from_slice(&turn);
+        }
+        now
+    }
+
+    /// The approach of one end of an iterate.
+    pub fn approach(&self, it: &ContactState, end: usize) -> f64 {
+        let approach = self.first_touch - self.motion(&it.rigid_motion[end], &it.mode_amplitudes[end])[2];
+        // What is left of a difference of two equal numbers is none.
+        if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
+    }
+
+    /// The part of a direction (x, y, n) along which the bodies float.
+    pub fn free_part(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.free_translations.iter().map(|free| free * free.dot(&direction)).sum()
+    }
+
+    /// Whether the bodies float along n.
+    pub fn normal_is_free(&self) -> bool {
+        (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
+    }
+
+    /// Scales of the operator as it is.
+    pub fn scales(&self) -> Arc<ContactScales> {
+        self.scales.lock().expect("no panic while the scales are held").clone()
+    }
+
+    /// Cells whose flexibility the run has formed, by the times it did.
+    pub fn formed_cells(&self) -> Vec<Vec<usize>> {
+        self.formed_cells.lock().expect("no panic while the list is held").clone()
+    }
+
+    /// Forms the flexibility of some more cells; scales of the operator that has grown.
+    ///
+    /// # Errors
+    /// If a body cannot be solved, or memory does not suffice.
+    pub fn form_flexibility(&self, cells: &[usize]) -> Result<Arc<ContactScales>> {
+        self.model.flexibility.form_rows(cells)?;
+        self.formed_cells.lock().expect("no panic while the list is held").push(cells.to_vec());
+        Ok(self.update_scales())
+    }
+
+    fn update_scales(&self) -> Arc<ContactScales> {
+        let model = self.model;
+        let scales = ContactScales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
+        let scales = Arc::new(scales);
+        *self.scales.lock().expect("no panic while the scales are held") = scales.clone();
+        scales
+    }
+
+    pub fn n(&self) -> usize {
+        self.model.frame.n_cells()
+    }
+
+    /// Force and moment (about the frame's origin) on body 1 in the frame's axes, for tractions on body 2.
+    pub fn resultants(&self, tractions: &[f64]) -> ([f64; 3], [f64; 3]) {
+        let n = self.n();
+        let frame = &self.model.frame;
+        let mut force = Vector3::zeros();
+        let mut moment = Vector3::zeros();
+        for i in 0..n {
+            let local = Vector3::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
+            let on_body1 = -frame.triads[i].to_global(&local) * frame.areas[i];
+            force += on_body1;
+            moment += (frame.centers[i] - frame.origin).cross(&on_body1);
+        }
+        (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
+    }
+}
+
+/// Approach at which the first cell closes by the normal part of the initial gap, `[N]`; 0 on curved frames.
+pub(crate) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
+    if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
+}
+
+/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by planes.
+fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
+    let n = frame.n_cells();
+    let direction: Vector3<f64> = frame.axes.0.column(axis).into();
+    let mut gap = vec![0.0; 3 * n];
+    let projectors = frame.symmetry_projectors();
+    for (cell, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
+        let local = triad.to_local(&direction.cross(&(center - frame.origin)));
+        let on_plane = projectors.binary_search_by_key(&cell, |projector| projector.0);
+        let local = on_plane.map_or(local, |index| projectors[index].1 * local);
+        (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
+    }
+    gap
+}
+
+/// Per cell the matrix from a rigid motion in the frame's axes to the cell's, without components across planes of symmetry; `None`
+/// where all are the identity.
+fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
+    let projectors = frame.symmetry_projectors();
+    if frame.has_uniform_axes() && projectors.is_empty() {
+        return None;
+    }
+    // On level frames they are the identity but for rounding.
+    let mut matrices = if frame.has_uniform_axes() {
+        vec![Matrix3::identity(); frame.n_cells()]
+    } else {
+        frame.triads.map(|t| t.0.transpose() * axes.0).into_vec()
+    };
+    projectors.iter().for_each(|(cell, projector)| matrices[*cell] = projector * matrices[*cell]);
+    Some(matrices)
+}

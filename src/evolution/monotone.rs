@@ -1,0 +1,433 @@
+//! A monotone step: load increments from the state before it to what it prescribes.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
+use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
+use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
+use crate::error::{Error, Result};
+use crate::omitted::OmittableWork;
+
+use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
+use crate::evolution::model::PreparedModel;
+use crate::evolution::predictor::Predictor;
+use crate::evolution::records::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
+use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
+use crate::evolution::{Run, state};
+
+/// A contact of so few cells is told.
+const FEW_CONTACT_CELLS: usize = 3;
+
+/// How that begins.
+const FEW: &str = "the contact is carried by";
+
+/// Which laws act in an increment, and how often its slip happens.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ActiveLaws<'f> {
+    pub friction: bool,
+    pub wear: bool,
+    pub slip_repeats: f64,
+    /// On the path that wears, `[N]`.
+    pub wear_path_factors: Option<&'f [f64]>,
+}
+
+/// The equations of an increment with worn depth `worn` at its start.
+pub(crate) fn increment_problem<'b>(
+    prepared: &'b PreparedModel,
+    options: &SolverOptions,
+    wear_depth: &'b [f64],
+    laws: ActiveLaws<'b>,
+    path_points: Vec<PathPoint>,
+) -> Increment<'b> {
+    let model = prepared.model;
+    Increment {
+        flexibility: model.flexibility.as_ref(),
+        areas: &model.frame.areas,
+        initial_gap: &prepared.initial_gap,
+        rigid_axes: prepared.rigid_axes.as_deref(),
+        mode_gaps: &prepared.mode_gaps,
+        friction: if laws.friction { prepared.ellipse } else { None },
+        wear: if laws.wear { prepared.specific_wear_rate } else { None },
+        wear_path_factors: laws.wear_path_factors,
+        scales: prepared.scales(),
+        wear_depth,
+        slip_repeats: laws.slip_repeats,
+        pressures: Pressures::Unknown,
+        skip: options.skip,
+        path_points,
+    }
+}
+
+/// A stage of the run as the observer sees it: its name and the part of it that one solve fills.
+pub(crate) struct ProgressSpan<'s> {
+    pub name: &'s str,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Solves, telling the observer how far the residual has come on a logarithmic scale.
+///
+/// # Errors
+/// If a number becomes non-finite.
+fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &ProgressSpan,
+) -> Result<SolveReport> {
+    let mut first = None;
+    let report = solver::solve(problem, it, options, &mut |_, residual| {
+        let start: f64 = *first.get_or_insert(residual.max(options.tolerance * 10.0));
+        let done = (start / residual).ln() / (start / options.tolerance).ln();
+        let done = if done.is_finite() { done.clamp(0.0, 1.0) } else { 0.0 };
+        observer.progress(stage.name, stage.from + (stage.to - stage.from) * done, Some(residual));
+        observer.cancelled()
+    });
+    if report.stop == StopReason::NotFinite {
+        return Err(Error::numerical(format!(
+            "step \"{}\": a traction or a gap is not a finite number",
+            stage.name
+        )));
+    }
+    reject_underflowing_pressure(problem, it, stage.name)?;
+    Ok(report)
+}
+
+/// Below this largest pressure the squares of what is resolved of it vanish in the arithmetic, and with them the law of friction.
+const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
+
+/// Refuses pressures that are too small to be told from none.
+///
+/// # Errors
+/// If there are any, and the largest is below [`MIN_PEAK_PRESSURE_MPA`].
+fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
+    let n = problem.n();
+    let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+    let largest = pressures.fold(0.0_f64, |largest, p| largest.max(*p));
+    if largest > 0.0 && largest < MIN_PEAK_PRESSURE_MPA {
+        return Err(Error::input(format!(
+            "step \"{step}\": the largest pressure is {largest:e}, whose square the arithmetic cannot tell from 0 (least: {MIN_PEAK_PRESSURE_MPA:e}): \
+             choose units in which the scene's numbers have ordinary sizes, or load by more"
+        )));
+    }
+    Ok(())
+}
+
+/// Solves and checks a `problem` of `prepared`; where the bodies overlap in cells whose flexibility was not formed, it is
+/// formed there, and the solve goes on.
+///
+/// # Errors
+/// As [`solve`], and if a body cannot be solved.
+pub(crate) fn solve_and_check(
+    (prepared, problem): (&PreparedModel, &mut Increment),
+    it: &mut ContactState,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &ProgressSpan,
+) -> Result<(SolveReport, StateChecks)> {
+    let mut spent = [0; 2];
+    let mut cells = problem.closed_by_motion(it);
+    loop {
+        if !cells.is_empty() {
+            problem.scales = prepared.form_flexibility(&cells)?;
+        }
+        let max_iterations = options.max_iterations.saturating_sub(spent[0]);
+        let options = SolverOptions { max_iterations, ..*options };
+        let mut report = solve(problem, it, &options, observer, stage)?;
+        spent = [spent[0] + report.iterations, spent[1] + report.applications];
+        [report.iterations, report.applications] = spent;
+        let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
+        let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
+        let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
+        // The operator is the same in all increments of a step.
+        let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
+        let checks = certificate::check(problem, it, gap, sums);
+        let overlapping = problem.complete_unformed_cells(it)?;
+        if overlapping.is_empty() || report.stop == StopReason::Interrupted {
+            return Ok((report, checks));
+        }
+        // Cells as near as those come with them.
+        let normal = &problem.initial_gap[2 * problem.n()..];
+        let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
+        cells = problem.flexibility.unformed_cells();
+        cells.retain(|&cell| normal[cell] <= reach);
+    }
+}
+
+/// Root of the mean square of a field over the areas of the cells that `counts`; 0 without any.
+pub(crate) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for (_, (value, area)) in field.iter().zip(areas).enumerate().filter(|(i, _)| counts(*i)) {
+        squares += area * value * value;
+        sum += area;
+    }
+    if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
+}
+
+/// The entry of an increment from its resultants.
+pub(crate) fn increment_record(
+    name: &str,
+    number: usize,
+    approach: f64,
+    values: &Resultants,
+) -> IncrementRecord {
+    IncrementRecord {
+        name: name.to_owned(),
+        increment: number,
+        approach,
+        shift: values.shift,
+        rotation: values.rotation,
+        twist: values.twist,
+        normal_force: values.normal_force,
+        tangential_force: values.tangential_force,
+        moment: values.moment,
+        contact_area: values.contact_area,
+        stick_area: values.stick_area,
+        peak_pressure: values.peak_pressure,
+        ..IncrementRecord::default()
+    }
+}
+
+/// A monotone step in progress.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct MonotoneProgress {
+    load_path: LoadPath,
+    /// Increments done.
+    increments_done: usize,
+    predictor: Predictor,
+}
+
+impl Run<'_> {
+    /// The path of a step from the present state.
+    pub(crate) fn load_path(&self, step: &Step) -> LoadPath {
+        let (force, moment) = self.prepared.resultants(&self.state.tractions);
+        let turn = self.prepared.rotation(&self.state.mode_amplitudes);
+        let start = LoadPathStart { rigid: self.state.rigid_motion, turn, force, moment };
+        LoadPath::new(step, self.controls, start, &self.prepared)
+    }
+
+    /// Runs the increments of a monotone step that are left.
+    pub(crate) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+        let mut ramp = match &self.progress {
+            StepProgress::Monotone(ramp) => ramp.clone(),
+            _ => Box::new(MonotoneProgress {
+                load_path: self.load_path(step),
+                increments_done: 0,
+                predictor: Predictor::default(),
+            }),
+        };
+        self.controls = ramp.load_path.end;
+        while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
+            let number = ramp.increments_done + 1;
+            let (rigid, floating) = ramp.predictor.motions(&self.state);
+            let now = (rigid, self.prepared.rotation(&floating));
+            let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
+            self.run_increment(step, number, (&controls, &mut ramp.predictor), observer)?;
+            if self.result.outcome == Outcome::Converged {
+                ramp.increments_done = number;
+                self.progress = StepProgress::Monotone(ramp.clone());
+                self.record_rollback_point(CheckpointEvent::Entry, observer)?;
+            }
+        }
+        if step.rolling.is_some() {
+            self.controls.tangential =
+                Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
+        }
+        Ok(())
+    }
+
+    fn run_increment(
+        &mut self,
+        step: &Step,
+        number: usize,
+        (controls, predictor): (&IncrementControls, &mut Predictor),
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let clock = Instant::now();
+        self.check_controls(step)?;
+        let loads = self.effective_loads(step, controls.loads);
+        let reference = match &step.rolling {
+            None => SlipReference::Previous(self.state.slip_reference.clone()),
+            Some(rolling) => SlipReference::Upstream(self.upstream(step, rolling, number)?),
+        };
+        let end = self.path_point(step, &loads, reference)?;
+        let worn = self.state.wear_depth.clone();
+        let slip_repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
+        let laws =
+            ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors: None };
+        let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
+        let (_, floating) = predictor.motions(&self.state);
+        it.mode_amplitudes = vec![self.prepared.with_rotation(floating, controls.turn)];
+        if self.options.skip.allows(OmittableWork::ColdStarts) {
+            predictor.extrapolate_tractions(&self.state, &problem, &mut it);
+            if step.rolling.is_none() {
+                predictor.note(&self.state);
+            }
+        }
+        let HistoryRow { index, count } = step.history_row.unwrap_or(HistoryRow { index: 0, count: 1 });
+        let (number, count) = (index * step.increments + number, (count * step.increments) as f64);
+        let stage =
+            ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
+        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
+        self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += slip_repeats * rate);
+        let values = state::resultants(&self.prepared, &problem, &it, 0);
+        let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
+        self.state.set_from(&it, 0);
+        let approach = self.prepared.approach(&it, 0);
+        let mut record = increment_record(&step.name, number, approach, &values);
+        if let Some(rolling) = &step.rolling {
+            self.per_distance(rolling, &mut fields.slip);
+            record.rolling = Some(self.add_rolling_wear(step, (rolling, number), &it)?);
+        } else {
+            self.state.dissipation += checks.dissipation;
+            if step.wear {
+                self.state.add_wear_dissipation(checks.dissipation, step.friction);
+            }
+        }
+        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
+        record.certificate = state::certificate(&checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
+        self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
+        self.deliver(record, fields, observer)
+    }
+
+    /// Refuses what no increment can do: a tangential force or a spin moment without friction.
+    fn check_controls(&self, step: &Step) -> Result<()> {
+        let rolls = step.rolling.is_some();
+        if self.has_friction(step) && !rolls {
+            return Ok(());
+        }
+        // On the way to zero the load falls to zero at once, since nothing carries it.
+        let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
+        // Inclined cells carry it by their pressures.
+        let level = self.prepared.model.frame.has_uniform_axes();
+        let spun = level && matches!(self.controls.spin, Spin::Moment(moment) if moment != 0.0);
+        let (what, instead) = match (pulled, spun) {
+            (true, _) => ("a tangential force", "shift"),
+            (_, true) => ("a spin moment", "twist"),
+            _ => return Ok(()),
+        };
+        if rolls {
+            return Err(Error::input(format!(
+                "step \"{}\" rolls under {what} that is still prescribed; rolling prescribes creepages: prescribe {instead} \
+                 in a step before",
+                step.name
+            )));
+        }
+        Err(Error::input(format!(
+            "step \"{}\" prescribes {what}, but there is no friction in this step to carry it: give [friction] a law, or \
+             prescribe {instead}",
+            step.name
+        )))
+    }
+
+    /// Whether friction acts in a step.
+    pub(crate) fn has_friction(&self, step: &Step) -> bool {
+        step.friction && self.prepared.ellipse.is_some()
+    }
+
+    /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
+    pub(crate) fn effective_loads(&self, step: &Step, mut loads: PrescribedLoads) -> PrescribedLoads {
+        if !self.has_friction(step) {
+            loads.tangential = TangentialControl::Shift;
+            if self.prepared.model.frame.has_uniform_axes() {
+                loads.moment[2] = None;
+            }
+        }
+        if step.rolling.is_some() {
+            // The creepages say how body 2 slides and spins.
+            (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
+        }
+        loads
+    }
+
+    /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
+    pub(crate) fn complete_record(
+        &mut self,
+        record: &mut IncrementRecord,
+        report: &SolveReport,
+        (checks, tolerance): (&StateChecks, f64),
+    ) {
+        let areas = &self.prepared.model.frame.areas;
+        let worn: f64 = self.state.wear_depth.iter().zip(areas).map(|(w, a)| w * a).sum();
+        let volume = worn + self.state.rolling_wear_volume;
+        let share = self.prepared.model.wear_share;
+        record.worn_volume = volume;
+        record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
+        record.max_wear_depth = self.state.wear_depth.iter().copied().fold(0.0, f64::max);
+        record.worn_volume_by_energy =
+            self.prepared.volume_per_energy.zip(self.state.wear_dissipation).map(|(k, energy)| k * energy);
+        record.wear_depth_error =
+            root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
+        record.worn_volume_error = self.state.volume_error;
+        record.cycles_done = self.state.cycles_done;
+        record.distance_slid = self.state.distance_slid;
+        record.dissipation = self.state.dissipation;
+        record.method.clone_from(&report.method);
+        record.iterations = report.iterations;
+        record.operator_applications = report.applications;
+        record.converged = report.stop == StopReason::Converged && checks.natural_residual <= tolerance;
+        if let Some(sliding) = &report.loss_of_equilibrium {
+            let note = self.prepared.loss_of_equilibrium_message(&record.name, record.increment, sliding);
+            self.result.warnings.push(note);
+        }
+        self.result.outcome = match report.stop {
+            StopReason::Interrupted => Outcome::Interrupted,
+            StopReason::GrossSliding => Outcome::NotConverged("gross-sliding"),
+            StopReason::ContactLost => Outcome::NotConverged("contact-lost"),
+            StopReason::StickZoneNotConverged => Outcome::NotConverged("stick-zone"),
+            _ if record.converged => Outcome::Converged,
+            _ => Outcome::NotConverged("iterations"),
+        };
+        if record.contact_area == 0.0 && record.converged {
+            self.result.warnings.extend(self.prepared.no_contact_message(
+                record,
+                self.controls.normal,
+                checks.min_gap,
+            ));
+        }
+        let n = self.prepared.n();
+        let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
+        if (1..=FEW_CONTACT_CELLS).contains(&carrying)
+            && !self.result.warnings.iter().any(|told| told.contains(FEW))
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are rough; take finer cells, and a finer \
+                 mesh under them, if this is more than a passing state",
+                record.name, record.increment
+            ));
+        }
+        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
+        if record.contact_touches_edge && !self.result.records.iter().any(told) {
+            let note = format!(
+                "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \
+                 the frame",
+                record.name, record.increment
+            );
+            // Strokes have no entry of their own.
+            if !self.result.warnings.contains(&note) {
+                self.result.warnings.push(note);
+            }
+        }
+    }
+
+    /// Hands a record to the observer and keeps it.
+    pub(crate) fn deliver(
+        &mut self,
+        record: IncrementRecord,
+        fields: crate::evolution::FrameState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        observer.increment_done(&record, &fields)?;
+        self.result.records.push(record);
+        self.result.state = fields;
+        Ok(())
+    }
+}

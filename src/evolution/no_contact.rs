@@ -1,0 +1,40 @@
+//! What to say of an increment in which nothing is in contact.
+
+use crate::evolution::model::PreparedModel;
+use crate::evolution::records::IncrementRecord;
+use crate::evolution::step::Normal;
+use crate::error::warning;
+
+impl PreparedModel<'_> {
+    /// Nothing is in contact although `record` converged; `left` is the smallest gap, in the scene's length.
+    ///
+    /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
+    /// of zero, which asks for that.
+    pub(crate) fn no_contact_message(
+        &self,
+        record: &IncrementRecord,
+        held: Normal,
+        left: f64,
+    ) -> Option<String> {
+        if held == Normal::Force(0.0) {
+            return None;
+        }
+        let place = format!("step \"{}\" ({})", record.name, record.increment);
+        if record.approach <= 0.0 || record.max_wear_depth > 0.0 {
+            return Some(format!(
+                "{place}: nothing is in contact; check approach, gap and frame if contact was meant"
+            ));
+        }
+        let areas = &self.model.frame.areas;
+        let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+        Some(warning(&format!(
+            "{place}: none of the {} cells of the frame touches, although body 2 was moved {:.4e} past the first touch of \
+             the surfaces: the cell that is nearest is still {left:.4e} open. Either the cells (mean side {side:.3e}) are \
+             coarser than the contact: take cells of a tenth of its width or less, or approach by more than {:.4e}; or \
+             the frame does not lie where the bodies touch: check frame.center, gap.offset and the places of the meshes",
+            areas.len(),
+            record.approach,
+            record.approach + left
+        )))
+    }
+}

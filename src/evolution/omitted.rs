@@ -1,0 +1,180 @@
+//! What the contact stage leaves out.
+
+use crate::evolution::model::Model;
+use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
+use crate::contact::solver::{LawAxes, has_no_component_across, is_even, on_halves, solves_windows};
+use crate::contact::{Method, SolverOptions};
+use crate::laws::friction::FrictionLaw;
+use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+use crate::laws::wear::WearLaw;
+
+/// What the operator allows to leave out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperatorOmissions {
+    /// Whether it is that of a grid.
+    pub grid: bool,
+    /// Whether steps are solved on windows of the frame.
+    pub windows: bool,
+    /// Whether pressures and tractions in the surface are found one after the other.
+    pub uncoupled: bool,
+    /// Whether operator and gap are their own mirror images along x and y, and halves are solved of what is.
+    pub mirrors: [bool; 2],
+}
+
+impl OperatorOmissions {
+    pub(crate) fn of(model: &Model, options: &SolverOptions) -> Self {
+        let operator = model.flexibility.as_ref();
+        let normal = &model.initial_gap[2 * operator.n_cells()..];
+        let grid = operator.grid().filter(|_| on_halves(operator.grid(), options));
+        let mirrors = |across| {
+            operator.is_mirror_symmetric(across) && grid.is_some_and(|grid| is_even(normal, grid, across))
+        };
+        let apart = operator.tangential().is_some() && options.skip.allows(OmittableWork::NormalComponents);
+        Self {
+            grid: operator.grid().is_some(),
+            windows: solves_windows(operator.grid(), options),
+            uncoupled: options.method == Method::Auto && apart,
+            mirrors: [0, 1].map(mirrors),
+        }
+    }
+}
+
+/// The skips of the contact stage that apply to these steps.
+pub fn omitted_contact_work(
+    friction: &FrictionLaw,
+    wear: &WearLaw,
+    steps: &[Step],
+    (options, operator): (&SolverOptions, OperatorOmissions),
+) -> Vec<OmittedWork> {
+    let mut skipped = Vec::new();
+    let frictionless = friction.ellipse().is_none();
+    let wearless = wear.specific_rate(friction.ellipse()).is_none();
+    let mut bare: Vec<&str> = steps
+        .iter()
+        .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
+        .map(|step| step.name.as_str())
+        .collect();
+    // The load points of a history are steps of one name.
+    bare.dedup();
+    if !bare.is_empty() && options.skip.allows(OmittableWork::TangentialUnknowns) {
+        skipped.push(OmittedWork::new(
+            OmittableWork::TangentialUnknowns,
+            format!("tangential unknowns in step {}", bare.join(", ")),
+            "without friction and wear only pressures are unknown",
+        ));
+    }
+    let turned = steps
+        .iter()
+        .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
+    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.cycles.is_none();
+    if operator.uncoupled && !frictionless && !turned && steps.iter().any(rubs) {
+        skipped.push(OmittedWork::new(
+            OmittableWork::NormalComponents,
+            "normal components in products for tractions in the surface",
+            "neither moves the gap of the other: pressures are found first, by themselves",
+        ));
+    }
+    let slides = operator.grid
+        && options.method == Method::Auto
+        && options.skip.allows(OmittableWork::SlidingFriction);
+    if slides && !frictionless && steps.iter().any(|step| step.friction && strokes(step)) {
+        skipped.push(OmittedWork::new(
+            OmittableWork::SlidingFriction,
+            "unknown friction of cycles in which all of the contact slips",
+            "it is the limit, against the slip: only pressures are unknown",
+        ));
+    }
+    if operator.windows {
+        skipped.push(OmittedWork::new(
+            OmittableWork::DistantCells,
+            "cells away from the contact in products with the flexibility",
+            "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame",
+        ));
+    }
+    skipped.extend(halved(friction, wear, steps, operator.mirrors));
+    let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
+    if follows && options.skip.allows(OmittableWork::ColdStarts) {
+        skipped.push(OmittedWork::new(
+            OmittableWork::ColdStarts,
+            "cold starts",
+            "each increment starts from the tractions of the one before",
+        ));
+    }
+    let in_jumps: Vec<&str> =
+        steps.iter().filter(|step| jumps(step)).map(|step| step.name.as_str()).collect();
+    if !in_jumps.is_empty() {
+        skipped.push(OmittedWork::new(
+            OmissionKind::Cycles,
+            format!("cycles one by one in step {}", in_jumps.join(", ")),
+            "wear changes slowly: it is integrated over jumps of many cycles (steps.cycles.jumps, wear.tolerance)",
+        ));
+    }
+    skipped
+}
+
+/// Halves of the cells, in the steps before the first that is not its own mirror image.
+fn halved(friction: &FrictionLaw, wear: &WearLaw, steps: &[Step], mirrors: [bool; 2]) -> Option<OmittedWork> {
+    let ellipse = friction.ellipse();
+    let laws = [ellipse.map(LawAxes::from), wear.specific_rate(ellipse).map(LawAxes::from)];
+    if !laws.iter().flatten().all(LawAxes::mirror) {
+        return None;
+    }
+    let first = |across: usize| steps.iter().take_while(|step| is_mirror_symmetric(step, across)).count();
+    let counts = [1, 0].into_iter().filter(|&across| mirrors[across]).map(|across| (first(across), across));
+    let (count, across) = counts.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
+    let mut names: Vec<&str> = steps[..count].iter().map(|step| step.name.as_str()).collect();
+    names.dedup();
+    (count > 0).then(|| {
+        OmittedWork::new(
+            OmittableWork::MirrorHalf,
+            format!("half of the cells in the iterations of step {}", names.join(", ")),
+            format!(
+                "bodies, gap and loads are their own mirror images along {}; each state is judged on the whole frame",
+                ["x", "y"][across]
+            ),
+        )
+    })
+}
+
+/// Whether what a step prescribes is its own mirror image along axis `across`.
+fn is_mirror_symmetric(step: &Step, across: usize) -> bool {
+    let along = |vector: [f64; 2]| has_no_component_across(vector, across);
+    let shifted = match step.tangential {
+        Some(Tangential::Shift(vector) | Tangential::Force(vector)) => along(vector),
+        None => true,
+    };
+    let turned = match step.tilt {
+        Some(Tilt::Rotation(about)) => about[1 - across] != 0.0,
+        Some(Tilt::Moment(_)) => true,
+        None => false,
+    };
+    let spun = step.spin.is_some_and(|spin| spin != Spin::Twist(0.0));
+    let cycled = step.cycles.as_ref().is_none_or(|cycles| match &cycles.motion {
+        CycleMotion::ClosedPath(closed) => {
+            let (sin, cos) = closed.angle.sin_cos();
+            closed.amplitude[1] == 0.0 && along([cos, sin])
+        }
+        CycleMotion::Sliding { angle } => along([angle.cos(), angle.sin()]),
+    });
+    let rolled = step.rolling.is_none_or(|rolling| {
+        let straight = rolling.creepage[1] == 0.0 && rolling.spin == 0.0;
+        straight && usize::from(rolling.quarter_turns % 2) != across
+    });
+    shifted && !turned && !spun && cycled && rolled
+}
+
+/// Whether fewer cycles are solved than there are.
+fn jumps(step: &Step) -> bool {
+    step.cycles.as_ref().is_some_and(|cycles| {
+        let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));
+        closed && cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count
+    })
+}
+
+/// Whether body 2 is moved along the surface in cycles.
+fn strokes(step: &Step) -> bool {
+    step.cycles.as_ref().is_some_and(|cycles| match &cycles.motion {
+        CycleMotion::ClosedPath(closed) => closed.drive == Drive::Shift,
+        CycleMotion::Sliding { .. } => true,
+    })
+}

@@ -1,0 +1,57 @@
+//! Where an increment begins: the state before it, gone on as the increment before changed it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::balance::MAX_RIGID_MODES;
+use crate::contact::{ContactState, Increment};
+
+use crate::evolution::state::RunState;
+
+/// What the increments of a step begin from. They are alike, so that the change of one is a good guess of that of the next.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Predictor {
+    /// Tractions `[3, N]` and motions at the start of the increment before.
+    previous_start: Option<(Vec<f64>, [f64; 3], [f64; MAX_RIGID_MODES])>,
+}
+
+/// `now` and as much more as it is from `before`.
+fn beyond(now: f64, before: f64) -> f64 {
+    2.0 * now - before
+}
+
+impl Predictor {
+    /// Notes the state at the start of an increment.
+    pub fn note(&mut self, state: &RunState) {
+        let (rigid, floating) = (state.rigid_motion, state.mode_amplitudes);
+        match &mut self.previous_start {
+            Some(before) => {
+                before.0.copy_from_slice(&state.tractions);
+                (before.1, before.2) = (rigid, floating);
+            }
+            None => self.previous_start = Some((state.tractions.clone(), rigid, floating)),
+        }
+    }
+
+    /// Rigid motion and further motions that the next increment begins from.
+    pub fn motions(&self, state: &RunState) -> ([f64; 3], [f64; MAX_RIGID_MODES]) {
+        let Some((_, rigid, floating)) = &self.previous_start else {
+            return (state.rigid_motion, state.mode_amplitudes);
+        };
+        (
+            std::array::from_fn(|k| beyond(state.rigid_motion[k], rigid[k])),
+            std::array::from_fn(|k| beyond(state.mode_amplitudes[k], floating[k])),
+        )
+    }
+
+    /// Puts the tractions that the next increment begins from into `it`, cut to what friction admits.
+    pub fn extrapolate_tractions(&self, state: &RunState, problem: &Increment, it: &mut ContactState) {
+        let Some((before, ..)) = &self.previous_start else {
+            problem.scale_tractions(&state.tractions, &mut it.scaled);
+            return;
+        };
+        let tractions = state.tractions.iter().zip(before);
+        it.tractions.iter_mut().zip(tractions).for_each(|(out, (now, before))| *out = beyond(*now, *before));
+        problem.scale_tractions(&it.tractions, &mut it.scaled);
+        it.project_to_cone();
+    }
+}

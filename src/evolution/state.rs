@@ -1,0 +1,179 @@
+//! The state carried from increment to increment, and what is reported of it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::balance::MAX_RIGID_MODES;
+use crate::contact::certificate::StateChecks;
+use crate::contact::{ContactState, Increment};
+
+use crate::evolution::model::PreparedModel;
+use crate::evolution::records::{Certificate, FrameState, Resultants};
+
+/// State at the end of an increment.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct RunState {
+    /// Tractions on body 2, `[3, N]`.
+    pub tractions: Vec<f64>,
+    /// S P, `[3, N]`.
+    pub elastic: Vec<f64>,
+    /// Tangential gaps that slip is measured from, `[2, N]`.
+    pub slip_reference: Vec<f64>,
+    /// Worn depth, `[N]`.
+    pub wear_depth: Vec<f64>,
+    /// Rigid motion of body 2 along the frame's x, y, n (n = first touch - approach).
+    pub rigid_motion: [f64; 3],
+    /// Motion along the floating motions.
+    pub mode_amplitudes: [f64; MAX_RIGID_MODES],
+    /// Cumulative friction dissipation.
+    pub dissipation: f64,
+    /// Volume worn off by rolling, mm3.
+    pub rolling_wear_volume: f64,
+    /// Cumulative number of cycles.
+    pub cycles_done: u64,
+    /// Cumulative distance of steady sliding, mm.
+    pub distance_slid: f64,
+    /// Friction dissipation of what wore, N mm; `None` once something wore without friction.
+    pub wear_dissipation: Option<f64>,
+    /// Estimated error of the worn depth, sum of the magnitudes of all jumps, `[N]`, mm.
+    pub depth_errors: Vec<f64>,
+    /// Estimated error of the worn volume, sum of the magnitudes of all jumps, mm3.
+    pub volume_error: f64,
+}
+
+impl RunState {
+    /// Undeformed bodies at first touch.
+    pub fn undeformed(prepared: &PreparedModel) -> Self {
+        let n = prepared.n();
+        Self {
+            tractions: vec![0.0; 3 * n],
+            elastic: vec![0.0; 3 * n],
+            slip_reference: prepared.initial_gap[..2 * n].to_vec(),
+            wear_depth: vec![0.0; n],
+            rigid_motion: [0.0, 0.0, if prepared.normal_is_free() { 0.0 } else { prepared.first_touch }],
+            mode_amplitudes: [0.0; MAX_RIGID_MODES],
+            dissipation: 0.0,
+            rolling_wear_volume: 0.0,
+            cycles_done: 0,
+            distance_slid: 0.0,
+            wear_dissipation: Some(0.0),
+            depth_errors: vec![0.0; n],
+            volume_error: 0.0,
+        }
+    }
+
+    /// Adds what was dissipated while a body wore, with friction or without.
+    pub fn add_wear_dissipation(&mut self, dissipation: f64, friction: bool) {
+        self.wear_dissipation = self.wear_dissipation.filter(|_| friction).map(|energy| energy + dissipation);
+    }
+
+    /// Takes tractions, gap and rigid motion of one end of a solved increment.
+    pub fn set_from(&mut self, it: &ContactState, end: usize) {
+        let n = self.wear_depth.len();
+        let planes = end * 3 * n..(end + 1) * 3 * n;
+        self.tractions.copy_from_slice(&it.tractions[planes.clone()]);
+        self.elastic.copy_from_slice(&it.elastic[planes.clone()]);
+        self.slip_reference.copy_from_slice(&it.gap[planes.start..planes.start + 2 * n]);
+        self.rigid_motion = it.rigid_motion[end];
+        self.mode_amplitudes = it.mode_amplitudes[end];
+    }
+}
+
+/// Resultants and areas of one end.
+pub(crate) fn resultants(
+    prepared: &PreparedModel,
+    problem: &Increment,
+    it: &ContactState,
+    end: usize,
+) -> Resultants {
+    let n = prepared.n();
+    let base = end * 3 * n;
+    let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
+    let motion = prepared.motion(&it.rigid_motion[end], &it.mode_amplitudes[end]);
+    let turn = prepared.rotation(&it.mode_amplitudes[end]).map(f64::to_degrees);
+    let mut result = Resultants {
+        shift: [motion[0], motion[1]],
+        rotation: [turn[0], turn[1]],
+        twist: turn[2],
+        // Not -0 without contact.
+        normal_force: 0.0 - force[2],
+        tangential_force: [force[0] + 0.0, force[1] + 0.0],
+        moment,
+        ..Resultants::default()
+    };
+    for i in 0..n {
+        let p = it.tractions[base + 2 * n + i];
+        let area = prepared.model.frame.areas[i];
+        result.peak_pressure = result.peak_pressure.max(p);
+        if p > 0.0 {
+            result.contact_area += area;
+            if problem.sticks(it, end, i) {
+                result.stick_area += area;
+            }
+        }
+    }
+    result
+}
+
+/// Whether a cell on the rim of the frame carries pressure at any end.
+pub(crate) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
+    let n = prepared.n();
+    (0..it.rigid_motion.len())
+        .any(|end| (0..n).any(|i| prepared.edge[i] && it.scaled[end * 3 * n + 2 * n + i] > 0.0))
+}
+
+/// The fields of one end, for output.
+pub(crate) fn frame_state(problem: &Increment, it: &ContactState, end: usize, worn: &[f64]) -> FrameState {
+    let n = worn.len();
+    let base = end * 3 * n;
+    let status = (0..n)
+        .map(|i| {
+            let open = it.tractions[base + 2 * n + i] <= 0.0;
+            if open { 0 } else { 1 + u8::from(!problem.sticks(it, end, i)) }
+        })
+        .collect();
+    FrameState {
+        tractions: it.tractions[base..base + 3 * n].to_vec(),
+        gap: it.gap[base..base + 3 * n].to_vec(),
+        slip: it.slip[end * 2 * n..(end + 1) * 2 * n].to_vec(),
+        status,
+        wear_depth: worn.to_vec(),
+    }
+}
+
+/// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
+/// symmetric operator (docs/theory-contact.md).
+pub(crate) fn energy_balance(
+    prepared: &PreparedModel,
+    before: &RunState,
+    it: &ContactState,
+    end: usize,
+) -> f64 {
+    let n = prepared.n();
+    let (mut change, mut work, mut scale) = (0.0, 0.0, 0.0);
+    for plane in 0..3 {
+        for i in 0..n {
+            let area = prepared.model.frame.areas[i];
+            let k = plane * n + i;
+            let (p0, u0) = (before.tractions[k], before.elastic[k]);
+            let (p1, u1) = (it.tractions[end * 3 * n + k], it.elastic[end * 3 * n + k]);
+            change += 0.5 * area * (p1 * u1 - p0 * u0);
+            work += 0.5 * area * (p0 + p1) * (u1 - u0);
+            scale += 0.5 * area * ((p1 * u1).abs() + (p0 * u0).abs());
+        }
+    }
+    if scale > 0.0 { (change - work).abs() / scale } else { 0.0 }
+}
+
+/// The certificate as results report it.
+pub(crate) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
+    let depth = if approach == 0.0 { 1.0 } else { approach.abs() };
+    Certificate {
+        natural_residual: checks.natural_residual,
+        min_gap: checks.min_gap / depth,
+        max_cone_violation: checks.max_cone_violation,
+        normal_gap_energy: checks.normal_gap_energy,
+        tangential_gap_energy: checks.tangential_gap_energy,
+        operator_defect: checks.operator_defect,
+        energy_balance,
+    }
+}

@@ -1,0 +1,114 @@
+//! How long the next jump is: a proportional-integral controller on the estimated error (docs/theory-wear.md).
+//!
+//! # Source
+//! Gustafsson 1991, "Control theoretic techniques for stepsize selection in explicit Runge-Kutta methods".
+
+use serde::{Deserialize, Serialize};
+
+/// A jump aims at this share of what is allowed.
+const ERROR_TARGET: f64 = 0.9;
+
+/// Exponents of the present and the last error, by the order of the error per length.
+const CURRENT_ERROR_EXPONENT: f64 = 0.7;
+const LAST_ERROR_EXPONENT: f64 = 0.4;
+
+/// Bounds of the change of the length from jump to jump.
+const MAX_LENGTH_GROWTH: f64 = 5.0;
+const MIN_LENGTH_GROWTH: f64 = 0.2;
+
+/// The length of the next jump, and the error of the last, as a share of what is allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepController {
+    next_length: f64,
+    last_error_ratio: Option<f64>,
+    order: f64,
+}
+
+impl StepController {
+    /// Begins with jumps of a length, of an integrator whose error per length is of an order.
+    pub fn new(first: f64, order: f64) -> Self {
+        Self { next_length: first, last_error_ratio: None, order }
+    }
+
+    /// Length of the next jump: what is left in equal parts, in multiples of `unit` if that is not zero.
+    pub fn length(&self, left: f64, unit: f64) -> f64 {
+        let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
+        let even = left / parts;
+        if unit > 0.0 { ((even / unit).ceil() * unit).min(left) } else { even }
+    }
+
+    /// Makes the next jump no longer than `most`.
+    pub fn limit(&mut self, most: f64) {
+        self.next_length = self.next_length.min(most);
+    }
+
+    /// After a jump with an error of `ratio` times what is allowed.
+    pub fn accept(&mut self, length: f64, ratio: f64) {
+        let ratio = ratio.max(1e-10);
+        let last = self.last_error_ratio.unwrap_or(ratio);
+        let factor = ERROR_TARGET
+            * ratio.powf(-CURRENT_ERROR_EXPONENT / self.order)
+            * last.powf(LAST_ERROR_EXPONENT / self.order);
+        self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, MAX_LENGTH_GROWTH);
+        self.last_error_ratio = Some(ratio);
+    }
+
+    /// After a jump that was rejected for its error.
+    pub fn reject(&mut self, length: f64, ratio: f64) {
+        let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
+        self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);
+        self.last_error_ratio = None;
+    }
+
+    /// After a jump that was rejected for something else.
+    pub fn halve(&mut self, length: f64) {
+        self.next_length = 0.5 * length;
+        self.last_error_ratio = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: with an error that is a power of the length, the lengths settle where the error is what the controller aims at:
+    /// the factor is 1 where SAFETY ratio^((LAST - PRESENT) / order) = 1.
+    #[test]
+    fn lengths_settle_at_the_aim() {
+        for order in [1.0, 2.0] {
+            let ratio = |length: f64| (length / 7.0).powf(order);
+            let mut control = StepController::new(0.5, order);
+            let mut rejected = 0;
+            for _ in 0..60 {
+                let length = control.next_length;
+                if ratio(length) <= 1.0 {
+                    control.accept(length, ratio(length));
+                } else {
+                    control.reject(length, ratio(length));
+                    rejected += 1;
+                }
+            }
+            let aim = ERROR_TARGET.powf(order / (CURRENT_ERROR_EXPONENT - LAST_ERROR_EXPONENT));
+            assert!(
+                (ratio(control.next_length) / aim - 1.0).abs() < 1e-3,
+                "{} {aim}",
+                ratio(control.next_length)
+            );
+            assert!(rejected <= 3, "{rejected}");
+        }
+    }
+
+    /// Truth: what is left is taken in equal whole cycles, none left over for a jump of its own.
+    #[test]
+    fn the_rest_is_shared_out() {
+        let control = StepController::new(300.0, 2.0);
+        let (mut left, mut lengths) = (1000.0, Vec::new());
+        while left > 0.0 {
+            lengths.push(control.length(left, 1.0));
+            left -= lengths[lengths.len() - 1];
+        }
+        assert_eq!(lengths, [250.0; 4]);
+        assert_eq!(control.length(2.5, 0.0), 2.5);
+        assert_eq!(StepController::new(0.2, 2.0).length(10.0, 1.0), 1.0);
+    }
+}

@@ -1,0 +1,200 @@
+//! A state carried over to other operators: those of a frame with more cells, where contact has outgrown the one that it was found
+//! on, or of bodies that have changed under it.
+
+use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
+use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
+use crate::evolution::state::RunState;
+use crate::evolution::step::Step;
+use crate::contact::ContactState;
+use crate::contact::balance::MAX_RIGID_MODES;
+use crate::error::{Error, Result};
+use crate::frame::grid::extend_field;
+
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+
+/// What the gap of a state came from besides its elastic part.
+#[derive(Debug, Clone)]
+pub struct PreviousModel {
+    /// Initial gap, `[3, N]` by planes, mm.
+    pub initial_gap: Vec<f64>,
+    /// Gap per unit of each motion in which the bodies floated, `[3, N]`.
+    pub floating: Vec<Vec<f64>>,
+}
+
+impl PreviousModel {
+    /// That of a state on `model`.
+    pub fn of(model: &Model) -> Self {
+        let motions = model.floating.iter().flat_map(|body| &body.modes);
+        Self {
+            initial_gap: model.initial_gap.clone(),
+            floating: motions.map(|motion| motion.gap.clone()).collect(),
+        }
+    }
+
+    /// The tangential gap of tractions under which the bodies deform by `elastic`, `[2, N]`, without the motion of body 2 that
+    /// does not depend on the bodies.
+    fn tangential_gap(&self, elastic: &[f64], floating: &[f64; MAX_RIGID_MODES]) -> Vec<f64> {
+        let gap = |k: usize| {
+            let moved = self.floating.iter().zip(floating).map(|(motion, amount)| amount * motion[k]);
+            moved.fold(self.initial_gap[k] + elastic[k], |sum, by| sum + by)
+        };
+        (0..2 * elastic.len() / 3).map(gap).collect()
+    }
+
+    fn fits(&self, n: usize) -> bool {
+        std::iter::once(&self.initial_gap).chain(&self.floating).all(|gap| gap.len() == 3 * n)
+    }
+}
+
+impl RunCheckpoint {
+    /// The same state with the operators of `model`; `places`: the number of each cell there, `[N]`. `before`: where the
+    /// bodies have changed, what the gap of the state came from.
+    ///
+    /// Tractions and depths stay, bit by bit. On bodies that are the same so do elastic displacement and gap; where they have
+    /// changed, the elastic displacement is that of the tractions on the new ones, and what slip is measured from moves with it, so that
+    /// no cell slips. Cells that are new are unworn and carry nothing; slip will be measured from the tangential gap that they have.
+    ///
+    /// # Errors
+    /// If the state is within a step of increments, the frames do not belong together, or a body cannot be solved.
+    pub fn transfer_to(
+        self,
+        new_cell_indices: &[usize],
+        model: &Model,
+        steps: &[Step],
+        previous: Option<&PreviousModel>,
+    ) -> Result<Self> {
+        let prepared = PreparedModel::new(model, steps)?;
+        let n = prepared.n();
+        let misfit =
+            new_cell_indices.len() != self.n_cells() || new_cell_indices.iter().any(|&place| place >= n);
+        let larger = n > new_cell_indices.len();
+        if misfit
+            || previous.is_some_and(|before| !before.fits(new_cell_indices.len()))
+            || (larger && !model.frame.has_uniform_axes())
+        {
+            return Err(Error::input("the state to go on from does not belong to this frame"));
+        }
+        let formed_cells: Vec<Vec<usize>> = self
+            .formed_cells
+            .iter()
+            .map(|cells| cells.iter().map(|&cell| new_cell_indices[cell]).collect())
+            .collect();
+        for cells in &formed_cells {
+            prepared.form_flexibility(cells)?;
+        }
+        let onto = StateTransfer { new_cell_indices, prepared: &prepared, previous };
+        let (state, change) = onto.transfer_state(self.state)?;
+        let progress = match self.progress {
+            StepProgress::NotStarted => StepProgress::NotStarted,
+            StepProgress::WearStep(cycling) => StepProgress::WearStep(Box::new(onto.transfer_wear_step(
+                *cycling,
+                &state.slip_reference,
+                change.as_ref(),
+            ))),
+            StepProgress::Monotone(_) => {
+                return Err(Error::input(
+                    "a run within a step of increments does not go on with other operators",
+                ));
+            }
+        };
+        Ok(Self { progress, state, formed_cells, ..self })
+    }
+}
+
+/// Where a state goes.
+struct StateTransfer<'a> {
+    new_cell_indices: &'a [usize],
+    prepared: &'a PreparedModel<'a>,
+    previous: Option<&'a PreviousModel>,
+}
+
+/// What changes with the bodies.
+struct OperatorChange {
+    /// Tangential gap, in the cells so far, `[2, N]`.
+    gap: Vec<f64>,
+    /// Approach at which the first cell closes.
+    touch: f64,
+}
+
+impl StateTransfer<'_> {
+    fn transfer_state(&self, state: RunState) -> Result<(RunState, Option<OperatorChange>)> {
+        let Self { new_cell_indices, prepared, previous } = *self;
+        let (n, n_before) = (prepared.n(), new_cell_indices.len());
+        let tractions = extend_field(&state.tractions, new_cell_indices, n, |_| 0.0);
+        let mut elastic = vec![0.0; 3 * n];
+        let operator = prepared.model.flexibility.as_ref();
+        operator.apply(&tractions, &mut elastic);
+        operator.complete_gap(&tractions, &mut elastic)?;
+        let change = previous.map(|before| {
+            let was = before.tangential_gap(&state.elastic, &state.mode_amplitudes);
+            let is = PreviousModel::of(prepared.model).tangential_gap(&elastic, &state.mode_amplitudes);
+            let changed = |k: usize| is[(k / n_before) * n + new_cell_indices[k % n_before]] - was[k];
+            OperatorChange {
+                gap: (0..2 * n_before).map(changed).collect(),
+                touch: prepared.first_touch
+                    - first_touch_approach(
+                        prepared.model.frame.has_uniform_axes(),
+                        &before.initial_gap[2 * n_before..],
+                    ),
+            }
+        });
+        let gap = |k: usize| {
+            let mut gap = prepared.initial_gap[k] + state.rigid_motion[k / n] + elastic[k];
+            for (motion, amount) in prepared.mode_gaps.iter().zip(&state.mode_amplitudes) {
+                gap += amount * motion[k];
+            }
+            gap
+        };
+        let mut reference = state.slip_reference;
+        let mut rigid_motion = state.rigid_motion;
+        if let Some(change) = &change {
+            reference.iter_mut().zip(&change.gap).for_each(|(reference, by)| *reference += by);
+            rigid_motion[2] += change.touch;
+        }
+        let slip_reference = extend_field(&reference, new_cell_indices, n, gap);
+        if change.is_none() {
+            elastic = extend_field(&state.elastic, new_cell_indices, n, |k| elastic[k]);
+        }
+        let state = RunState {
+            slip_reference,
+            elastic,
+            wear_depth: extend_field(&state.wear_depth, new_cell_indices, n, |_| 0.0),
+            depth_errors: extend_field(&state.depth_errors, new_cell_indices, n, |_| 0.0),
+            tractions,
+            rigid_motion,
+            ..state
+        };
+        Ok((state, change))
+    }
+
+    /// A step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
+    fn transfer_wear_step(
+        &self,
+        mut cycling: WearStepState,
+        reference: &[f64],
+        change: Option<&OperatorChange>,
+    ) -> WearStepState {
+        let (n, places) = (self.prepared.n(), self.new_cell_indices);
+        let ring = &mut cycling.cycle;
+        let mut it = ContactState::new(n, ring.contact.rigid_motion.clone());
+        it.scaled = extend_field(&ring.contact.scaled, places, n, |_| 0.0);
+        it.mode_amplitudes.clone_from(&ring.contact.mode_amplitudes);
+        ring.contact = it;
+        ring.stick_mask = extend_field(&ring.stick_mask, places, n, |_| false);
+        if let Some(change) = change {
+            ring.stick_gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
+            ring.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
+            cycling.load_path = cycling.load_path.with_later_first_touch(change.touch);
+            cycling.rates_outdated = true;
+        }
+        ring.stick_gap = extend_field(&ring.stick_gap, places, n, |k| reference[k]);
+        cycling.wear_rate = extend_field(&cycling.wear_rate, places, n, |_| 0.0);
+        cycling.resolved_cycle = cycling.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
+        if let (SlipSource::Sliding(slip), true) = (&mut cycling.slip_source, n > places.len()) {
+            // The same everywhere, for the frame is level.
+            let along = [slip[0], slip[places.len()]];
+            *slip = extend_field(slip, places, n, |k| along[k / n]);
+        }
+        cycling
+    }
+}

@@ -1,0 +1,390 @@
+//! Wear over a jump of ΔN cycles (docs/theory-wear.md).
+//!
+//! A jump integrates dw/dN = F(w), F = Σ p|s|_i over the increments of a cycle, whose ends are solved together: the slip of each is
+//! the difference of the tangential gaps at its ends (elastic recovery included), and the wear of the stage is implicit in all of
+//! them. Cells that stick through the whole cycle keep the tangential gap they stuck at.
+
+use crate::contact::certificate::StateChecks;
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{ContactState, Increment, PathPoint, SlipReference};
+use crate::error::Result;
+
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check};
+use crate::evolution::records::Observer;
+use crate::evolution::fretting::cycle_state::is_periodic;
+use crate::evolution::step::{Cycles, Integrator, Step};
+use crate::evolution::{Run, state};
+
+/// γ of the L-stable two-stage SDIRK method.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// Solutions of a stage with strokes between them to find the cells that stick, at most.
+const MAX_STICK_PASSES: usize = 8;
+
+/// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
+/// only single cells at the rim come and go.
+const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
+
+/// Estimated error of the worn volume over what the companion sees of it: it sees a third of it and more where the whole contact
+/// wears alike (docs/theory-wear.md).
+const VOLUME_ERROR_FACTOR: f64 = 2.0;
+
+/// Part of the error of the Euler methods that goes to cells that come into contact.
+const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
+
+/// A stage of an integrator: its wear is w_explicit + weight ΔN F(w_stage), and that of the jump has `share` ΔN F(w_stage) of it.
+#[derive(Debug, Clone, Copy)]
+struct StageWeights {
+    implicit_weight: f64,
+    solution_weight: f64,
+    /// Place of the stage in the jump.
+    abscissa: f64,
+}
+
+/// An integrator with the companion of one order more that its error is estimated by.
+struct Scheme {
+    stages: &'static [StageWeights],
+    /// Share of the rate at the start of the jump in its wear.
+    start_weight: f64,
+    /// The jump less its companion: by the rates at the start and in the stages, over ΔN.
+    error_weights: &'static [f64],
+}
+
+/// Its companion takes the rates at 0, γ, 1 by the quadrature of third order: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. What contacts that
+/// grow make of the error, the larger part of it, it sees fully, what a rate that is linear in the depth does only in part
+/// (docs/theory-wear.md).
+const SDIRK2: Scheme = Scheme {
+    stages: &[
+        StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
+        StageWeights { implicit_weight: GAMMA, solution_weight: GAMMA, abscissa: 1.0 },
+    ],
+    start_weight: 0.0,
+    error_weights: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
+};
+
+/// b - b̃, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
+const SDIRK2_ERROR: [f64; 3] = {
+    let first = (1.0 / 6.0) / (GAMMA - GAMMA * GAMMA);
+    let second = 0.5 - GAMMA * first;
+    [first + second - 1.0, 1.0 - GAMMA - first, GAMMA - second]
+};
+
+/// Backward Euler, against the trapezoidal rule.
+const BACKWARD_EULER: Scheme = Scheme {
+    stages: &[StageWeights { implicit_weight: 1.0, solution_weight: 1.0, abscissa: 1.0 }],
+    start_weight: 0.0,
+    error_weights: &[-0.5, 0.5],
+};
+
+/// Explicit Euler, against the trapezoidal rule; the rate at the end is that of the jump after it.
+const EXPLICIT: Scheme = Scheme {
+    stages: &[StageWeights { implicit_weight: 0.0, solution_weight: 0.0, abscissa: 1.0 }],
+    start_weight: 1.0,
+    error_weights: &[0.5, -0.5],
+};
+
+impl Integrator {
+    fn scheme(self) -> &'static Scheme {
+        match self {
+            Self::Sdirk2 => &SDIRK2,
+            Self::BackwardEuler => &BACKWARD_EULER,
+            Self::Explicit => &EXPLICIT,
+        }
+    }
+
+    /// Part of the error of a step that a jump may have with a `share` of its wear. Of SDIRK2 most of the error is in cells that come
+    /// into contact in the jump, other ones in each, and adds up by squares. That of the Euler methods has one sign in all cells; but no jump
+    /// is short enough for cells that come into contact in it, if the part were in proportion to the share.
+    pub(crate) fn error_budget(self, share: f64) -> f64 {
+        if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
+    }
+
+    /// Order of the error per length of a jump.
+    pub(crate) fn order(self) -> f64 {
+        if self == Self::Sdirk2 { 2.0 } else { 1.0 }
+    }
+}
+
+/// What a jump did.
+pub(crate) struct WearJump {
+    /// Iterations and applications of all stages; stop and residual of the last.
+    pub report: SolveReport,
+    /// The worst checks of the stages.
+    pub checks: StateChecks,
+    /// Contact problems solved.
+    pub solves: usize,
+    /// Friction dissipation.
+    pub dissipation: f64,
+    /// Depth worn, `[N]`.
+    pub wear_depth: Vec<f64>,
+    /// Its estimated error, `[N]`.
+    pub error_field: Vec<f64>,
+    /// Root mean square of that over the contact at its end, mm.
+    pub depth_error: f64,
+    /// Estimated error of the worn volume, mm3.
+    pub volume_error: f64,
+    /// The second stage of SDIRK2 wore past the end of contact.
+    pub lost_contact: bool,
+    /// Contact was at the rim of the frame in some stage.
+    pub reaches_frame_edge: bool,
+}
+
+impl WearJump {
+    pub fn new(n: usize) -> Self {
+        Self {
+            report: SolveReport { stop: StopReason::Converged, residual: 0.0, ..SolveReport::default() },
+            checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
+            solves: 0,
+            dissipation: 0.0,
+            wear_depth: vec![0.0; n],
+            error_field: vec![0.0; n],
+            depth_error: 0.0,
+            volume_error: 0.0,
+            lost_contact: false,
+            reaches_frame_edge: false,
+        }
+    }
+
+    /// Takes over what one more solution says.
+    fn add(&mut self, report: &SolveReport) {
+        self.report = SolveReport {
+            iterations: self.report.iterations + report.iterations,
+            applications: self.report.applications + report.applications,
+            ..report.clone()
+        };
+    }
+
+    /// Adds the work of tries that were given up.
+    pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
+        self.solves += solves;
+        self.report.iterations += iterations;
+        self.report.applications += applications;
+    }
+
+    /// Whether all that was solved converged.
+    pub fn converged(&self) -> bool {
+        self.report.stop == StopReason::Converged
+    }
+}
+
+/// Adds a multiple of a field to another.
+fn add(to: &mut [f64], factor: f64, field: &[f64]) {
+    to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
+}
+
+impl Run<'_> {
+    /// Integrates the wear over `length` cycles; ends and rates of `cycling` follow, the worn depth of the state does not.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn integrate(
+        &mut self,
+        step: &Step,
+        (cycles, integrator, length): (&Cycles, Integrator, f64),
+        cycling: &mut WearStepState,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+    ) -> Result<WearJump> {
+        let scheme = integrator.scheme();
+        let mut jump = WearJump::new(self.prepared.n());
+        add(&mut jump.wear_depth, scheme.start_weight * length, &cycling.wear_rate);
+        add(&mut jump.error_field, scheme.error_weights[0] * length, &cycling.wear_rate);
+        jump.dissipation = scheme.start_weight * length * cycling.dissipation_rate;
+        for (number, weights) in scheme.stages.iter().enumerate() {
+            let mut worn = self.state.wear_depth.clone();
+            add(&mut worn, 1.0, &jump.wear_depth);
+            let touched = self.cells_in_contact(&cycling.cycle.contact);
+            let at = (cycling.completed + weights.abscissa * length) / cycles.count;
+            self.solve_stage(
+                step,
+                (at, &worn, weights.implicit_weight * length),
+                cycling,
+                &mut jump,
+                (observer, stage),
+            )?;
+            if !jump.converged() {
+                return Ok(jump);
+            }
+            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &cycling.cycle.contact);
+            jump.lost_contact = number > 0
+                && self.lost_contact_share(&touched, &cycling.cycle.contact) > MAX_LOST_CONTACT_SHARE;
+            if jump.lost_contact {
+                return Ok(jump);
+            }
+            cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
+            cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
+            add(&mut jump.wear_depth, weights.solution_weight * length, &cycling.wear_rate);
+            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &cycling.wear_rate);
+            jump.dissipation += weights.solution_weight * length * cycling.dissipation_rate;
+        }
+        let areas = &self.prepared.model.frame.areas;
+        let touching = self.cells_in_contact(&cycling.cycle.contact);
+        jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
+        let volume: f64 = jump.error_field.iter().zip(areas).map(|(error, area)| error * area).sum();
+        jump.volume_error = VOLUME_ERROR_FACTOR * volume.abs();
+        Ok(jump)
+    }
+
+    /// Cells that carry pressure at any end.
+    pub(crate) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
+        let n = self.prepared.n();
+        (0..n)
+            .map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0))
+            .collect()
+    }
+
+    /// Share of the area in contact before that carries nothing any more.
+    fn lost_contact_share(&self, before: &[bool], it: &ContactState) -> f64 {
+        let (mut lost, mut all) = (0.0, 0.0);
+        let areas = &self.prepared.model.frame.areas;
+        for ((was, is), area) in before.iter().zip(self.cells_in_contact(it)).zip(areas) {
+            if *was {
+                all += area;
+                lost += if is { 0.0 } else { *area };
+            }
+        }
+        if all > 0.0 { lost / all } else { 0.0 }
+    }
+
+    /// Solves the ends of a cycle, or steady sliding, at the depth `worn` with the wear of `repeats` cycles implicit in them,
+    /// under what is prescribed at the part `at` of the step.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(crate) fn solve_stage(
+        &mut self,
+        step: &Step,
+        (at, worn, slip_repeats): (f64, &[f64], f64),
+        cycling: &mut WearStepState,
+        jump: &mut WearJump,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+    ) -> Result<()> {
+        let before = jump.checks;
+        let (loads, height) = self.loads_at(step, cycling, at);
+        if let Some(height) = height {
+            cycling.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
+        }
+        let mut last: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..MAX_STICK_PASSES {
+            let ends = match &cycling.slip_source {
+                SlipSource::ClosedPath(course) => self.path_points(step, course, loads, &cycling.cycle)?,
+                SlipSource::Sliding(slip) => {
+                    vec![self.path_point(step, &loads, SlipReference::Prescribed(slip.clone()))?]
+                }
+            };
+            let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
+            let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
+            let laws =
+                ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors };
+            let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
+            let (report, checks) = solve_and_check(
+                (&self.prepared, &mut problem),
+                &mut cycling.cycle.contact,
+                &self.options,
+                observer,
+                stage,
+            )?;
+            jump.add(&report);
+            jump.solves += 1;
+            jump.checks = before.worst(&checks);
+            let SlipSource::ClosedPath(course) = &cycling.slip_source else { return Ok(()) };
+            if report.stop == StopReason::Iterations && cycling.cycle.release_slipping_cells(&problem) {
+                continue;
+            }
+            if report.stop != StopReason::Converged || cycling.cycle.has_consistent_stick_zone(&problem) {
+                return Ok(());
+            }
+            let now = self.responses_at_path_points(&cycling.cycle, course);
+            if is_periodic(&now, &last) {
+                return Ok(());
+            }
+            last = now;
+            let mut depth = worn.to_vec();
+            add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
+            let report = self.recompute_stick_zone(
+                step,
+                (course, loads),
+                &depth,
+                &mut cycling.cycle,
+                (observer, stage),
+            )?;
+            jump.add(&report);
+            if report.stop != StopReason::Converged {
+                return Ok(());
+            }
+        }
+        // The set of cells that stick did not come to rest.
+        jump.report.stop = StopReason::StickZoneNotConverged;
+        Ok(())
+    }
+
+    /// The equations of the ends at the worn depth of the state, for what is reported.
+    pub(crate) fn reporting_problem<'b>(
+        &'b self,
+        step: &Step,
+        cycling: &WearStepState,
+        worn: &'b [f64],
+        end: PathPoint,
+    ) -> Increment<'b> {
+        let laws = ActiveLaws {
+            friction: step.friction,
+            wear: step.wear,
+            slip_repeats: 0.0,
+            wear_path_factors: None,
+        };
+        let ends = vec![end; cycling.cycle.contact.rigid_motion.len()];
+        increment_problem(&self.prepared, &self.options, worn, laws, ends)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: dw/dN = λ w, w(0) = 1, is exp(z) after a jump, z = λΔN. Estimate and error have the order of the integrator and one
+    /// more; of the Euler methods they tend to each other, of SDIRK2 to the ratio of the defects of Σ b A c = 1/6:
+    /// (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc), A c = (γ², 1/2).
+    #[test]
+    fn estimates_of_a_linear_rate() {
+        let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;
+        let companion = [1.0 - GAMMA - SDIRK2_ERROR[1], GAMMA - SDIRK2_ERROR[2]];
+        let own = by_rates([1.0 - GAMMA, GAMMA]);
+        let share = (by_rates(companion) - own) / (1.0 / 6.0 - own);
+        for (integrator, order) in
+            [(Integrator::Sdirk2, 2), (Integrator::BackwardEuler, 1), (Integrator::Explicit, 1)]
+        {
+            let scheme = integrator.scheme();
+            let shares: f64 =
+                scheme.start_weight + scheme.stages.iter().map(|stage| stage.solution_weight).sum::<f64>();
+            assert!((shares - 1.0).abs() < 1e-15, "{integrator:?}: shares");
+            let error_and_estimate = |z: f64| {
+                let mut worn = 1.0 + scheme.start_weight * z;
+                let mut estimate = scheme.error_weights[0] * z;
+                for (stage, error) in scheme.stages.iter().zip(&scheme.error_weights[1..]) {
+                    let rate = worn / (1.0 - stage.implicit_weight * z);
+                    worn += stage.solution_weight * z * rate;
+                    estimate += error * z * rate;
+                }
+                (worn - z.exp(), estimate)
+            };
+            for z in [-0.02, -0.01] {
+                let (error, estimate) = error_and_estimate(z);
+                let wanted = if integrator == Integrator::Sdirk2 { share } else { 1.0 };
+                let found = estimate / error;
+                assert!((found / wanted - 1.0).abs() < 3.0 * z.abs(), "{integrator:?}: {found} {wanted}");
+            }
+            let observed = (error_and_estimate(-0.02).0 / error_and_estimate(-0.01).0).log2();
+            assert!((observed - f64::from(order + 1)).abs() < 0.05, "{integrator:?}: {observed}");
+        }
+    }
+
+    /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1: of a rate that depends on the cycle alone, the estimate of SDIRK2 is the error.
+    #[test]
+    fn estimate_of_a_given_rate() {
+        let worn: f64 =
+            SDIRK2.stages.iter().map(|stage| stage.solution_weight * stage.abscissa * stage.abscissa).sum();
+        let estimate = SDIRK2.error_weights[1] * GAMMA * GAMMA + SDIRK2.error_weights[2];
+        assert!((estimate - (worn - 1.0 / 3.0)).abs() < 1e-15, "{estimate} {worn}");
+        assert!(SDIRK2.error_weights.iter().sum::<f64>().abs() < 1e-15);
+    }
+}

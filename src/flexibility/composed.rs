@@ -1,0 +1,252 @@
+//! Operators made of others: one that several share, the sum of several.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::{Defect, EntryAccess, Flexibility, TangentialFlexibility};
+use crate::error::Result;
+
+/// An operator that is used in several places.
+pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
+
+impl Flexibility for SharedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        self.0.tangential()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply(tractions, gap);
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply_single(tractions, gap);
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal_single(pressure, normal_gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.0.couples_normal_tangential()
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.0.precondition_normal(normal_gap, pressure)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.0.precondition(gap, tractions)
+    }
+
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.0.direct_sum(cell, tractions)
+    }
+
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_sums(cells, tractions)
+    }
+
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        self.0.harmonic_defect(tractions, gap, planes)
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        self.0.grid()
+    }
+
+    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.restrict(at_least, factor)
+    }
+
+    fn restriction_at(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        origin: [usize; 2],
+        factor: usize,
+    ) -> Arc<dyn Flexibility> {
+        self.0.restriction_at(smaller, origin, factor)
+    }
+
+    fn is_mirror_symmetric(&self, across: usize) -> bool {
+        self.0.is_mirror_symmetric(across)
+    }
+
+    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.mirror_half(across)
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        self.0.entry_access()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.0.add_entries(cells, matrix);
+    }
+
+    fn unformed_cells(&self) -> Vec<usize> {
+        self.0.unformed_cells()
+    }
+
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.0.complete_gap(tractions, gap)
+    }
+
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        self.0.form_rows(cells)
+    }
+
+    fn history(&self) -> OperatorHistory {
+        self.0.history()
+    }
+
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.0.replay(course)
+    }
+}
+
+/// The sum of several operators on one frame.
+pub struct SumFlexibility {
+    parts: Vec<Box<dyn Flexibility>>,
+    scratch: std::sync::Mutex<Vec<f64>>,
+}
+
+impl SumFlexibility {
+    /// Adds `parts`, all with the same number of cells.
+    ///
+    /// # Panics
+    /// If `parts` is empty or the sizes differ.
+    pub fn new(parts: Vec<Box<dyn Flexibility>>) -> Self {
+        let n = parts.first().expect("a sum has at least one part").n_cells();
+        assert!(parts.iter().all(|part| part.n_cells() == n), "operators on different frames");
+        Self { parts, scratch: std::sync::Mutex::new(vec![0.0; 3 * n]) }
+    }
+}
+
+impl Flexibility for SumFlexibility {
+    fn n_cells(&self) -> usize {
+        self.parts[0].n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply_single(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply_single(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.parts[0].apply_normal(pressure, normal_gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            let scratch = &mut scratch[..pressure.len()];
+            part.apply_normal(pressure, scratch);
+            normal_gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        let mut sum = self.parts[0].diagonal_blocks();
+        for part in &self.parts[1..] {
+            sum = match (sum, part.diagonal_blocks()) {
+                (PerCell::Same(a, n), PerCell::Same(b, _)) => PerCell::Same(a + b, n),
+                (a, b) => a.iter().zip(b.iter()).map(|(a, b)| a + b).collect(),
+            };
+        }
+        sum
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.parts.iter().any(|part| part.couples_normal_tangential())
+    }
+
+    /// By the first part that can: flexibilities of bodies differ little more than by a factor.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition(gap, tractions))
+    }
+
+    /// Parts that have no such sum count by their products, which are then compared with nothing; `None` if all are like
+    /// that.
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let direct: Vec<_> = self.parts.iter().map(|part| part.direct_sums(cells, tractions)).collect();
+        if direct.iter().all(Option::is_none) {
+            return None;
+        }
+        let n = self.n_cells();
+        let mut sum = vec![[0.0; 3]; cells.len()];
+        let mut product = vec![0.0; 3 * n];
+        for (part, direct) in self.parts.iter().zip(direct) {
+            let gaps = direct.unwrap_or_else(|| {
+                part.apply(tractions, &mut product);
+                cells.iter().map(|cell| [0, 1, 2].map(|plane| product[plane * n + cell])).collect()
+            });
+            sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
+        }
+        Some(sum)
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        self.parts.iter().map(|part| part.entry_access()).min().unwrap_or(EntryAccess::Unavailable)
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.parts.iter().for_each(|part| part.add_entries(cells, matrix));
+    }
+
+    fn unformed_cells(&self) -> Vec<usize> {
+        let mut cells: Vec<usize> = self.parts.iter().flat_map(|part| part.unformed_cells()).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.complete_gap(tractions, gap))
+    }
+
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.form_rows(cells))
+    }
+
+    fn history(&self) -> OperatorHistory {
+        OperatorHistory {
+            parts: self.parts.iter().map(|part| part.history()).collect(),
+            ..OperatorHistory::default()
+        }
+    }
+
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.parts.iter().zip(&course.parts).try_for_each(|(part, course)| part.replay(course))
+    }
+}

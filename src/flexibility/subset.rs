@@ -1,0 +1,195 @@
+//! An operator on some of the cells of another one.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::{Defect, EntryAccess, Flexibility};
+use crate::error::Result;
+
+/// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
+pub struct SubsetFlexibility {
+    whole: Box<dyn Flexibility>,
+    /// Index in the whole of each cell.
+    cells: Vec<usize>,
+    /// Tractions and gap of the whole, `[3, N]` each; tractions are zero outside the places.
+    scratch: Mutex<[Vec<f64>; 2]>,
+}
+
+impl SubsetFlexibility {
+    /// The cells `places` of `whole`, ascending.
+    ///
+    /// # Panics
+    /// If a place lies outside.
+    pub fn new(whole: Box<dyn Flexibility>, cells: Vec<usize>) -> Self {
+        let n = whole.n_cells();
+        assert!(cells.iter().all(|&place| place < n), "a cell outside of the operator");
+        Self { whole, cells, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
+    }
+
+    /// Tractions `[3, M]` of the places as those of the whole, `[3, N]`.
+    fn scattered(&self, tractions: &[f64]) -> Vec<f64> {
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
+        let mut whole = vec![0.0; 3 * n];
+        for (i, traction) in tractions.iter().enumerate() {
+            whole[i / m * n + self.cells[i % m]] = *traction;
+        }
+        whole
+    }
+
+    /// Runs `product` of the whole on scattered `values` and gathers its result, both by `planes`; what it says of itself.
+    fn apply_whole(
+        &self,
+        planes: usize,
+        (values, out): (&[f64], &mut [f64]),
+        product: impl FnOnce(&[f64], &mut [f64]) -> bool,
+    ) -> bool {
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let [whole, result] = &mut *scratch;
+        for plane in 0..planes {
+            for (place, value) in self.cells.iter().zip(&values[plane * m..(plane + 1) * m]) {
+                whole[plane * n + place] = *value;
+            }
+        }
+        let done = product(&whole[..planes * n], &mut result[..planes * n]);
+        for plane in 0..planes {
+            for (place, value) in self.cells.iter().zip(&mut out[plane * m..(plane + 1) * m]) {
+                *value = result[plane * n + place];
+            }
+        }
+        done
+    }
+}
+
+impl Flexibility for SubsetFlexibility {
+    fn n_cells(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole.apply(whole, result);
+            true
+        };
+        self.apply_whole(3, (tractions, gap), product);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole.apply_normal(whole, result);
+            true
+        };
+        self.apply_whole(1, (pressure, normal_gap), product);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        match self.whole.diagonal_blocks() {
+            PerCell::Same(block, _) => PerCell::Same(block, self.cells.len()),
+            PerCell::Each(whole) => self.cells.iter().map(|&place| whole[place]).collect(),
+        }
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.whole.couples_normal_tangential()
+    }
+
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let whole = self.scattered(tractions);
+        let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
+        self.whole.direct_sums(&places, &whole)
+    }
+
+    /// That of the whole, or of what it gives in the places, whichever is larger.
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        let whole = self.scattered(tractions);
+        let mut moved = vec![0.0; whole.len()];
+        self.whole.apply(&whole, &mut moved);
+        let mut defect = self.whole.harmonic_defect(&whole, &moved, planes.clone())?;
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
+        for plane in planes {
+            for (gap, place) in gap[plane * m..(plane + 1) * m].iter().zip(&self.cells) {
+                defect = defect.compared_with(*gap, moved[plane * n + place]);
+            }
+        }
+        Some(defect)
+    }
+
+    /// The part of the inverse of the whole: still symmetric and positive definite.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
+        self.apply_whole(1, (normal_gap, pressure), product)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
+        self.apply_whole(3, (gap, tractions), product)
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        self.whole.entry_access()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
+        self.whole.add_entries(&places, matrix);
+    }
+
+    fn history(&self) -> OperatorHistory {
+        self.whole.history()
+    }
+
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.whole.replay(course)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// S of three cells by a full matrix, tangential parts twice the normal one.
+    struct Three;
+
+    impl Flexibility for Three {
+        fn n_cells(&self) -> usize {
+            3
+        }
+
+        fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+            for plane in 0..3 {
+                let part = plane * 3..plane * 3 + 3;
+                self.apply_normal(&tractions[part.clone()], &mut gap[part]);
+            }
+            gap[..6].iter_mut().for_each(|g| *g *= 2.0);
+        }
+
+        fn apply_normal(&self, p: &[f64], gap: &mut [f64]) {
+            for (i, g) in gap.iter_mut().enumerate() {
+                *g = (0..3).map(|j| p[j] / (1.0 + (i as f64 - j as f64).abs())).sum();
+            }
+        }
+
+        fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+            (0..3).map(|i| Matrix3::identity() * f64::from(i + 1)).collect()
+        }
+    }
+
+    /// Truth: rows and columns of the whole matrix; nothing is left of earlier products.
+    #[test]
+    fn rows_and_columns_of_the_whole() {
+        let part = SubsetFlexibility::new(Box::new(Three), vec![0, 2]);
+        let mut gap = [0.0; 6];
+        part.apply(&[1.0, 0.0, 0.0, 3.0, 0.0, 6.0], &mut gap);
+        assert_eq!(gap, [2.0, 2.0 / 3.0, 2.0, 6.0, 2.0, 6.0]);
+        let mut normal = [0.0; 2];
+        part.apply_normal(&[3.0, 0.0], &mut normal);
+        assert_eq!(normal, [3.0, 1.0]);
+        assert_eq!(part.diagonal_blocks()[1][(2, 2)], 3.0);
+        assert!(!part.precondition_normal(&[1.0, 1.0], &mut normal));
+    }
+}

@@ -1,0 +1,4 @@
+//! What this module is.
+
+pub mod friction;
+pub mod wear;

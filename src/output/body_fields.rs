@@ -1,0 +1,248 @@
+//! Fields of a body as grids for output: its displaced surface.
+
+use crate::body::{BodyField, ElasticBody};
+use crate::error::{Error, Result};
+use crate::frame::ContactFrame;
+use crate::geometry::{Point, Side};
+use crate::material::strength::von_mises;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+use crate::output::body_peaks::BodyPeaks;
+use crate::output::cell_locator::{CellLocator, SurfacePoint};
+use crate::output::frame_fields::{FrameMesh, GLOBAL_COMPONENTS, to_global};
+use crate::output::surface_stress::SurfaceStress;
+use crate::output::volume::stress_array;
+use crate::output::vtu::{DataArray, UnstructuredGrid};
+
+/// A body whose fields are written.
+#[derive(Clone, Copy)]
+pub struct BodyOutput<'a> {
+    /// Which body it is.
+    pub side: Side,
+    /// Gives its fields.
+    pub body: &'a dyn ElasticBody,
+    /// The points of its fields.
+    pub location: RecoveryLocation<'a>,
+}
+
+impl BodyOutput<'_> {
+    /// Peaks of the stress of a meshed body; `None` where none was recovered. `tractions` on body 2, one triple per
+    /// cell of the frame in its local axes.
+    pub(crate) fn peaks(
+        &self,
+        frame: &ContactFrame,
+        field: &BodyField,
+        tractions: &[[f64; 3]],
+    ) -> Option<BodyPeaks> {
+        let (RecoveryLocation::MeshNodes { mesh, .. }, Some(stress)) = (self.location, &field.stress) else {
+            return None;
+        };
+        let at_nodes = self.node_tractions(frame, mesh, &outer_faces(mesh), tractions);
+        let surface = SurfaceStress::new(mesh, &[], stress, &at_nodes);
+        Some(BodyPeaks::new(mesh, stress, &surface))
+    }
+
+    /// Traction at every node of the mesh in global axes: the mean over the frame's cells it lies over, 0 off the contact
+    /// surface; `faces` are the outer ones.
+    fn node_tractions(
+        &self,
+        frame: &ContactFrame,
+        mesh: &Mesh,
+        faces: &[SurfaceFace],
+        tractions: &[[f64; 3]],
+    ) -> Vec<[f64; 3]> {
+        let on_body = self.global_tractions_on_body(frame, tractions);
+        let locator = CellLocator::new(frame, self.side);
+        let mut at_nodes = vec![[0.0; 3]; mesh.n_points()];
+        let RecoveryLocation::MeshNodes { contact_nodes, .. } = self.location else { return at_nodes };
+        let outward = contact_normals(mesh, faces, contact_nodes);
+        for &node in contact_nodes {
+            let point = SurfacePoint { at: Point::from(mesh.points[node]), outward: outward[node] };
+            let cells = locator.cells_at(&point);
+            let area: f64 = cells.iter().map(|&cell| frame.areas[cell]).sum();
+            for &cell in &cells {
+                for (sum, t) in at_nodes[node].iter_mut().zip(&on_body[cell]) {
+                    *sum += t * frame.areas[cell] / area;
+                }
+            }
+        }
+        at_nodes
+    }
+
+    /// Tractions on this body in global axes.
+    fn global_tractions_on_body(&self, frame: &ContactFrame, tractions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut on_body = to_global(frame, tractions);
+        on_body.iter_mut().flatten().for_each(|t| *t *= self.side.gap_sign());
+        on_body
+    }
+}
+
+/// Where the fields that a body recovers live.
+#[derive(Clone, Copy)]
+pub enum RecoveryLocation<'a> {
+    /// At the centres of the frame's cells (half-spaces).
+    FrameCells,
+    /// At the nodes of a mesh.
+    MeshNodes {
+        /// The mesh.
+        mesh: &'a Mesh,
+        /// Nodes of its contact surface.
+        contact_nodes: &'a [usize],
+    },
+}
+
+/// The displaced surface of a body with displacement and the traction on it, in global axes; `tractions` on
+/// body 2, one triple per cell of the frame in its local axes.
+///
+/// The rigid motion of body 2 is not part of its displacement.
+///
+/// # Errors
+/// Numerical, if the recovered field does not fit the shape.
+pub fn surface_grid(
+    output: &BodyOutput<'_>,
+    frame: (&ContactFrame, &FrameMesh),
+    field: &BodyField,
+    tractions: &[[f64; 3]],
+) -> Result<UnstructuredGrid> {
+    match output.location {
+        RecoveryLocation::FrameCells => {
+            frame_surface(frame, field, &output.global_tractions_on_body(frame.0, tractions))
+        }
+        RecoveryLocation::MeshNodes { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
+    }
+}
+
+fn frame_surface(
+    (frame, cells): (&ContactFrame, &FrameMesh),
+    field: &BodyField,
+    tractions: &[[f64; 3]],
+) -> Result<UnstructuredGrid> {
+    check_field_size(field, frame.n_cells(), "cells of the frame")?;
+    let displacement = cells.average_at_points(&frame.areas, &field.displacement);
+    let mut grid = cells.grid();
+    displace(&mut grid.points, &displacement);
+    grid.point_data = vec![
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
+        DataArray::tuples(
+            "traction",
+            GLOBAL_COMPONENTS,
+            cells.average_at_points(&frame.areas, tractions).concat(),
+        ),
+    ];
+    grid.cell_data = vec![
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, field.displacement.concat()),
+        DataArray::tuples("traction", GLOBAL_COMPONENTS, tractions.concat()),
+    ];
+    Ok(grid)
+}
+
+fn mesh_surface(
+    output: &BodyOutput<'_>,
+    frame: &ContactFrame,
+    mesh: &Mesh,
+    field: &BodyField,
+    tractions: &[[f64; 3]],
+) -> Result<UnstructuredGrid> {
+    check_field_size(field, mesh.n_points(), "nodes of the mesh")?;
+    let faces = outer_faces(mesh);
+    let mut grid = UnstructuredGrid::default();
+    let points = push_faces(&mut grid, mesh, &faces, field);
+    let at_nodes = output.node_tractions(frame, mesh, &faces, tractions);
+    let displacement: Vec<[f64; 3]> = points.iter().map(|point| field.displacement[point.node]).collect();
+    grid.points = points.iter().map(|point| mesh.points[point.node]).collect();
+    displace(&mut grid.points, &displacement);
+    grid.point_data = vec![
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
+        DataArray::tuples(
+            "traction",
+            GLOBAL_COMPONENTS,
+            points.iter().flat_map(|point| at_nodes[point.node]).collect(),
+        ),
+    ];
+    if let Some(stress) = &field.stress {
+        let surface = SurfaceStress::new(mesh, &faces, stress, &at_nodes);
+        let (on_surface, tangential): (Vec<[f64; 6]>, Vec<f64>) =
+            points.iter().map(|point| surface.at(point.recovery_point)).unzip();
+        let mises = on_surface.iter().map(von_mises).collect();
+        grid.point_data.push(stress_array(on_surface.iter()));
+        grid.point_data.push(DataArray::scalar("von_mises", mises));
+        grid.point_data.push(DataArray::scalar("sigma_tangential", tangential));
+    }
+    Ok(grid)
+}
+
+/// A point of a body's drawn surface: a mesh node, and the point at which its stress was recovered (0 without stress).
+struct SurfaceVertex {
+    node: usize,
+    recovery_point: usize,
+}
+
+/// Adds the faces to the grid; their points in the order of first use, a node once for each material at it.
+fn push_faces(
+    grid: &mut UnstructuredGrid,
+    mesh: &Mesh,
+    faces: &[SurfaceFace],
+    field: &BodyField,
+) -> Vec<SurfaceVertex> {
+    let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
+    let mut index = vec![usize::MAX; n];
+    let mut points = Vec::new();
+    let solids = mesh.volume_cells().next().is_some();
+    for (i, face) in faces.iter().enumerate() {
+        let recovered: Vec<usize> = match &field.stress {
+            // Of a body without solids the faces are the cells.
+            Some(stress) if !solids => stress.points.points_of_cell(i).to_vec(),
+            Some(stress) => {
+                let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
+                let of_cell = stress.points.points_of_cell(mesh.volume_index(face.owner));
+                local.iter().map(|&i| of_cell[i]).collect()
+            }
+            None => face.nodes.clone(),
+        };
+        for (&node, &point) in face.nodes.iter().zip(&recovered) {
+            if index[point] == usize::MAX {
+                index[point] = points.len();
+                points.push(SurfaceVertex { node, recovery_point: point });
+            }
+        }
+        grid.push_cell(face.kind.vtk_code(), face.kind.vtk_order().iter().map(|&i| index[recovered[i]]));
+    }
+    points
+}
+
+/// Directions out of the body at the nodes of its contact surface, 0 elsewhere, `[n_points]`: sums over the contact
+/// faces among the outer ones, `faces`.
+fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
+    let mut in_contact = vec![false; mesh.n_points()];
+    contact_nodes.iter().for_each(|&node| in_contact[node] = true);
+    let mut outward = vec![Point::zeros(); mesh.n_points()];
+    for face in faces.iter().filter(|face| face.nodes.iter().all(|&node| in_contact[node])) {
+        let corner = |i: usize| Point::from(mesh.points[face.nodes[i]]);
+        let area: Point = (1..face.kind.n_corners() - 1)
+            .map(|i| (corner(i) - corner(0)).cross(&(corner(i + 1) - corner(0))))
+            .sum();
+        face.nodes.iter().for_each(|&node| outward[node] += area);
+    }
+    outward
+}
+
+fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
+    for (point, u) in points.iter_mut().zip(displacement) {
+        point.iter_mut().zip(u).for_each(|(x, u)| *x += u);
+    }
+}
+
+/// Refuses a field that does not have the points it is drawn on.
+pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
+    let found = field.displacement.len();
+    if found != n {
+        return Err(Error::numerical(format!("a body recovered {found} displacements for {n} {what}")));
+    }
+    let nodes = field.stress.iter().flat_map(|stress| &stress.points.mesh_nodes);
+    match nodes.max() {
+        Some(&node) if node >= n => {
+            Err(Error::numerical(format!("a body recovered a stress at node {node} of {n} {what}")))
+        }
+        _ => Ok(()),
+    }
+}

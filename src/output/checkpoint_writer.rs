@@ -1,0 +1,236 @@
+//! Writes the checkpoints of a run: when, and what they hold.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Context, Result};
+use crate::frame::grid::extend_field;
+use crate::evolution::records::IncrementRecord;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::output::checkpoint;
+use crate::output::field_writer::WrittenFields;
+use crate::output::output_dir::{OutputDir, StagedFile};
+use crate::output::provenance::Provenance;
+
+/// What a checkpoint of a run holds; `S` is the state that the run goes on from.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+pub struct CheckpointData<S> {
+    /// The state, with the entries so far.
+    pub snapshot: S,
+    /// What the operators have come to hold.
+    pub operator_history: OperatorHistory,
+    /// What has been written of the entries, and is kept of them for the end.
+    pub written: WrittenFields,
+    /// How often the frame was enlarged.
+    #[serde(default)]
+    pub frame_growths: usize,
+    /// How the meshes moved with wear.
+    #[serde(default)]
+    pub mesh_updates: MeshUpdates,
+    /// The files that were written.
+    pub files: Vec<StagedFile>,
+}
+
+/// How the meshes of worn bodies have moved.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+pub struct MeshUpdates {
+    /// Worn depth of both bodies at the last move, `[N]`, mm; empty before the first.
+    pub wear_depth_at_last_update: Vec<f64>,
+    /// How often they moved.
+    pub count: usize,
+    /// They do not move any more, for an element would turn over or get too flat.
+    pub stopped: bool,
+}
+
+impl MeshUpdates {
+    /// After one more move, with the bodies worn by `worn`.
+    pub fn after_update(&self, worn: &[f64]) -> Self {
+        Self { wear_depth_at_last_update: worn.to_vec(), count: self.count + 1, stopped: self.stopped }
+    }
+
+    /// On a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
+        let wear_depth_at_last_update = if self.wear_depth_at_last_update.is_empty() {
+            Vec::new()
+        } else {
+            extend_field(&self.wear_depth_at_last_update, places, n, |_| 0.0)
+        };
+        Self { wear_depth_at_last_update, ..self }
+    }
+}
+
+/// How often checkpoints are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CheckpointInterval {
+    /// After so many seconds; never, if 0.
+    pub seconds: f64,
+    /// After so many cycles; never, if 0.
+    pub cycles: u64,
+}
+
+impl CompletedWork {
+    /// That of these entries.
+    pub fn of(records: &[IncrementRecord]) -> Self {
+        Self { entries: records.len(), cycles: records.last().map_or(0, |last| last.cycles_done) }
+    }
+}
+
+/// What has been finished when a checkpoint may be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CompletedWork {
+    /// Number of finished entries.
+    pub entries: usize,
+    /// Cycles since the start.
+    pub cycles: u64,
+}
+
+/// Writes the checkpoints of one run.
+#[derive(Debug)]
+pub struct CheckpointWriter {
+    provenance: Provenance,
+    interval: CheckpointInterval,
+    /// Number of the last checkpoint; 0 before the first.
+    number: u64,
+    /// What it holds.
+    last_saved: CompletedWork,
+    last_saved_at: Instant,
+    frame_growths: usize,
+    mesh_updates: MeshUpdates,
+}
+
+impl CheckpointWriter {
+    /// Of a run that begins at the start.
+    pub fn new(provenance: Provenance, interval: CheckpointInterval) -> Self {
+        let (now, last_saved) = (Instant::now(), CompletedWork { entries: 0, cycles: 0 });
+        Self {
+            provenance,
+            interval,
+            number: 0,
+            last_saved,
+            last_saved_at: now,
+            frame_growths: 0,
+            mesh_updates: MeshUpdates::default(),
+        }
+    }
+
+    /// Of a run that goes on from checkpoint `number`, which holds `last`.
+    pub fn continuing_from(mut self, number: u64, last: CompletedWork) -> Self {
+        (self.number, self.last_saved) = (number, last);
+        self
+    }
+
+    /// Of a run on a frame that was enlarged so often, with meshes that have moved like this.
+    pub fn with_rebuilds(mut self, growths: usize, moves: &MeshUpdates) -> Self {
+        (self.frame_growths, self.mesh_updates) = (growths, moves.clone());
+        self
+    }
+
+    /// Whether there is a checkpoint.
+    pub fn has_written(&self) -> bool {
+        self.number > 0
+    }
+
+    /// Whether the time for one has come.
+    pub fn is_due(&self, now: CompletedWork) -> bool {
+        let CheckpointInterval { seconds, cycles } = self.interval;
+        let waited = seconds > 0.0 && self.last_saved_at.elapsed().as_secs_f64() >= seconds;
+        self.has_new_entries(now) && (waited || (cycles > 0 && now.cycles >= self.last_saved.cycles + cycles))
+    }
+
+    /// Whether more is finished than the last one holds.
+    pub fn has_new_entries(&self, now: CompletedWork) -> bool {
+        now.entries > self.last_saved.entries
+    }
+
+    /// Writes one.
+    ///
+    /// # Errors
+    /// Resources, if it cannot be written.
+    pub fn write<S: Serialize>(
+        &mut self,
+        output: &mut OutputDir,
+        now: CompletedWork,
+        (snapshot, operator_history): (S, &OperatorHistory),
+        (written, files): (&WrittenFields, &[StagedFile]),
+    ) -> Result<()> {
+        output.keep_staged_files()?;
+        let kept = CheckpointDataRef {
+            snapshot,
+            operator_history,
+            written,
+            frame_growths: self.frame_growths,
+            mesh_updates: &self.mesh_updates,
+            files,
+        };
+        checkpoint::write(output.path(), self.number + 1, &self.provenance, &kept)
+            .context(|| "writing a checkpoint".to_owned())?;
+        (self.number, self.last_saved, self.last_saved_at) = (self.number + 1, now, Instant::now());
+        Ok(())
+    }
+}
+
+/// [`CheckpointData`] before it is.
+#[derive(Serialize)]
+struct CheckpointDataRef<'a, S> {
+    snapshot: S,
+    operator_history: &'a OperatorHistory,
+    written: &'a WrittenFields,
+    frame_growths: usize,
+    mesh_updates: &'a MeshUpdates,
+    files: &'a [StagedFile],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keeper(seconds: f64, cycles: u64) -> CheckpointWriter {
+        CheckpointWriter::new(
+            Provenance::new(serde_json::json!({}), Vec::new()),
+            CheckpointInterval { seconds, cycles },
+        )
+    }
+
+    fn progress(entries: usize, cycles: u64) -> CompletedWork {
+        CompletedWork { entries, cycles }
+    }
+
+    /// Truth: docs/checkpoints.md: by time, by cycles, 0 for neither, and only where there is something new.
+    #[test]
+    fn when_one_is_due() {
+        assert!(!keeper(0.0, 0).is_due(progress(9, 900)));
+        assert!(!keeper(3600.0, 0).is_due(progress(9, 900)));
+        assert!(keeper(1e-9, 0).is_due(progress(1, 0)));
+        assert!(!keeper(1e-9, 0).continuing_from(4, progress(3, 0)).is_due(progress(3, 0)));
+        let by_cycles = keeper(0.0, 100).continuing_from(1, progress(2, 200));
+        assert!(!by_cycles.is_due(progress(3, 299)));
+        assert!(by_cycles.is_due(progress(3, 300)));
+    }
+
+    /// Truth: what is read has the fields of what is written.
+    #[test]
+    fn what_is_kept_comes_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut output = OutputDir::open(dir.path()).unwrap();
+        output
+            .write("a.vtu", |out| {
+                out.write_all(b"a").map_err(|e| crate::output::atomic_file::write_error(&e))
+            })
+            .unwrap();
+        let course = OperatorHistory {
+            formed_rows_checked: true,
+            formed: vec![vec![1, 2]],
+            ..OperatorHistory::default()
+        };
+        let files = output.files().to_vec();
+        let mut keeper = keeper(0.0, 0);
+        keeper
+            .write(&mut output, progress(1, 0), ("state", &course), (&WrittenFields::default(), &files))
+            .unwrap();
+        let found = checkpoint::read(dir.path()).unwrap().unwrap();
+        let kept: CheckpointData<String> = found.state().unwrap();
+        assert_eq!((kept.snapshot.as_str(), kept.operator_history, kept.files), ("state", course, files));
+        assert!(found.number == 1 && keeper.has_written());
+    }
+}

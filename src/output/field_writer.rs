@@ -1,0 +1,320 @@
+//! Writes the fields of a run, increment by increment: `.vtu` files, the `.pvd` collections over them, pictures.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::body::{ErrorEstimation, PointState};
+use crate::error::{Context, Result};
+use crate::frame::ContactFrame;
+use crate::evolution::records::{FrameState, IncrementRecord};
+use crate::output::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
+use crate::output::body_peaks::BodyRecord;
+use crate::output::frame_fields::{FrameMesh, frame_grid, planes_to_triples};
+use crate::output::history_table::loops_csv;
+use crate::output::interior_points::InteriorPointRequest;
+use crate::output::output_dir::{OutputDir, write_error};
+use crate::output::plot::loops::{LoopCurve, loops_svg};
+use crate::output::run_figures::RunFigures;
+use crate::output::summary::Summary;
+use crate::output::surface_properties::SurfaceProperties;
+use crate::output::volume::volume_grid;
+use crate::output::vtu::{UnstructuredGrid, pvd_collection};
+
+/// Kinds of fields that a scene may ask for in `output.fields`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldKind {
+    /// Fields on the contact frame and on the surfaces of the bodies.
+    Vtu,
+    /// Displacement, stress and failure indices in the volume of finite-element bodies, with the error estimate.
+    Volume,
+    /// Stress on the surfaces of finite bodies, and the peaks in their volume, of boundary elements on their surface.
+    Stress,
+    /// Estimated error of the stress in finite-element bodies.
+    Error,
+    /// Maps, profiles and the course of the resultants, as pictures.
+    Svg,
+    /// Fretting loops: cycles at the start and the end of their steps, resolved into force over shift.
+    Loops,
+}
+
+impl FieldKind {
+    /// Whether the stress in the bodies is needed.
+    pub fn require_stress(wanted: &[Self]) -> bool {
+        wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Stress | Self::Error))
+    }
+
+    /// Whether its error is.
+    pub fn error_estimate(wanted: &[Self]) -> ErrorEstimation {
+        let needed = wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Error));
+        if needed { ErrorEstimation::Estimate } else { ErrorEstimation::Skip }
+    }
+}
+
+/// Displacement and stress at the points of a request; `Skip` where the body has none.
+pub type PointStates = Option<Vec<PointState>>;
+
+/// Writes what is asked for of a frame and its bodies.
+pub struct FieldWriter<'a> {
+    frame: &'a ContactFrame,
+    /// Made when it is first written.
+    frame_mesh: OnceCell<FrameMesh>,
+    bodies: Vec<BodyOutput<'a>>,
+    kinds: Vec<FieldKind>,
+    interior_points: Vec<InteriorPointRequest>,
+    /// Of the increments of a monotone step each so-manieth is written.
+    increment_stride: usize,
+    surface: SurfaceProperties,
+    written: WrittenFields,
+}
+
+/// What has been written so far, and what is kept for the end.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct WrittenFields {
+    n_written: usize,
+    /// Files of each series with their times.
+    series_files: BTreeMap<String, Vec<(f64, String)>>,
+    pictures: RunFigures,
+    peaks: Vec<BodyRecord>,
+}
+
+/// How far a writer had come.
+#[derive(Debug, Clone, Copy)]
+pub struct FieldRollback {
+    increments: usize,
+    peaks: usize,
+}
+
+impl WrittenFields {
+    /// Takes files out that are no longer there.
+    pub fn remove_missing_files(&mut self, missing: &[String]) {
+        for files in self.series_files.values_mut() {
+            files.retain(|(_, name)| !missing.contains(name));
+        }
+    }
+
+    /// For a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    pub fn transfer_to(mut self, places: &[usize], n: usize) -> Self {
+        self.pictures.transfer_to(places, n);
+        self
+    }
+}
+
+impl<'a> FieldWriter<'a> {
+    /// A writer of the `wanted` fields of `frame` and `bodies`.
+    pub fn new(frame: &'a ContactFrame, bodies: Vec<BodyOutput<'a>>, wanted: &[FieldKind]) -> Self {
+        Self {
+            frame,
+            frame_mesh: OnceCell::new(),
+            bodies,
+            kinds: wanted.to_vec(),
+            interior_points: Vec::new(),
+            increment_stride: 1,
+            surface: SurfaceProperties::default(),
+            written: WrittenFields::default(),
+        }
+    }
+
+    /// Also writes displacement and stress at points inside the bodies.
+    pub fn with_interior_points(self, inside: &[InteriorPointRequest]) -> Self {
+        Self { interior_points: inside.to_vec(), ..self }
+    }
+
+    /// Writes each so-manieth increment of monotone steps only, and those that did not converge.
+    pub fn with_increment_stride(self, increment_stride: usize) -> Self {
+        Self { increment_stride, ..self }
+    }
+
+    /// Whether it writes an entry.
+    pub fn selects(&self, record: &IncrementRecord) -> bool {
+        let monotone = record.jump.is_none() && record.rolling.is_none();
+        !monotone || !record.converged || record.increment.is_multiple_of(self.increment_stride)
+    }
+
+    /// The same after what another one has written.
+    pub fn continuing_from(mut self, written: WrittenFields) -> Self {
+        self.written = written;
+        self
+    }
+
+    /// What it has written so far.
+    pub fn written(&self) -> &WrittenFields {
+        &self.written
+    }
+
+    /// The same, when it writes no more.
+    pub fn into_written(self) -> WrittenFields {
+        self.written
+    }
+
+    /// Also says which axes and fibres the surface has, and whose surface wears.
+    pub fn with_surface(mut self, surface: SurfaceProperties) -> Self {
+        self.surface = surface;
+        self
+    }
+
+    fn frame_mesh(&self) -> &FrameMesh {
+        self.frame_mesh.get_or_init(|| FrameMesh::new(self.frame))
+    }
+
+    /// Whether fretting loops are asked for.
+    pub fn wants_loops(&self) -> bool {
+        self.kinds.contains(&FieldKind::Loops)
+    }
+
+    /// Whether it writes anything.
+    pub fn has_output(&self) -> bool {
+        !self.kinds.is_empty()
+    }
+
+    /// Writes the fields of the next increment.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be written; numerical, if a field is not finite or cannot be recovered.
+    pub fn write_entry(
+        &mut self,
+        output: &mut OutputDir,
+        record: &IncrementRecord,
+        (state, inside): (&FrameState, Vec<PointStates>),
+    ) -> Result<()> {
+        if !self.selects(record) {
+            return Ok(());
+        }
+        self.written.n_written += 1;
+        if self.kinds.contains(&FieldKind::Vtu) {
+            let grid = frame_grid(self.frame, (self.frame_mesh(), &self.surface), state)?;
+            self.write_grid(output, "frame", &grid)?;
+        }
+        for body in self.bodies.clone() {
+            let meshed = matches!(body.location, RecoveryLocation::MeshNodes { .. });
+            if self.kinds.contains(&FieldKind::Vtu) || (meshed && FieldKind::require_stress(&self.kinds)) {
+                self.write_body(output, &body, (record, state))
+                    .context(|| format!("fields of {}", body.side.key()))?;
+            }
+        }
+        for (request, states) in self.interior_points.clone().iter().zip(&inside) {
+            self.write_interior_points(output, request, states)
+                .context(|| format!("output.inside, \"{}\"", request.name))?;
+        }
+        // Last, since what comes before may be broken off.
+        if self.kinds.contains(&FieldKind::Svg) {
+            self.written.pictures.record_entry(self.frame.n_cells(), record, state);
+        }
+        Ok(())
+    }
+
+    /// What was written before an entry, for [`FieldWriter::roll_back`].
+    pub fn rollback_mark(&self) -> FieldRollback {
+        FieldRollback { increments: self.written.n_written, peaks: self.written.peaks.len() }
+    }
+
+    /// Forgets the entry after `mark`, which was broken off.
+    pub fn roll_back(&mut self, mark: FieldRollback) {
+        let WrittenFields { n_written, series_files, pictures: _, peaks } = &mut self.written;
+        *n_written = mark.increments;
+        peaks.truncate(mark.peaks);
+        series_files.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
+        series_files.retain(|_, files| !files.is_empty());
+    }
+
+    /// Displacement and stress at the points inside that are asked for.
+    ///
+    /// # Errors
+    /// If they cannot be had, or a stop is wished.
+    pub fn recover_interior_points(&self, state: &FrameState) -> Result<Vec<PointStates>> {
+        let of = |request: &InteriorPointRequest| {
+            let body = self.bodies.iter().find(|body| body.side == request.side);
+            let states =
+                body.map(|body| body.body.recover_at_points(self.frame, &state.tractions, &request.points()));
+            states.transpose().map(Option::flatten).context(|| format!("output.inside, \"{}\"", request.name))
+        };
+        self.interior_points.iter().map(of).collect()
+    }
+
+    /// Writes displacement and stress at points inside a body.
+    fn write_interior_points(
+        &mut self,
+        output: &mut OutputDir,
+        request: &InteriorPointRequest,
+        states: &PointStates,
+    ) -> Result<()> {
+        // Other bodies in the place of the scene's own, as for comparisons, may have none.
+        let Some(states) = states else { return Ok(()) };
+        let series = request.series();
+        write_text(output, &format!("{series}_{:04}.csv", self.written.n_written), &request.csv(states)?)?;
+        if request.across.is_some() {
+            self.write_grid(output, &series, &request.grid(states))?;
+        }
+        Ok(())
+    }
+
+    /// Recovers what is asked for of a body, writes it and keeps its peaks.
+    fn write_body(
+        &mut self,
+        output: &mut OutputDir,
+        body: &BodyOutput<'a>,
+        (record, state): (&IncrementRecord, &FrameState),
+    ) -> Result<()> {
+        let (name, wanted) = (body.side.key(), self.kinds.clone());
+        let tractions = planes_to_triples(&state.tractions, self.frame.n_cells(), "traction")?;
+        let mut field = body.body.recover(&state.tractions)?;
+        if FieldKind::require_stress(&wanted) {
+            field.stress = body.body.recover_stress(
+                &state.tractions,
+                &field.displacement,
+                FieldKind::error_estimate(&wanted),
+            )?;
+        }
+        if let Some(peaks) = body.peaks(self.frame, &field, &tractions) {
+            let (step, increment) = (record.name.clone(), record.increment);
+            self.written.peaks.push(BodyRecord { body: name.into(), name: step, increment, peaks });
+        }
+        let meshed = matches!(body.location, RecoveryLocation::MeshNodes { .. });
+        if wanted.contains(&FieldKind::Vtu) || (meshed && wanted.contains(&FieldKind::Stress)) {
+            let grid = surface_grid(body, (self.frame, self.frame_mesh()), &field, &tractions)?;
+            self.write_grid(output, name, &grid)?;
+        }
+        if let RecoveryLocation::MeshNodes { mesh, .. } = body.location
+            && wanted.contains(&FieldKind::Volume)
+            && mesh.volume_cells().next().is_some()
+        {
+            self.write_grid(output, &format!("{name}_volume"), &volume_grid(mesh, &field)?)?;
+        }
+        Ok(())
+    }
+
+    fn write_grid(&mut self, output: &mut OutputDir, series: &str, grid: &UnstructuredGrid) -> Result<()> {
+        let increments = self.written.n_written;
+        let file = format!("{series}_{increments:04}.vtu");
+        output.write(&file, |out| grid.write(out))?;
+        let files = self.written.series_files.entry(series.to_owned()).or_default();
+        files.push((increments as f64, file));
+        Ok(())
+    }
+
+    /// Writes the collections over the increments, whose time is the number of the entry in `summary.steps`, and
+    /// the pictures; hands the peaks of the bodies to the summary.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be written.
+    pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
+        let WrittenFields { series_files, pictures, peaks, .. } = self.written;
+        summary.bodies = peaks;
+        for (series, files) in series_files {
+            write_text(output, &format!("{series}.pvd"), &pvd_collection(&files))?;
+        }
+        if !summary.loops.is_empty() {
+            let loops: Vec<LoopCurve> = summary.loops.iter().map(LoopCurve::of).collect();
+            write_text(output, "loops.svg", &loops_svg(&loops, &summary.units))?;
+            write_text(output, "loops.csv", &loops_csv(&summary.loops)?)?;
+        }
+        pictures.write((self.frame, &self.surface), output, summary)
+    }
+}
+
+fn write_text(output: &mut OutputDir, name: &str, text: &str) -> Result<()> {
+    output.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
+}

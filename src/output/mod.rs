@@ -1,0 +1,33 @@
+//! Results: what a run computed, in memory and as files: `summary.json`, `history.csv`, fields for ParaView, plots.
+//!
+//! Every file is written under a temporary name and renamed when it is complete ([`output_dir`]), so that a failed run
+//! loses nothing that was there before. No number that is not finite is written silently.
+
+pub mod accuracy;
+pub mod line_profile;
+pub mod body_fields;
+pub mod body_peaks;
+pub mod boundary_elements;
+pub mod checkpoint;
+pub mod condensation;
+pub mod field_writer;
+pub mod atomic_file;
+pub mod frame_fields;
+pub mod interior_points;
+pub mod checkpoint_writer;
+pub mod cell_locator;
+pub mod near_field;
+pub mod provenance;
+pub mod output_dir;
+pub mod run_figures;
+pub mod plot;
+pub mod recorder;
+pub mod number_format;
+pub mod summary;
+pub mod surface_properties;
+pub mod surface_stress;
+pub mod history_table;
+pub mod truncation;
+pub mod volume;
+pub mod vtu;
+pub mod peak_memory;

@@ -1,0 +1,27 @@
+//! Numbers as people read them.
+
+/// A number with five significant digits; round-off is shown as 0.
+pub fn five_digits(x: f64) -> String {
+    if x.abs() < 1e-12 {
+        return "0".to_owned();
+    }
+    let digits = x.abs().log10().floor() as i32;
+    if !(-4..=6).contains(&digits) {
+        return format!("{x:.4e}");
+    }
+    format!("{x:.*}", usize::try_from((4 - digits).max(0)).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::output::number_format::five_digits;
+
+    /// Truth: five significant digits.
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(five_digits),
+            ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
+        );
+    }
+}

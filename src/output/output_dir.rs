@@ -1,0 +1,409 @@
+//! The output directory of a run. Files are gathered in a hidden folder inside it and moved to their names when the
+//! run has ended, so that a run that fails or is killed loses nothing that was there. What a run with checkpoints has gathered
+//! stays there for the one that goes on with it.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+pub use crate::output::atomic_file::write_atomically;
+use crate::output::atomic_file::{HashingWriter, hexadecimal, sha256_of, sync_folder};
+pub(crate) use crate::output::atomic_file::{file_error, write_error};
+use crate::output::checkpoint;
+use crate::report::remove_stale_report;
+use crate::output::summary::{Status, Summary};
+
+/// Name of the summary's file.
+pub const SUMMARY_FILE: &str = "summary.json";
+
+/// Folder in which files are gathered; inside the target, for a rename works only within one file system.
+const STAGING_DIR: &str = ".incoming";
+
+/// A file that a run has gathered.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StagedFile {
+    /// Its name.
+    pub name: String,
+    /// Its length, bytes.
+    pub bytes: u64,
+    /// SHA-256 of its content, hexadecimal.
+    pub sha256: String,
+}
+
+/// A directory that receives the results of one run at a time.
+#[derive(Debug)]
+pub struct OutputDir {
+    target: PathBuf,
+    staging: PathBuf,
+    files: Vec<StagedFile>,
+    /// Whether an unfinished run lies here that this one neither goes on with nor has set aside.
+    holds_unfinished_run: bool,
+    /// Whether this run goes on with one that lay here.
+    resumes: bool,
+    /// Whether what is gathered is kept if the run does not come to its end.
+    keep_staging: bool,
+    /// What the user should know.
+    warnings: Vec<String>,
+    /// Holds the lock as long as it is open.
+    _lock: Option<File>,
+}
+
+impl OutputDir {
+    /// Prepares `target` (made if absent) to receive results; nothing in it changes before a file is written or
+    /// [`OutputDir::finish`].
+    ///
+    /// # Errors
+    /// Input, if `target` is not a directory; resources, if it cannot be made or written to, or another run writes there.
+    pub fn open(target: &Path) -> Result<Self> {
+        if target.exists() && !target.is_dir() {
+            return Err(Error::input(format!(
+                "the output directory {} is a file; name a directory with --out",
+                target.display()
+            )));
+        }
+        fs::create_dir_all(target).map_err(|e| file_error("cannot make the output directory", target, &e))?;
+        let lock = lock(target)?;
+        checkpoint::remove_temporary_files(target, SUMMARY_FILE);
+        let holds_unfinished_run = checkpoint::are_in(target);
+        let staging = target.join(STAGING_DIR);
+        if staging.exists() && !holds_unfinished_run {
+            // Without a checkpoint nothing can go on from it.
+            fs::remove_dir_all(&staging).map_err(|e| file_error("cannot remove", &staging, &e))?;
+        }
+        fs::create_dir_all(&staging)
+            .map_err(|e| file_error("cannot make the output directory", &staging, &e))?;
+        Ok(Self {
+            target: target.to_owned(),
+            staging,
+            files: Vec::new(),
+            holds_unfinished_run,
+            resumes: false,
+            keep_staging: holds_unfinished_run,
+            warnings: Vec::new(),
+            _lock: lock,
+        })
+    }
+
+    /// Where the results will be.
+    pub fn path(&self) -> &Path {
+        &self.target
+    }
+
+    /// The files gathered so far.
+    pub fn files(&self) -> &[StagedFile] {
+        &self.files
+    }
+
+    /// Forgets the files after the first `n`.
+    pub fn truncate_staged(&mut self, n: usize) {
+        self.files.truncate(n);
+    }
+
+    /// Whether this run goes on with one that lay here.
+    pub fn is_resumed(&self) -> bool {
+        self.resumes
+    }
+
+    /// Goes on with the run that gathered `files`; they are looked for where it gathered them, and where runs that ended put
+    /// them. The names of those that are nowhere.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be moved or read.
+    pub fn restage(&mut self, files: Vec<StagedFile>) -> Result<Vec<String>> {
+        (self.holds_unfinished_run, self.resumes, self.keep_staging) = (false, true, true);
+        let mut missing = Vec::new();
+        for file in files {
+            if self.restage_file(&file)? {
+                self.files.push(file);
+            } else {
+                missing.push(file.name);
+            }
+        }
+        Ok(missing)
+    }
+
+    /// Brings a file to where it was gathered, if it is anywhere.
+    fn restage_file(&self, file: &StagedFile) -> Result<bool> {
+        let to = self.staging.join(&file.name);
+        if fs::metadata(&to).is_ok_and(|found| found.len() == file.bytes) {
+            return Ok(true);
+        }
+        let is_it = |path: &Path| {
+            fs::metadata(path).is_ok_and(|found| found.len() == file.bytes)
+                && sha256_of(path).is_ok_and(|sha256| sha256 == file.sha256)
+        };
+        let moved = self.target.join(&file.name);
+        if is_it(&moved) {
+            fs::rename(&moved, &to).map_err(|e| file_error("cannot move", &moved, &e))?;
+            return Ok(true);
+        }
+        let asides =
+            (1..).map(|number| previous_dir(&self.target, number)).take_while(|folder| folder.exists());
+        let Some(found) = asides.map(|folder| folder.join(&file.name)).find(|path| is_it(path)) else {
+            return Ok(false);
+        };
+        fs::copy(&found, &to).map_err(|e| file_error("cannot write", &to, &e))?;
+        Ok(true)
+    }
+
+    /// Gathers copies of `files`, as a run that has ended left them in `folder`; whether all are there.
+    ///
+    /// # Errors
+    /// Resources, if one cannot be written.
+    pub fn copy_from(&mut self, folder: &Path, files: &[StagedFile]) -> Result<bool> {
+        self.set_aside_unfinished_run()?;
+        for file in files {
+            let (from, to) = (folder.join(&file.name), self.staging.join(&file.name));
+            if !fs::metadata(&from).is_ok_and(|found| found.len() == file.bytes) {
+                return Ok(false);
+            }
+            let copied = fs::copy(&from, &to).and_then(|_| File::open(&to)?.sync_all());
+            copied.map_err(|e| file_error("cannot write", &to, &e))?;
+        }
+        self.files.extend_from_slice(files);
+        Ok(true)
+    }
+
+    /// From now on what is gathered outlives the run if it does not come to its end: a checkpoint speaks of it.
+    ///
+    /// # Errors
+    /// Resources, if an unfinished run that lies here cannot be set aside.
+    pub fn keep_staged_files(&mut self) -> Result<()> {
+        self.set_aside_unfinished_run()?;
+        self.keep_staging = true;
+        sync_folder(Some(&self.staging));
+        Ok(())
+    }
+
+    /// Sets an unfinished run aside, with its checkpoints and what it gathered: it can still be gone on with there.
+    fn set_aside_unfinished_run(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.holds_unfinished_run) {
+            return Ok(());
+        }
+        let interrupted =
+            read_json(&self.target.join(SUMMARY_FILE)).is_some_and(|s| s["status"] != "converged");
+        let mut names = if interrupted { earlier_files(&self.target) } else { Vec::new() };
+        names.extend(checkpoint::FILES.map(str::to_owned));
+        names.extend(interrupted.then(|| SUMMARY_FILE.to_owned()));
+        let gathered = fs::read_dir(&self.staging).into_iter().flatten().flatten();
+        let gathered = gathered.map(|entry| entry.path()).filter(|path| path.is_file());
+        let paths: Vec<PathBuf> = names
+            .iter()
+            .map(|name| self.target.join(name))
+            .filter(|path| path.is_file())
+            .chain(gathered)
+            .collect();
+        let folder = move_to_previous(&self.target, &paths)?;
+        self.keep_staging = false;
+        self.warnings.extend(folder.map(|folder| {
+            format!(
+                "an unfinished run lay in {}: it is kept in {}; --resume --out with that folder goes on with it",
+                self.target.display(),
+                folder.display()
+            )
+        }));
+        Ok(())
+    }
+
+    /// Gathers a file: `fill` writes its content. A file of the same name gathered before is replaced.
+    ///
+    /// # Errors
+    /// Resources, if the disk is full or not writable; the error of `fill`.
+    pub fn write(&mut self, name: &str, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+        self.set_aside_unfinished_run()?;
+        let path = self.staging.join(name);
+        let shown = self.target.join(name);
+        let written = (|| {
+            let file = File::create(&path).map_err(|e| file_error("cannot write", &shown, &e))?;
+            let mut buffered = io::BufWriter::with_capacity(1 << 16, HashingWriter::new(file));
+            fill(&mut buffered).map_err(|error| error.context(format!("writing {}", shown.display())))?;
+            let hashed = buffered.into_inner().map_err(|e| file_error("cannot write", &shown, e.error()))?;
+            let (file, bytes, hash) = hashed.end();
+            file.sync_all().map_err(|e| file_error("cannot write", &shown, &e))?;
+            Ok(StagedFile { name: name.to_owned(), bytes, sha256: hexadecimal(&hash) })
+        })();
+        self.files.retain(|known| known.name != name);
+        match written {
+            Ok(file) => self.files.push(file),
+            Err(error) => {
+                // Half a file is of no use, and takes the room that the summary may need.
+                let _ = fs::remove_file(&path);
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves the gathered files to their names, then writes the summary, which lists them.
+    ///
+    /// A converged run replaces the files of an earlier one and removes its own checkpoints. Any other run first moves all results
+    /// of the earlier one to `previous-1` (or the next free number): they outlive the failure, and nobody takes them for new ones.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be moved or written; numerical, if the summary holds a number that is not
+    /// finite (it is written all the same, as a failed run).
+    pub fn finish(mut self, summary: &mut Summary) -> Result<()> {
+        summary.warnings.append(&mut self.warnings);
+        summary.files = self.files.iter().map(|file| file.name.clone()).collect();
+        let (finite, text) = summary.to_json();
+        let converged = summary.status == Status::Converged && finite.is_ok();
+        if converged || self.supersedes_earlier(summary) {
+            self.remove_stale()?;
+        } else {
+            self.set_aside_earlier_results()?;
+        }
+        remove_stale_report(&self.target);
+        if let Err(error) = self.move_to_names() {
+            summary.set_failure(&error);
+            summary.files.retain(|name| self.target.join(name).is_file());
+            write_atomically(&self.target.join(SUMMARY_FILE), summary.to_json().1.as_bytes())?;
+            return Err(error);
+        }
+        // Last, so that a summary never names results that are not there.
+        write_atomically(&self.target.join(SUMMARY_FILE), text.as_bytes())?;
+        if converged && !self.holds_unfinished_run {
+            checkpoint::remove(&self.target)?;
+        }
+        // An unfinished run that this one did not come to disturb keeps what it gathered.
+        self.keep_staging = self.holds_unfinished_run;
+        finite
+    }
+
+    fn move_to_names(&self) -> Result<()> {
+        self.files.iter().try_for_each(|file| {
+            let to = self.target.join(&file.name);
+            fs::rename(self.staging.join(&file.name), &to).map_err(|e| file_error("cannot write", &to, &e))
+        })
+    }
+
+    /// Writes the summary and leaves everything else for a run that goes on: the gathered files, the checkpoints.
+    ///
+    /// # Errors
+    /// As [`OutputDir::finish`].
+    pub fn suspend(mut self, summary: &mut Summary) -> Result<()> {
+        summary.warnings.append(&mut self.warnings);
+        if !self.supersedes_earlier(summary) {
+            self.set_aside_earlier_results()?;
+        }
+        // What is left of the run that this one goes on with.
+        summary.files = earlier_files(&self.target);
+        summary.files.retain(|name| self.target.join(name).is_file());
+        remove_stale_report(&self.target);
+        let (finite, text) = summary.to_json();
+        write_atomically(&self.target.join(SUMMARY_FILE), text.as_bytes())?;
+        finite
+    }
+
+    /// Whether the summary that is there is of the run that this one goes on with, or has at least no more to tell.
+    fn supersedes_earlier(&self, summary: &Summary) -> bool {
+        let Some(earlier) = read_json(&self.target.join(SUMMARY_FILE)).filter(|_| self.resumes) else {
+            return false;
+        };
+        earlier["status"] != "converged"
+            && earlier["scene_sha256"] == summary.scene_sha256.as_str()
+            && earlier["steps"].as_array().is_some_and(|steps| steps.len() <= summary.steps.len())
+    }
+
+    /// Removes files that the earlier run's summary lists and this run did not write: fields of steps that no
+    /// longer exist would be taken for results of this run.
+    fn remove_stale(&self) -> Result<()> {
+        for name in earlier_files(&self.target) {
+            let path = self.target.join(&name);
+            if !self.has(&name) && path.is_file() {
+                fs::remove_file(&path).map_err(|e| file_error("cannot remove", &path, &e))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.files.iter().any(|file| file.name == name)
+    }
+
+    /// Moves the files of the earlier run, and others that this one is going to replace, into a folder of their own.
+    fn set_aside_earlier_results(&self) -> Result<()> {
+        let mut replaced = earlier_files(&self.target);
+        replaced.extend(self.files.iter().map(|file| file.name.clone()));
+        if !is_summary_without_steps(&self.target.join(SUMMARY_FILE)) {
+            replaced.push(SUMMARY_FILE.to_owned());
+        }
+        replaced.sort();
+        replaced.dedup();
+        let paths: Vec<PathBuf> =
+            replaced.iter().map(|name| self.target.join(name)).filter(|path| path.is_file()).collect();
+        move_to_previous(&self.target, &paths)?;
+        Ok(())
+    }
+}
+
+impl Drop for OutputDir {
+    fn drop(&mut self) {
+        if !self.keep_staging {
+            // Best effort: what remains is hidden and harmless.
+            let _ = fs::remove_dir_all(&self.staging);
+        }
+    }
+}
+
+/// Tries to lock a directory, and the pause between two: a process that was killed, or started another one just now, may hold the
+/// lock a moment longer.
+const LOCK_ATTEMPTS: usize = 40;
+const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
+
+/// Locks a directory against other runs; `None` where the file system knows no locks.
+fn lock(target: &Path) -> Result<Option<File>> {
+    let folder = File::open(target).map_err(|e| file_error("cannot open", target, &e))?;
+    for _ in 0..LOCK_ATTEMPTS {
+        match folder.try_lock() {
+            Ok(()) => return Ok(Some(folder)),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOCK_RETRY_DELAY),
+            Err(TryLockError::Error(_)) => return Ok(None),
+        }
+    }
+    Err(Error::resources(format!(
+        "another run writes into {}: wait for its end, or choose another directory with --out",
+        target.display()
+    )))
+}
+
+/// The folder for results set aside of this number.
+fn previous_dir(target: &Path, number: usize) -> PathBuf {
+    target.join(format!("previous-{number}"))
+}
+
+/// Moves files into a new folder in `target`, if there are any; that folder.
+fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>> {
+    if files.is_empty() {
+        return Ok(None);
+    }
+    let free = (1..).map(|number| previous_dir(target, number)).find(|folder| !folder.exists());
+    let folder = free.expect("there are more numbers than folders");
+    fs::create_dir(&folder).map_err(|e| file_error("cannot make", &folder, &e))?;
+    for from in files {
+        let Some(name) = from.file_name() else { continue };
+        fs::rename(from, folder.join(name)).map_err(|e| file_error("cannot move", from, &e))?;
+    }
+    Ok(Some(folder))
+}
+
+/// Files that the summary in `target` lists; plain names only, so that nothing outside is ever touched.
+fn earlier_files(target: &Path) -> Vec<String> {
+    let Some(summary) = read_json(&target.join(SUMMARY_FILE)) else { return Vec::new() };
+    let names = summary["files"].as_array().cloned().unwrap_or_default();
+    let plain = |name: &str| Path::new(name).file_name().is_some_and(|file| file == name);
+    names.iter().filter_map(|name| name.as_str()).filter(|name| plain(name)).map(str::to_owned).collect()
+}
+
+/// Whether the file is the summary of a run that ended before its first increment: not worth keeping.
+fn is_summary_without_steps(path: &Path) -> bool {
+    read_json(path).is_some_and(|summary| summary["steps"].as_array().is_some_and(Vec::is_empty))
+}
+
+/// A JSON file as it is; `None` if there is none.
+pub fn read_json(path: &Path) -> Option<serde_json::Value> {
+    serde_json::from_slice(&fs::read(path).ok()?).ok()
+}

@@ -1,0 +1,37 @@
+//! The colour bar of a map.
+
+use crate::output::plot::axis::Axis;
+use crate::output::plot::{Anchor, Canvas, colour};
+
+/// Draws the bar right of a plot `area` (left, top, width, height): colours from 0 to `peak`, which is written below.
+pub(crate) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
+    let (left, top, width, height) = (area[0] + area[2] + 12.0, area[1], 12.0, area[3]);
+    let steps = 60;
+    for i in 0..steps {
+        let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(steps));
+        let step = height / f64::from(steps);
+        let y = top + height - f64::from(i + 1) * step;
+        canvas.add(format_args!(
+            r#"<rect x="{left}" y="{y:.2}" width="{width}" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
+            step + 0.5
+        ));
+    }
+    if peak <= 0.0 {
+        canvas.text([left, top - 8.0], Anchor::Start, 11.0, unit);
+        return;
+    }
+    let axis = Axis::with_bounds([0.0, peak], [top + height, top]);
+    canvas.text([left, top - 8.0], Anchor::Start, 11.0, &axis.scaled_unit(unit));
+    for (value, label) in axis.ticks() {
+        let Some(y) = axis.to_pixel(value) else { continue };
+        canvas.text([left + width + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
+    }
+    let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
+    // Below the labels of x, whose last one reaches under the bar.
+    canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
+}
+
+fn three_digits(value: f64) -> String {
+    let digits = value.log10().floor() as i32;
+    format!("{value:.*}", (2 - digits).max(0) as usize)
+}

@@ -1,0 +1,90 @@
+//! The cells of a frame as maps draw them.
+
+use nalgebra::Vector2;
+
+use crate::output::plot::axis::Axis;
+use crate::frame::ContactFrame;
+
+/// Grids with more cells along a side are drawn in blocks, each with the mean of its cells.
+const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
+
+/// The cells as they are drawn, in frame coordinates.
+pub(crate) struct CellShapes {
+    /// Corners of each drawn cell.
+    pub corners: Vec<Vec<Vector2<f64>>>,
+    /// The frame's cells that each drawn cell stands for.
+    pub cells: Vec<Vec<usize>>,
+}
+
+impl CellShapes {
+    pub fn new(frame: &ContactFrame) -> Self {
+        let (s, c) = frame.azimuth.sin_cos();
+        let flat = |p: &crate::geometry::Point| {
+            let arm = p - frame.origin;
+            Vector2::new(c * arm.x + s * arm.y, c * arm.y - s * arm.x)
+        };
+        let corners: Vec<Vec<Vector2<f64>>> =
+            frame.all_corners().map(|cell| cell.iter().map(flat).collect()).collect();
+        let large =
+            frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MAX_DRAWN_CELLS_PER_SIDE));
+        match large {
+            Some(grid) => Self::blocks(&corners, grid.cells),
+            None => Self { cells: (0..corners.len()).map(|i| vec![i]).collect(), corners },
+        }
+    }
+
+    /// Blocks of a large grid.
+    fn blocks(corners: &[Vec<Vector2<f64>>], cells: [usize; 2]) -> Self {
+        let [bx, by] = cells.map(|n| n.div_ceil(MAX_DRAWN_CELLS_PER_SIDE));
+        let mut shapes = Self { corners: Vec::new(), cells: Vec::new() };
+        for x0 in (0..cells[0]).step_by(bx) {
+            for y0 in (0..cells[1]).step_by(by) {
+                let (x1, y1) = ((x0 + bx).min(cells[0]), (y0 + by).min(cells[1]));
+                let at = |ix: usize, iy: usize| ix * cells[1] + iy;
+                shapes.cells.push((x0..x1).flat_map(|ix| (y0..y1).map(move |iy| at(ix, iy))).collect());
+                shapes.corners.push(vec![
+                    corners[at(x0, y0)][0],
+                    corners[at(x1 - 1, y0)][1],
+                    corners[at(x1 - 1, y1 - 1)][2],
+                    corners[at(x0, y1 - 1)][3],
+                ]);
+            }
+        }
+        shapes
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Vector2<f64>> {
+        self.corners.iter().flatten()
+    }
+
+    /// Axes of equal scale around all cells; `area`: left, top, width, height in pixels.
+    pub fn axes(&self, [left, top, width, height]: [f64; 4]) -> [Axis; 2] {
+        let range = |axis: usize| {
+            self.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))
+        };
+        let (rx, ry) = (range(0), range(1));
+        let half = 0.5 * (rx.1 - rx.0).max(ry.1 - ry.0);
+        let around = |(low, high): (f64, f64)| [0.5 * (low + high) - half, 0.5 * (low + high) + half];
+        [
+            Axis::with_bounds(around(rx), [left, left + width]),
+            Axis::with_bounds(around(ry), [top + height, top]),
+        ]
+    }
+
+    /// Mean side of the drawn cells in pixels.
+    pub fn mean_cell_pixels(&self, x: &Axis) -> f64 {
+        let doubled = |corners: &Vec<Vector2<f64>>| -> f64 {
+            let next = corners.iter().cycle().skip(1);
+            corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum()
+        };
+        let area = 0.5 * self.corners.iter().map(|corners| doubled(corners).abs()).sum::<f64>();
+        let side = (area / self.corners.len() as f64).sqrt();
+        x.to_pixel(side).zip(x.to_pixel(0.0)).map_or(0.0, |(to, from)| to - from)
+    }
+
+    /// Middle of a drawn cell.
+    pub fn middle(&self, shape: usize) -> Vector2<f64> {
+        let corners = &self.corners[shape];
+        corners.iter().sum::<Vector2<f64>>() / corners.len() as f64
+    }
+}

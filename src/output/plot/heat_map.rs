@@ -1,0 +1,123 @@
+//! Heat maps: numbers over two axes of a few values each.
+
+use crate::output::plot::{Anchor, Canvas, PANEL, colour};
+use crate::output::number_format::five_digits;
+
+/// A table of numbers, drawn as coloured fields.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatMap {
+    /// Title, above.
+    pub title: String,
+    /// What stands along x and y, and what the numbers are, with units.
+    pub labels: [String; 3],
+    /// Names of the columns, from the left, and of the rows, from below.
+    pub names: [Vec<String>; 2],
+    /// Row by row from below; `None` where there is no number.
+    pub values: Vec<Option<f64>>,
+}
+
+/// The plot area: left, top, width, height.
+const AREA: [f64; 4] = [76.0, 34.0, 384.0, 314.0];
+/// Width that a number takes.
+const MIN_LABELLED_WIDTH_PX: f64 = 50.0;
+/// Height that a number takes.
+const MIN_LABELLED_HEIGHT_PX: f64 = 16.0;
+/// Steps of the bar.
+const STEPS: u32 = 50;
+
+impl HeatMap {
+    /// The map as a panel of a larger picture.
+    pub(crate) fn panel(&self) -> Canvas {
+        let mut canvas = Canvas::default();
+        let [left, top, width, height] = AREA;
+        let counts = [0, 1].map(|k| self.names[k].len());
+        let size = [width / counts[0].max(1) as f64, height / counts[1].max(1) as f64];
+        let known = || self.values.iter().flatten().copied();
+        let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        canvas.text([0.5 * PANEL[0], 20.0], Anchor::Middle, 14.0, &self.title);
+        let numbers = size[0] >= MIN_LABELLED_WIDTH_PX && size[1] >= MIN_LABELLED_HEIGHT_PX;
+        for (i, value) in self.values.iter().enumerate() {
+            let (column, row) = (i % counts[0], i / counts[0]);
+            let at = [left + column as f64 * size[0], top + height - (row + 1) as f64 * size[1]];
+            let Some(value) = value else { continue };
+            let share = if high > low { (value - low) / (high - low) } else { 0.5 };
+            let (fill, [w, h]) = (colour::map_colour(share), size);
+            canvas.add(format_args!(
+                r#"<rect x="{:.2}" y="{:.2}" width="{w:.2}" height="{h:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
+                at[0], at[1]
+            ));
+            if numbers {
+                let ink = if share > 0.5 { "white" } else { "#222" };
+                canvas.add(format_args!(r#"<g fill="{ink}">"#));
+                let middle = [at[0] + 0.5 * w, at[1] + 0.5 * h + 4.0];
+                canvas.text(middle, Anchor::Middle, 11.0, &five_digits(*value));
+                canvas.add(format_args!("</g>"));
+            }
+        }
+        canvas.add(format_args!(
+            r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
+        ));
+        // As many names as there is room for.
+        let longest = self.names[0].iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        let every = |room: f64, step: f64| (room / step).ceil().max(1.0) as usize;
+        for (i, name) in self.names[0].iter().enumerate().step_by(every(6.6 * longest as f64 + 8.0, size[0]))
+        {
+            canvas.text([left + (i as f64 + 0.5) * size[0], top + height + 17.0], Anchor::Middle, 12.0, name);
+        }
+        for (i, name) in self.names[1].iter().enumerate().step_by(every(MIN_LABELLED_HEIGHT_PX, size[1])) {
+            let y = top + height - (i as f64 + 0.5) * size[1] + 4.0;
+            canvas.text([left - 7.0, y], Anchor::End, 12.0, name);
+        }
+        canvas.text([left + 0.5 * width, PANEL[1] - 12.0], Anchor::Middle, 13.0, &self.labels[0]);
+        canvas.upward_text([17.0, top + 0.5 * height], 13.0, &self.labels[1]);
+        if high.is_finite() {
+            self.bar(&mut canvas, [low, high]);
+        }
+        canvas
+    }
+
+    fn bar(&self, canvas: &mut Canvas, [low, high]: [f64; 2]) {
+        let (left, top, height) = (AREA[0] + AREA[2] + 14.0, AREA[1], AREA[3]);
+        let step = height / f64::from(STEPS);
+        for i in 0..STEPS {
+            let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(STEPS));
+            let y = top + height - f64::from(i + 1) * step;
+            canvas.add(format_args!(
+                r#"<rect x="{left}" y="{y:.2}" width="12" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
+                step + 0.5
+            ));
+        }
+        canvas.text([left + 18.0, top + 10.0], Anchor::Start, 11.0, &five_digits(high));
+        canvas.text([left + 18.0, top + height], Anchor::Start, 11.0, &five_digits(low));
+        canvas.upward_text([PANEL[0] - 22.0, top + 0.5 * height], 12.0, &self.labels[2]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: 2 x 2 fields by hand: columns of 192 pixels from 76, rows of 157 upwards from 348; the least number is the lightest colour, the
+    /// largest the darkest, and a missing one has none.
+    #[test]
+    fn fields_lie_where_their_values_do() {
+        let names = [vec!["0".into(), "90".into()], vec!["a".into(), "b".into()]];
+        let heat = HeatMap {
+            title: "t".into(),
+            labels: ["x".into(), "y".into(), "z".into()],
+            names,
+            values: vec![Some(1.0), None, Some(2.0), Some(3.0)],
+        };
+        let picture = heat.panel().into_svg(PANEL);
+        let field = |x: &str, y: &str, share: f64| {
+            let fill = colour::map_colour(share);
+            let rect =
+                format!("<rect x=\"{x}\" y=\"{y}\" width=\"192.00\" height=\"157.00\" fill=\"{fill}\"");
+            picture.matches(&rect).count()
+        };
+        assert_eq!(field("76.00", "191.00", 0.0), 1, "{picture}");
+        assert_eq!(field("76.00", "34.00", 0.5), 1);
+        assert_eq!(field("268.00", "34.00", 1.0), 1);
+        assert_eq!(picture.matches("width=\"192.00\"").count(), 3);
+    }
+}

@@ -1,0 +1,141 @@
+//! Fretting loops: tangential force over shift, with the energy that each cycle dissipates.
+
+use crate::output::plot::axis::Scale;
+use crate::output::plot::chart::{Chart, Series};
+use crate::evolution::records::FrettingLoop;
+use crate::output::summary::Units;
+
+/// One cycle of a fretting contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopCurve {
+    /// What it belongs to: "cycle 1", "after 50000 cycles".
+    pub label: String,
+    /// Shift of body 2 along the stroke from its centre (mm) and tangential force on body 1 along it (N), in the order of
+    /// the cycle; the last point is joined to the first.
+    pub points: Vec<[f64; 2]>,
+    /// Energy that friction dissipates in the cycle, N mm: the area of the loop, where the stroke is all that moves.
+    pub dissipated_energy: f64,
+}
+
+impl LoopCurve {
+    /// A cycle of a run, along the direction that its ends are farthest apart in.
+    pub fn of(cycle: &FrettingLoop) -> Self {
+        let far = |a: &&[f64; 5], b: &&[f64; 5]| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]));
+        let end = cycle.points.iter().max_by(far).copied().unwrap_or_default();
+        let length = end[0].hypot(end[1]);
+        let [x, y] = if length > 0.0 { [end[0] / length, end[1] / length] } else { [1.0, 0.0] };
+        let along = |point: &[f64; 5]| [point[0] * x + point[1] * y, point[2] * x + point[3] * y];
+        Self {
+            label: format!("{}, after {} cycles", cycle.name, cycle.cycles_done),
+            points: cycle.points.iter().map(along).collect(),
+            dissipated_energy: cycle.dissipation,
+        }
+    }
+
+    /// Area that the points enclose, positive where the force follows the shift as friction does: that of body 1
+    /// has the sign of the motion of body 2.
+    pub fn area(&self) -> f64 {
+        let next = self.points.iter().cycle().skip(1);
+        0.5 * self.points.iter().zip(next).map(|(a, b)| b[0] * a[1] - a[0] * b[1]).sum::<f64>()
+    }
+}
+
+/// Closed loops of force over shift, the dissipated energy in the legend, as one picture.
+pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
+    let series = loops.iter().map(|cycle| Series {
+        name: format!(
+            "{}: {} {} {}",
+            cycle.label,
+            four_digits(cycle.dissipated_energy),
+            units.force,
+            units.length
+        ),
+        points: cycle.points.iter().chain(cycle.points.first()).copied().collect(),
+    });
+    let chart = Chart {
+        title: "Fretting loops and the energy they dissipate".to_owned(),
+        labels: [
+            format!("shift along the stroke, {}", units.length),
+            format!("tangential force on body 1 along the stroke, {}", units.force),
+        ],
+        scales: [Scale::Linear, Scale::Linear],
+        series: series.collect(),
+    };
+    chart.svg()
+}
+
+/// Four significant digits, powers of ten as superscripts.
+pub(crate) fn four_digits(value: f64) -> String {
+    let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    if (-3..6).contains(&digits) {
+        return format!("{value:.*}", (3 - digits).max(0) as usize).replace('-', "\u{2212}");
+    }
+    let text = format!("{:.3}", value / 10_f64.powi(digits)).replace('-', "\u{2212}");
+    format!("{text}\u{b7}10^{{{digits}}}").replace("{-", "{\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A loop of friction: elastic up to ± F, then sliding; amplitude a, stiffness k.
+    fn parallelogram(amplitude: f64, force: f64, stiffness: f64) -> LoopCurve {
+        let elastic = 2.0 * force / stiffness;
+        let points = vec![
+            [amplitude, force],
+            [amplitude - elastic, -force],
+            [-amplitude, -force],
+            [elastic - amplitude, force],
+        ];
+        LoopCurve {
+            label: "cycle 1".into(),
+            points,
+            dissipated_energy: 4.0 * force * (amplitude - force / stiffness),
+        }
+    }
+
+    /// Truth: the area of the loop of a spring and a friction element, 4 F (a - F / k).
+    #[test]
+    fn the_area_is_the_energy_of_a_slider_on_a_spring() {
+        let cycle = parallelogram(0.08, 120.0, 6000.0);
+        assert!((cycle.area() - 28.8).abs() < 1e-12, "{}", cycle.area());
+        assert!((cycle.dissipated_energy - 28.8).abs() < 1e-12);
+    }
+
+    /// Truth: the points of the parallelogram on round axes: 5 mm and 100 N are 5 times farther than 1 mm and 20 N, the
+    /// curve ends where it starts, and the legend has the energy.
+    #[test]
+    fn loops_are_closed_and_named() {
+        let cycles = [parallelogram(5.0, 100.0, 100.0), parallelogram(5.0, 50.0, 100.0)];
+        let picture = loops_svg(&cycles, &Units::default());
+        assert!(
+            picture.contains("cycle 1: 1600 N mm") && picture.contains("cycle 1: 900.0 N mm"),
+            "{picture}"
+        );
+        let line = picture.lines().find(|line| line.contains("stroke-width=\"1.8\"") && line.contains('L'));
+        let line = line.expect("a curve");
+        let path = line.split('"').nth(1).expect("a path").trim_start_matches('M');
+        let points: Vec<[f64; 2]> = path
+            .split('L')
+            .map(|point| {
+                let (x, y) = point.split_once(' ').expect("a pair");
+                [x.parse().expect("a number"), y.parse().expect("a number")]
+            })
+            .collect();
+        assert_eq!((points.len(), points[0]), (5, points[4]));
+        // Shifts of 5, 3, -5, -3; forces of 100, -100, -100, 100 upwards.
+        let share = (points[0][0] - points[1][0]) / (points[0][0] - points[2][0]);
+        assert!((share - 0.2).abs() < 2e-3, "{points:?}");
+        assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);
+    }
+
+    /// Truth: four digits by hand.
+    #[test]
+    fn energies_are_short() {
+        let texts = [28.8, 0.0, -0.001_234_56, 1.5e-7, 2.0e8].map(four_digits);
+        assert_eq!(
+            texts,
+            ["28.80", "0.000", "\u{2212}0.001235", "1.500\u{b7}10^{\u{2212}7}", "2.000\u{b7}10^{8}"]
+        );
+    }
+}

@@ -1,0 +1,267 @@
+//! Collects what a run reports, increment by increment, and writes its result files.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{ErrorKind, Result};
+use crate::evolution::RunCheckpoint;
+use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer};
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::Flexibility;
+use crate::output::checkpoint_writer::{self, CheckpointWriter};
+use crate::output::field_writer::{FieldWriter, WrittenFields};
+use crate::output::history_table::history_csv;
+use crate::output::output_dir::{OutputDir, StagedFile, write_error};
+use crate::output::summary::Summary;
+
+/// Shows progress: stage, fraction done in 0..=1, natural residual.
+pub type ProgressCallback<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
+
+/// The observer of a run that keeps its records and, where it has an output directory, writes its files.
+#[derive(Default)]
+pub struct Recorder<'a> {
+    output: Option<OutputDir>,
+    records: Vec<IncrementRecord>,
+    fields: Option<FieldWriter<'a>>,
+    progress: Option<ProgressCallback<'a>>,
+    cancel_flag: Option<&'a AtomicBool>,
+    checkpoints: Option<CheckpointState<'a>>,
+    /// Whether there are checkpoints already.
+    has_checkpoint_files: bool,
+}
+
+/// What goes on with another recorder.
+pub struct RecorderParts {
+    /// The files so far, where there is a directory.
+    pub output: Option<OutputDir>,
+    /// The entries so far.
+    pub records: Vec<IncrementRecord>,
+    /// What has been written of them.
+    pub written: WrittenFields,
+    /// Who writes the checkpoints.
+    pub checkpoint_writer: Option<CheckpointWriter>,
+}
+
+/// What checkpoints need besides what is recorded.
+struct CheckpointState<'a> {
+    writer: CheckpointWriter,
+    operator: &'a dyn Flexibility,
+    /// What the operator held after the last finished entry.
+    operator_history: OperatorHistory,
+    /// What was written before an entry that was not finished.
+    before_unconverged: Option<(WrittenFields, Vec<StagedFile>)>,
+}
+
+impl<'a> Recorder<'a> {
+    /// Keeps records, and writes files into `output` if there is one.
+    pub fn writing_to(output: Option<OutputDir>) -> Self {
+        Self { output, ..Self::default() }
+    }
+
+    /// Says whether there are checkpoints that the run goes on from, where it writes none itself.
+    pub fn with_checkpoint_files(mut self, resumes: bool) -> Self {
+        self.has_checkpoint_files = resumes;
+        self
+    }
+
+    /// Also writes fields, where there is an output directory.
+    pub fn with_fields(mut self, fields: FieldWriter<'a>) -> Self {
+        self.fields = Some(fields);
+        self
+    }
+
+    /// Also shows progress.
+    pub fn with_progress(mut self, progress: impl FnMut(&str, f64, Option<f64>) + Send + 'a) -> Self {
+        self.progress = Some(Box::new(progress));
+        self
+    }
+
+    /// Also asks the run to stop once `flag` is set.
+    pub fn with_cancel_flag(mut self, flag: &'a AtomicBool) -> Self {
+        self.cancel_flag = Some(flag);
+        self
+    }
+
+    /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
+    pub fn with_checkpoints(mut self, writer: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
+        self.checkpoints = Some(CheckpointState {
+            writer,
+            operator,
+            operator_history: operator.history(),
+            before_unconverged: None,
+        });
+        self
+    }
+
+    /// The entries before those that will come.
+    pub fn with_records(mut self, records: Vec<IncrementRecord>) -> Self {
+        self.records = records;
+        self
+    }
+
+    /// Ends it without an end of the run.
+    pub fn into_parts(self) -> RecorderParts {
+        RecorderParts {
+            output: self.output,
+            records: self.records,
+            written: self.fields.map_or_else(WrittenFields::default, FieldWriter::into_written),
+            checkpoint_writer: self.checkpoints.map(|keeping| keeping.writer),
+        }
+    }
+
+    /// What has been written so far, and the files.
+    pub fn written(&self) -> (WrittenFields, Vec<StagedFile>) {
+        let written =
+            self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
+        (written, self.output.as_ref().map_or_else(Vec::new, |output| output.files().to_vec()))
+    }
+
+    /// Where the files will be.
+    pub fn folder(&self) -> Option<&Path> {
+        self.output.as_ref().map(OutputDir::path)
+    }
+
+    /// The records so far.
+    pub fn records(&self) -> &[IncrementRecord] {
+        &self.records
+    }
+
+    /// Ends it with the records in `summary`, and leaves no files.
+    ///
+    /// # Errors
+    /// Numerical, if a number is not finite.
+    pub fn discard(mut self, summary: &mut Summary) -> Result<()> {
+        self.output = None;
+        self.finish(summary)
+    }
+
+    /// Hands the records to `summary` and, with an output directory, writes `history.csv` and `summary.json`.
+    ///
+    /// Whatever fails here is put into the summary first, which is written in any case where the disk allows.
+    ///
+    /// # Errors
+    /// The first failure to write, or a number that is not finite.
+    pub fn finish(mut self, summary: &mut Summary) -> Result<()> {
+        summary.steps = std::mem::take(&mut self.records);
+        summary.peak_memory_bytes = crate::output::peak_memory::peak_bytes();
+        let Some(mut output) = self.output.take() else { return summary.to_json().0 };
+        if self.fields.is_none() && output.is_resumed() {
+            // It ended before it went on.
+            return output.suspend(summary);
+        }
+        let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
+        if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
+            summary.set_failure(&error);
+            let kept = self.checkpoints.is_some_and(|keeping| keeping.writer.has_written());
+            if output.is_resumed() || self.has_checkpoint_files || kept {
+                output.suspend(summary)?;
+                return Err(error);
+            }
+            let target = output.path().to_owned();
+            // Frees the disk of what was gathered before the summary is tried.
+            drop(output);
+            OutputDir::open(&target)?.finish(summary)?;
+            return Err(error);
+        }
+        output.finish(summary)
+    }
+}
+
+impl CheckpointState<'_> {
+    /// Writes a checkpoint, if it is time for one.
+    fn write_if_due(
+        &mut self,
+        output: &mut OutputDir,
+        records: &[IncrementRecord],
+        fields: Option<&FieldWriter<'_>>,
+        (moment, interrupted): (CheckpointEvent, bool),
+        snapshot: &dyn Fn() -> RunCheckpoint,
+    ) -> Result<()> {
+        if matches!(moment, CheckpointEvent::Entry | CheckpointEvent::StepEnd) {
+            self.operator_history = self.operator.history();
+        }
+        let finished = &records[..records.len() - usize::from(self.before_unconverged.is_some())];
+        let now = checkpoint_writer::CompletedWork::of(finished);
+        let wanted = match moment {
+            CheckpointEvent::Aborted => interrupted && self.writer.has_new_entries(now),
+            CheckpointEvent::Suspended => self.writer.has_new_entries(now),
+            CheckpointEvent::Entry | CheckpointEvent::StepEnd => self.writer.is_due(now),
+        };
+        if !wanted {
+            return Ok(());
+        }
+        let nothing = WrittenFields::default();
+        let (written, files) = match &self.before_unconverged {
+            Some((written, files)) => (written, files.clone()),
+            None => (fields.map_or(&nothing, FieldWriter::written), output.files().to_vec()),
+        };
+        self.writer.write(output, now, (snapshot(), &self.operator_history), (written, &files))
+    }
+}
+
+fn write_history(output: &mut OutputDir, summary: &Summary) -> Result<()> {
+    if summary.steps.is_empty() {
+        return Ok(());
+    }
+    let text = history_csv(&summary.steps)?;
+    output.write("history.csv", |file| file.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
+}
+
+impl Observer for Recorder<'_> {
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
+        if let Some(show) = &mut self.progress {
+            show(stage, fraction, residual);
+        }
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        // May be interrupted: before anything of the entry is kept.
+        let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
+        let inside =
+            fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
+        if let (Some(keeping), Some(output), false) = (&mut self.checkpoints, &self.output, record.converged)
+        {
+            let written =
+                self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
+            keeping.before_unconverged = Some((written, output.files().to_vec()));
+        }
+        self.records.push(record.clone());
+        let (Some(fields), Some(output)) = (&mut self.fields, &mut self.output) else { return Ok(()) };
+        let (mark, files) = (fields.rollback_mark(), output.files().len());
+        let written = fields.write_entry(output, record, (state, inside));
+        if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
+            // As if it had not been computed: a run that goes on computes it again.
+            fields.roll_back(mark);
+            output.truncate_staged(files);
+            self.records.pop();
+            self.checkpoints.iter_mut().for_each(|keeping| keeping.before_unconverged = None);
+        }
+        written
+    }
+
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        let interrupted = self.cancelled();
+        match (&mut self.checkpoints, &mut self.output) {
+            (Some(keeping), Some(output)) => keeping.write_if_due(
+                output,
+                &self.records,
+                self.fields.as_ref(),
+                (moment, interrupted),
+                snapshot,
+            ),
+            _ => Ok(()),
+        }
+    }
+
+    fn wants_loops(&self) -> bool {
+        self.fields.as_ref().is_some_and(FieldWriter::wants_loops)
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        self.fields.as_ref().is_some_and(FieldWriter::has_output)
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel_flag.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+}

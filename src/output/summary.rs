@@ -1,0 +1,366 @@
+//! The summary of a run, written as `summary.json` whatever the outcome.
+
+use std::time::Instant;
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::Value;
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::frame::Grid;
+use crate::evolution::records::{FrettingLoop, IncrementRecord, Outcome};
+use crate::output::accuracy::AccuracyRecord;
+use crate::output::body_peaks::BodyRecord;
+use crate::output::boundary_elements::BoundaryElementRecord;
+use crate::output::condensation::CondensationRecord;
+use crate::output::near_field::NearFieldRecord;
+use crate::output::truncation::TruncationRecord;
+use crate::omitted::OmittedWork;
+
+/// The scene's own consistent units, echoed and never converted.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Units {
+    /// Unit of length; stresses are force / length^2.
+    pub length: String,
+    /// Unit of force.
+    pub force: String,
+}
+
+impl Units {
+    /// Name of the unit of stress: MPa for N and mm.
+    pub fn stress(&self) -> String {
+        match (self.force.as_str(), self.length.as_str()) {
+            ("N", "mm") => "MPa".to_owned(),
+            ("N", "m") => "Pa".to_owned(),
+            (force, length) => format!("{force}/{length}^{{2}}"),
+        }
+    }
+}
+
+impl Default for Units {
+    fn default() -> Self {
+        Self { length: "mm".into(), force: "N".into() }
+    }
+}
+
+/// How a run ended, as `summary.json` says it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// All steps converged.
+    Converged,
+    /// A step did not converge or physics was lost; the entries so far hold.
+    NotConverged,
+    /// The run could not go on: wrong input, resources, or an unexpected failure.
+    Failed,
+    /// A signal stopped the run.
+    Interrupted,
+}
+
+impl Status {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Converged, Self::NotConverged, Self::Failed, Self::Interrupted];
+}
+
+/// Seconds spent by stage, in the order of first use; written as a JSON object.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Timings(Vec<(String, f64)>);
+
+impl Timings {
+    /// Adds `seconds` to `stage`.
+    pub fn add(&mut self, stage: &str, seconds: f64) {
+        match self.0.iter_mut().find(|(name, _)| name == stage) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.0.push((stage.to_owned(), seconds)),
+        }
+    }
+
+    /// Runs `work` and adds its duration to `stage`.
+    pub fn measure<T>(&mut self, stage: &str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.add(stage, start.elapsed().as_secs_f64());
+        result
+    }
+
+    /// Seconds of `stage` so far.
+    pub fn of(&self, stage: &str) -> f64 {
+        self.iter().find(|(name, _)| *name == stage).map_or(0.0, |(_, seconds)| seconds)
+    }
+
+    /// Seconds of all stages.
+    pub fn sum(&self) -> f64 {
+        self.iter().map(|(_, seconds)| seconds).sum()
+    }
+
+    /// Stages with their seconds, in the order of first use.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.0.iter().map(|(stage, seconds)| (stage.as_str(), *seconds))
+    }
+}
+
+impl Serialize for Timings {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (stage, seconds) in &self.0 {
+            map.serialize_entry(stage, seconds)?;
+        }
+        map.end()
+    }
+}
+
+/// Extent of a grid frame.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FrameRecord {
+    /// Half of its sides along x, y.
+    pub half_width: [f64; 2],
+    /// Number of cells along x, y.
+    pub cells: [usize; 2],
+}
+
+impl From<&Grid> for FrameRecord {
+    fn from(grid: &Grid) -> Self {
+        Self { half_width: grid.half_width(), cells: grid.cells }
+    }
+}
+
+/// What a run computed and how it ended: the fields of `summary.json` (docs/results.md).
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Name of the program.
+    pub program: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Title of the scene; empty if it has none.
+    pub title: String,
+    /// SHA-256 of the scene file, hexadecimal; empty if it could not be read.
+    pub scene_sha256: String,
+    /// The scene as it was read, overrides included; missing if it could not be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Value>,
+    /// Units of all numbers.
+    pub units: Units,
+    /// How the run ended.
+    pub status: Status,
+    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone", "linear-solver" or "accuracy".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The message of the error that ended a failed run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// The frame at the end, where it is a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<FrameRecord>,
+    /// How often the meshes of worn bodies were moved, where `wear.move_mesh` asks for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh_moves: Option<usize>,
+    /// One entry per increment or cycle jump, in order.
+    pub steps: Vec<IncrementRecord>,
+    /// Peaks of stress, failure indices and estimated error of the bodies, where they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyRecord>,
+    /// Work that the scene did not need.
+    pub skipped: Vec<OmittedWork>,
+    /// Fretting cycles resolved into loops, where they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<FrettingLoop>,
+    /// How the meshed bodies were condensed to their contact nodes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub condensation: Vec<CondensationRecord>,
+    /// The bodies of boundary elements.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary_elements: Vec<BoundaryElementRecord>,
+    /// The half-spaces whose surfaces are meshed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub truncations: Vec<TruncationRecord>,
+    /// Where the near fields of meshed bodies were computed, and how good the corrections are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub near_fields: Vec<NearFieldRecord>,
+    /// The accuracy that was asked for and reached.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
+    /// Seconds by stage.
+    pub timings: Timings,
+    /// Peak resident memory of the process, bytes (0 where unknown).
+    pub peak_memory_bytes: u64,
+    /// Things the user should know.
+    pub warnings: Vec<String>,
+    /// Names of the result files this run wrote beside the summary.
+    pub files: Vec<String>,
+}
+
+impl Summary {
+    /// An empty summary of a scene; its status is `failed` until an outcome is set.
+    pub fn new(title: &str, scene_sha256: &str, units: Units) -> Self {
+        Self {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            title: title.to_owned(),
+            scene_sha256: scene_sha256.to_owned(),
+            scene: None,
+            units,
+            status: Status::Failed,
+            reason: None,
+            error: None,
+            frame: None,
+            mesh_moves: None,
+            steps: Vec::new(),
+            bodies: Vec::new(),
+            skipped: Vec::new(),
+            loops: Vec::new(),
+            condensation: Vec::new(),
+            boundary_elements: Vec::new(),
+            truncations: Vec::new(),
+            near_fields: Vec::new(),
+            accuracy: None,
+            timings: Timings::default(),
+            peak_memory_bytes: 0,
+            warnings: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    /// Sets status and reason, or the error, by how the history ended.
+    pub fn set_outcome(&mut self, outcome: &Result<Outcome>) {
+        (self.reason, self.error) = (None, None);
+        match outcome {
+            Ok(Outcome::Converged) => self.status = Status::Converged,
+            Ok(Outcome::NotConverged(reason)) => {
+                self.status = Status::NotConverged;
+                self.reason = Some((*reason).to_owned());
+            }
+            Ok(Outcome::Interrupted) => self.status = Status::Interrupted,
+            Err(error) => self.set_failure(error),
+        }
+    }
+
+    /// Marks the run as failed by `error`, or as not converged if that is what it says.
+    pub fn set_failure(&mut self, error: &Error) {
+        if error.kind() == ErrorKind::Interrupted {
+            (self.status, self.reason, self.error) = (Status::Interrupted, None, None);
+            return;
+        }
+        let not_converged = error.kind() == ErrorKind::NotConverged;
+        self.status = if not_converged { Status::NotConverged } else { Status::Failed };
+        self.reason = not_converged.then(|| "linear-solver".to_owned());
+        self.error = Some(error.to_string());
+    }
+
+    /// The last entry of the step `name`: its result.
+    pub fn step(&self, name: &str) -> Option<&IncrementRecord> {
+        self.steps.iter().rev().find(|record| record.name == name)
+    }
+
+    /// The JSON text, with a line end. A number that is not finite turns the run into a failed one, named in
+    /// `error`: JSON has no such number, and a reader must not take its `null` for a result.
+    ///
+    /// # Errors
+    /// Numerical, if a number is not finite; the text to write is then in the second place of the pair.
+    pub fn to_json(&self) -> (Result<()>, String) {
+        let mut value = self.value();
+        let Some(place) = first_null(&value, "") else { return (Ok(()), pretty(&value)) };
+        let error =
+            Error::numerical(format!("{place} is not a finite number: the results cannot be trusted"));
+        let mut failed = self.clone();
+        if failed.status != Status::Failed {
+            failed.set_failure(&error);
+        }
+        failed.warnings.push(error.message().to_owned());
+        value = failed.value();
+        (Err(error), pretty(&value))
+    }
+
+    fn value(&self) -> Value {
+        serde_json::to_value(self).expect("strings and numbers under string keys always serialise")
+    }
+}
+
+fn pretty(value: &Value) -> String {
+    serde_json::to_string_pretty(value).expect("a JSON value always serialises") + "\n"
+}
+
+/// Path of the first `null` in `value`; absent fields are left out, so a null was a number that is not finite.
+fn first_null(value: &Value, path: &str) -> Option<String> {
+    match value {
+        Value::Null => Some(path.trim_start_matches('.').to_owned()),
+        Value::Array(items) => {
+            items.iter().enumerate().find_map(|(i, item)| first_null(item, &format!("{path}[{i}]")))
+        }
+        Value::Object(fields) => {
+            fields.iter().find_map(|(key, item)| first_null(item, &format!("{path}.{key}")))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary() -> Summary {
+        let mut summary = Summary::new("title", "00ff", Units::default());
+        summary.steps.push(IncrementRecord { name: "indent".into(), increment: 1, ..Default::default() });
+        summary.timings.add("mesh", 1.0);
+        summary.timings.add("contact", 2.0);
+        summary.timings.add("mesh", 0.5);
+        summary
+    }
+
+    /// Truth: the list of fields in docs/results.md, which other programs read.
+    #[test]
+    fn json_has_the_documented_fields() {
+        let mut summary = summary();
+        summary.set_outcome(&Ok(Outcome::NotConverged("gross-sliding")));
+        summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
+        summary.mesh_moves = Some(1);
+        summary.scene = Some(Value::Object(serde_json::Map::new()));
+        let (outcome, text) = summary.to_json();
+        outcome.unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["status"], "not-converged");
+        assert_eq!(value["reason"], "gross-sliding");
+        assert_eq!(value["units"], serde_json::json!({"length": "mm", "force": "N"}));
+        assert_eq!(value["timings"], serde_json::json!({"mesh": 1.5, "contact": 2.0}));
+        let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        let documented = include_str!("../../docs/results.md");
+        let entry = &value["steps"][0];
+        for key in keys(&value).iter().chain(&keys(entry)).chain(&keys(&entry["certificate"])) {
+            assert!(documented.contains(&format!("`{key}`")), "docs/results.md does not explain `{key}`");
+        }
+    }
+
+    /// Truth: a result that is not finite is an error and is visible in the file.
+    #[test]
+    fn not_a_number_is_a_failure() {
+        let mut summary = summary();
+        summary.set_outcome(&Ok(Outcome::Converged));
+        summary.steps[0].tangential_force[1] = f64::NAN;
+        let (outcome, text) = summary.to_json();
+        let message = outcome.unwrap_err().to_string();
+        assert!(message.contains("steps[0].tangential_force[1]"), "{message}");
+        let value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["status"], "failed");
+        assert!(value["error"].as_str().unwrap().contains("tangential_force"));
+    }
+
+    /// Truth: docs/results.md: a linear system that was not solved is no convergence, with exit code 3.
+    #[test]
+    fn a_linear_solver_that_does_not_converge() {
+        let (mut summary, error) = (summary(), Error::not_converged("too slow"));
+        summary.set_outcome(&Err(error.clone()));
+        assert_eq!(
+            (summary.status, summary.reason.as_deref()),
+            (Status::NotConverged, Some("linear-solver"))
+        );
+        assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
+    }
+
+    /// Truth: an error's kind is not lost by the outcome before it.
+    #[test]
+    fn an_error_clears_the_reason() {
+        let mut summary = summary();
+        summary.set_outcome(&Ok(Outcome::NotConverged("iterations")));
+        summary.set_outcome(&Err(Error::resources("disk full")));
+        assert_eq!((summary.status, summary.reason.as_deref()), (Status::Failed, None));
+        assert_eq!(summary.error.as_deref(), Some("disk full"));
+    }
+}

@@ -1,0 +1,73 @@
+//! What plots and field files need to know of the surface under the frame: its axes, its fibres, who wears.
+
+use crate::laws::friction::FrictionLaw;
+use crate::geometry::Side;
+use crate::laws::wear::WearLaw;
+
+/// Direction of the fibres of a body under the frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceFibre {
+    /// The body.
+    pub side: Side,
+    /// Angle out of the surface, radians; the fibre is (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).
+    pub tilt: f64,
+    /// Angle from the frame's x towards its y, radians.
+    pub azimuth: f64,
+}
+
+/// Axes, fibres and wear of the surface under the frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceProperties {
+    /// Angle of e1 from the frame's x, radians; e2 is 90 degrees to its left.
+    pub e1_angle: f64,
+    /// The fibres of the bodies that have some.
+    pub fibres: Vec<SurfaceFibre>,
+    /// Fraction of the worn depth that is taken from body 1.
+    pub wear_share: f64,
+}
+
+impl Default for SurfaceProperties {
+    fn default() -> Self {
+        Self { e1_angle: 0.0, fibres: Vec::new(), wear_share: 1.0 }
+    }
+}
+
+impl SurfaceProperties {
+    /// The surface of these laws and fibres: e1 is the first axis of the wear law, of the friction law if there is no wear,
+    /// the first fibre's azimuth if there is neither.
+    pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
+        let ellipse = friction.ellipse();
+        let unequal = |[a, b]: [f64; 2]| a != b;
+        let of_wear = wear.specific_rate(ellipse).filter(|wear| unequal(wear.i)).map(|wear| wear.angle);
+        let of_friction = ellipse.filter(|ellipse| unequal(ellipse.mu)).map(|ellipse| ellipse.angle);
+        let of_fibre = fibres.first().map(|fibre| fibre.azimuth);
+        Self { e1_angle: of_wear.or(of_friction).or(of_fibre).unwrap_or(0.0), fibres, wear_share }
+    }
+
+    /// The worn depth of each body, of the depth of both.
+    pub fn wear_depth_by_body(&self, depth: &[f64]) -> [Vec<f64>; 2] {
+        [self.wear_share, 1.0 - self.wear_share].map(|share| depth.iter().map(|w| share * w).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition: laws with two unequal coefficients have axes, others have not; parts add up to the whole.
+    #[test]
+    fn axes_are_those_of_the_laws() {
+        let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.5, azimuth: 0.3 };
+        let elliptic = FrictionLaw::Elliptic { mu: [0.2, 0.3], angle: 0.7 };
+        let wear = WearLaw::Orthotropic { i: [1e-9, 2e-9], angle: -0.2 };
+        let e1 = |friction: &FrictionLaw, wear: &WearLaw| {
+            SurfaceProperties::new(friction, wear, 1.0, vec![fibre]).e1_angle
+        };
+        assert_eq!(e1(&elliptic, &wear), -0.2);
+        assert_eq!(e1(&elliptic, &WearLaw::Archard { i: 1e-9 }), 0.7);
+        assert_eq!(e1(&FrictionLaw::Coulomb { mu: 0.3 }, &WearLaw::None), 0.3);
+        assert_eq!(SurfaceProperties::new(&FrictionLaw::None, &WearLaw::None, 1.0, Vec::new()).e1_angle, 0.0);
+        let surface = SurfaceProperties { wear_share: 0.75, ..SurfaceProperties::default() };
+        assert_eq!(surface.wear_depth_by_body(&[4.0, 8.0]), [vec![3.0, 6.0], vec![1.0, 2.0]]);
+    }
+}

@@ -1,0 +1,120 @@
+//! The page that a report fills.
+
+use minijinja::{AutoEscape, Environment};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::report::encode::base64;
+use crate::report::result_directory::ResultDirectory;
+use crate::report::value_text::UnitNames;
+use crate::error::{Error, Result};
+
+const TEMPLATE: &str = include_str!("assets/page.html");
+const STYLE: &str = include_str!("assets/page.css");
+const SCRIPT: &str = include_str!("assets/page.js");
+const VIEWER: &str = include_str!("assets/viewer.js");
+const THREE: &str = include_str!("assets/three.min.js");
+
+/// A table: heads with their units, rows of cells.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(crate) struct Table {
+    pub title: String,
+    /// Below the title.
+    pub note: String,
+    pub heads: Vec<[String; 2]>,
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A picture as a data address.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct EmbeddedImage {
+    pub title: String,
+    pub address: String,
+}
+
+impl EmbeddedImage {
+    /// Of the text of an SVG file.
+    pub(crate) fn of_svg(title: &str, svg: &str) -> Self {
+        let address = format!("data:image/svg+xml;base64,{}", base64(svg.as_bytes()));
+        Self { title: title.to_owned(), address }
+    }
+}
+
+/// What fills the page.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(crate) struct Page {
+    /// "run", "compare" or "study".
+    pub kind: &'static str,
+    pub title: String,
+    /// "good", "bad" or "doubtful".
+    pub severity: &'static str,
+    /// How it ended.
+    pub status: String,
+    /// More on that.
+    pub reason: String,
+    /// Names and values at the head.
+    pub facts: Vec<[String; 2]>,
+    pub warnings: Vec<String>,
+    pub problems: Vec<String>,
+    pub key_table: Option<Table>,
+    pub drawings: Vec<EmbeddedImage>,
+    pub steps: Vec<[String; 2]>,
+    /// Tables of the scene: heading, rows of key and value.
+    pub scene: Vec<(String, Vec<[String; 2]>)>,
+    pub scene_missing: bool,
+    pub plan: Vec<Table>,
+    pub certificate: Option<Table>,
+    pub convergence: Vec<EmbeddedImage>,
+    pub tables: Vec<Table>,
+    pub plots: Vec<EmbeddedImage>,
+    pub folders: Vec<[String; 2]>,
+    pub has_maps: bool,
+    pub has_view: bool,
+    pub n_frames: usize,
+    pub names: [String; 3],
+    pub program: String,
+}
+
+impl Page {
+    /// A page with what all of them have.
+    pub(crate) fn new(source: &ResultDirectory) -> Self {
+        let said = &source.summary;
+        let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
+        let names = UnitNames::of(said);
+        let title = match text("title") {
+            title if title.trim().is_empty() => "Results without a title".to_owned(),
+            title => title,
+        };
+        let program = match (text("program"), text("version")) {
+            (name, version) if !name.is_empty() => format!("Computed by {name} {version}"),
+            _ => "Computed by an unknown version".to_owned(),
+        };
+        let warnings = said["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        Self {
+            kind: source.kind.name(),
+            title,
+            warnings: warnings.map(str::to_owned).collect(),
+            names: [names.length, names.force, names.stress],
+            program: format!("{program}; this page by orthowear {}", env!("CARGO_PKG_VERSION")),
+            ..Self::default()
+        }
+    }
+
+    /// The text of the page; `data` for its script.
+    ///
+    /// # Errors
+    /// Numerical, if the template cannot be filled.
+    pub(crate) fn render(&self, data: &Value) -> Result<String> {
+        let failed = |error: minijinja::Error| Error::numerical(format!("the page cannot be made: {error}"));
+        let mut environment = Environment::new();
+        environment.set_auto_escape_callback(|_| AutoEscape::Html);
+        environment.add_template("page.html", TEMPLATE).map_err(failed)?;
+        let viewer = if self.has_view { [THREE, VIEWER] } else { [""; 2] };
+        // Inside of a script no text may look like its end, or like a comment.
+        let data = data.to_string().replace('<', "\\u003c");
+        let context = minijinja::context! {
+            page => minijinja::value::Serde(self), style => STYLE, script => SCRIPT, viewer => viewer, data => data,
+        };
+        environment.get_template("page.html").and_then(|page| page.render(context)).map_err(failed)
+    }
+}

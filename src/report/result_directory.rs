@@ -1,0 +1,175 @@
+//! What lies in a directory of results, read as far as it can be.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+
+/// Larger texts and pictures are left out, bytes.
+const MAX_TEXT_BYTES: u64 = 64 << 20;
+
+/// What a directory holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ResultKind {
+    Run,
+    Comparison,
+    Study,
+}
+
+impl ResultKind {
+    const ALL: [Self; 3] = [Self::Run, Self::Comparison, Self::Study];
+
+    /// The file that says how it ended.
+    pub(crate) fn summary_file(self) -> &'static str {
+        match self {
+            Self::Run => "summary.json",
+            Self::Comparison => "compare.json",
+            Self::Study => "study.json",
+        }
+    }
+
+    /// Its name on the page.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Comparison => "compare",
+            Self::Study => "study",
+        }
+    }
+}
+
+/// A directory of results.
+pub(crate) struct ResultDirectory {
+    directory: PathBuf,
+    pub kind: ResultKind,
+    /// What its file says; null if it is damaged.
+    pub summary: Value,
+    /// What is missing in the page, and why.
+    pub problems: Vec<String>,
+    names: Vec<String>,
+}
+
+impl ResultDirectory {
+    /// # Errors
+    /// Input, if `directory` holds no results.
+    pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let names = names(directory)?;
+        let found =
+            ResultKind::ALL.into_iter().find(|what| names.iter().any(|name| name == what.summary_file()));
+        let kind = found.ok_or_else(|| no_results_error(directory, &names))?;
+        let mut source =
+            Self { directory: directory.to_owned(), kind, summary: Value::Null, problems: Vec::new(), names };
+        match source.json(kind.summary_file()) {
+            Ok(said) => source.summary = said,
+            Err(error) => source.problems.push(error.to_string()),
+        }
+        Ok(source)
+    }
+
+    /// The JSON object in a file, perhaps in a folder of the directory.
+    ///
+    /// # Errors
+    /// Input, with the name of the file.
+    pub(crate) fn json(&self, name: &str) -> Result<Value> {
+        let text = self.text(name)?;
+        let read: Value = serde_json::from_str(&text)
+            .map_err(|error| Error::input(format!("{name} is damaged: {error}")))?;
+        if read.is_object() {
+            Ok(read)
+        } else {
+            Err(Error::input(format!("{name} is damaged: it is no object")))
+        }
+    }
+
+    /// The text in a file.
+    ///
+    /// # Errors
+    /// Input, with the name of the file.
+    pub(crate) fn text(&self, name: &str) -> Result<String> {
+        let path = self.path(name);
+        let length = fs::metadata(&path).map_or(0, |found| found.len());
+        if length > MAX_TEXT_BYTES {
+            return Err(Error::input(format!(
+                "{name} is left out: it has {length} bytes, {MAX_TEXT_BYTES} are the most"
+            )));
+        }
+        fs::read_to_string(&path).map_err(|error| Error::input(format!("{name} cannot be read: {error}")))
+    }
+
+    /// Where a file lies.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.directory.join(name)
+    }
+
+    /// Whether there is a file or folder of the name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|known| known == name)
+    }
+
+    /// Its files by name, as far as the summary counts them among its own.
+    pub(crate) fn files(&self, begin: &str, end: &str) -> Vec<String> {
+        let own: Option<Vec<&str>> =
+            self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
+        let counted = |name: &&String| own.as_ref().is_none_or(|own| own.contains(&name.as_str()));
+        let named = |name: &&String| name.starts_with(begin) && name.ends_with(end);
+        self.names.iter().filter(named).filter(counted).cloned().collect()
+    }
+
+    /// Files that the summary names and that are not there.
+    pub(crate) fn missing(&self) -> Vec<String> {
+        let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        own.filter(|name| !self.has(name)).map(str::to_owned).collect()
+    }
+
+    /// Files of a series over the entries, `NAME_0001.vtu` .., in their order, with their numbers.
+    pub(crate) fn series(&self, name: &str) -> Vec<(usize, String)> {
+        let begin = format!("{name}_");
+        let number = |file: &String| {
+            let digits = file.strip_prefix(&begin)?.strip_suffix(".vtu")?;
+            let plain = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+            plain.then(|| digits.parse().ok()).flatten()
+        };
+        let files = self.files(&begin, ".vtu");
+        let mut list: Vec<(usize, String)> =
+            files.into_iter().filter_map(|file| number(&file).map(|number| (number, file))).collect();
+        list.sort();
+        list
+    }
+}
+
+/// Names in a directory, sorted.
+fn names(directory: &Path) -> Result<Vec<String>> {
+    let wrong = |error: std::io::Error| {
+        Error::input(format!(
+            "{} cannot be read: {error}; name the output directory of orthowear run, compare or study",
+            directory.display()
+        ))
+    };
+    let entries = fs::read_dir(directory).map_err(wrong)?;
+    let mut names: Vec<String> =
+        entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    Ok(names)
+}
+
+/// What is said of a directory without results.
+fn no_results_error(directory: &Path, names: &[String]) -> Error {
+    const SHOWN: usize = 5;
+    let visible: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.starts_with('.')).collect();
+    let found = match visible.len() {
+        0 => "it is empty".to_owned(),
+        n if n > SHOWN => format!("found: {} and {} more", visible[..SHOWN].join(", "), n - SHOWN),
+        _ => format!("found: {}", visible.join(", ")),
+    };
+    let begun = if names.iter().any(|name| name == ".incoming") {
+        "; a run works in it, or was killed there before it wrote a summary (orthowear run --resume goes on from its checkpoint, if it has one)"
+    } else {
+        "; name the output directory of orthowear run, compare or study"
+    };
+    Error::input(format!(
+        "{} holds no results: expected summary.json (of a run), compare.json or study.json, {found}{begun}",
+        directory.display()
+    ))
+}

@@ -1,0 +1,391 @@
+//! The report of a run.
+
+use serde_json::{Value, json};
+
+use crate::report::body_surfaces::Bodies;
+use crate::report::drawing;
+use crate::report::frame_maps::Frames;
+use crate::report::page::{EmbeddedImage, Page, Table};
+use crate::report::result_directory::ResultDirectory;
+use crate::report::value_text::{self, UnitNames, key_to_words, to_line, with_unit};
+use crate::error::Result;
+use crate::output::number_format::five_digits;
+use crate::output::plot::axis::Scale;
+use crate::output::plot::chart::{Chart, Series};
+
+/// Longer tables show their first and last rows only.
+const MAX_TABLE_ROWS: usize = 2000;
+
+/// The page of a run.
+///
+/// # Errors
+/// As [`Page::render`].
+pub(crate) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
+    let (frames, bodies) = (Frames::read(source), Bodies::read(source));
+    let missing = source.missing();
+    if !missing.is_empty() {
+        source.problems.push(format!("files that summary.json names are not there: {}", missing.join(", ")));
+    }
+    let names = UnitNames::of(&source.summary);
+    let mut page = Page::new(source);
+    set_status(&mut page, &source.summary, source.files("frame_", ".vtu").is_empty());
+    scene(&mut page, &source.summary["scene"], &names);
+    results(&mut page, &source.summary, &names);
+    plan(&mut page, &source.summary, &names);
+    add_figures(&mut page, source);
+    (page.has_maps, page.n_frames) = (!frames.list.is_empty(), frames.list.len());
+    page.has_view = page.has_maps || !bodies.list.is_empty();
+    page.problems.clone_from(&source.problems);
+    page.render(&json!({
+        "units": { "length": names.length, "force": names.force, "stress": names.stress },
+        "entries": labels(&source.summary),
+        "meshes": frames.meshes,
+        "frames": frames.list,
+        "surfaces": bodies.surfaces,
+        "bodies": bodies.list,
+        "rolling": source.summary["steps"].as_array().into_iter().flatten().any(|step| step["rolling"].is_object()),
+    }))
+}
+
+/// Each entry in words.
+fn labels(said: &Value) -> Vec<Value> {
+    let label = |(i, record): (usize, &Value)| {
+        let cycles = record["cycles_done"].as_u64().filter(|cycles| *cycles > 0);
+        let cycles = cycles.map_or(String::new(), |cycles| format!(", {cycles} cycles"));
+        let what = if record["jump"].is_object() { "jump" } else { "increment" };
+        let name = record["name"].as_str().unwrap_or("");
+        json!(format!("{}: {name}, {what} {}{cycles}", i + 1, record["increment"]))
+    };
+    said["steps"].as_array().into_iter().flatten().enumerate().map(label).collect()
+}
+
+/// How the run ended.
+fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
+    let so_far = if said["steps"].as_array().is_some_and(|steps| !steps.is_empty()) {
+        "The results so far are shown."
+    } else {
+        "Nothing was computed."
+    };
+    let (mood, status) = match said["status"].as_str() {
+        Some("converged") => ("good", "Converged".to_owned()),
+        Some("not-converged") => ("bad", format!("NOT CONVERGED. {so_far}")),
+        Some("failed") => ("bad", format!("FAILED. {so_far}")),
+        Some("interrupted") => ("bad", format!("INTERRUPTED. {so_far}")),
+        _ => ("bad", "HOW THE RUN ENDED IS NOT KNOWN: summary.json is damaged".to_owned()),
+    };
+    let reason = [&said["reason"], &said["error"]]
+        .into_iter()
+        .filter_map(Value::as_str)
+        .collect::<Vec<_>>()
+        .join(": ");
+    let doubts = page.warnings.iter().any(|text| text.contains("WARNING"));
+    page.severity = if mood == "good" && doubts { "doubtful" } else { mood };
+    page.status = if page.severity == "doubtful" {
+        format!("{status}, with warnings that put results in doubt")
+    } else {
+        status
+    };
+    page.reason = reason;
+    if fieldless {
+        page.facts.push([
+            "fields".to_owned(),
+            "no field files (output.fields without \"vtu\", or no entry): no maps".to_owned(),
+        ]);
+    }
+    let seconds: f64 =
+        said["timings"].as_object().into_iter().flatten().filter_map(|(_, s)| s.as_f64()).sum();
+    let memory = said["peak_memory_bytes"].as_u64().unwrap_or(0);
+    let entries = said["steps"].as_array().map_or(0, Vec::len);
+    page.facts.push(["entries".to_owned(), entries.to_string()]);
+    page.facts.push(["time of all stages".to_owned(), format!("{} s", five_digits(seconds))]);
+    if memory > 0 {
+        page.facts
+            .push(["largest memory".to_owned(), format!("{:.0} MiB", memory as f64 / f64::from(1 << 20))]);
+    }
+    if let Some(sha) = said["scene_sha256"].as_str().filter(|sha| !sha.is_empty()) {
+        page.facts.push(["scene, SHA-256".to_owned(), sha.to_owned()]);
+    }
+}
+
+/// The scene: drawings, steps in words, all keys.
+fn scene(page: &mut Page, scene: &Value, names: &UnitNames) {
+    let Some(tables) = scene.as_object() else {
+        page.scene_missing = true;
+        return;
+    };
+    page.drawings = vec![
+        EmbeddedImage::of_svg(
+            "The bodies from the side: shapes are schematic, fibre directions are to scale",
+            &drawing::side_view_svg(scene, names),
+        ),
+        EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing::top_view_svg(scene, names)),
+    ];
+    for (i, step) in scene["steps"].as_array().into_iter().flatten().enumerate() {
+        let name = step["name"].as_str().map_or_else(|| format!("step {}", i + 1), str::to_owned);
+        page.steps.push([name, value_text::describe_step(names, step)]);
+    }
+    let shown = tables.iter().filter(|(key, _)| !["title", "steps"].contains(&key.as_str()));
+    page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(names, value))).collect();
+}
+
+/// Columns of the entries, where some entry has them: key, head.
+const ENTRY_COLUMNS: [(&str, &str); 17] = [
+    ("cycles_done", "cycles"),
+    ("normal_force", "normal force"),
+    ("approach", "approach"),
+    ("shift", "shift x, y"),
+    ("rotation", "rotation x, y"),
+    ("twist", "twist"),
+    ("tangential_force", "tangential force x, y"),
+    ("moment", "moment x, y, n"),
+    ("contact_area", "contact area"),
+    ("stick_area", "stick area"),
+    ("peak_pressure", "peak pressure"),
+    ("max_wear_depth", "largest wear depth"),
+    ("worn_volume", "worn volume"),
+    ("dissipation", "dissipation"),
+    ("iterations", "iterations"),
+    ("operator_applications", "products"),
+    ("seconds", "time"),
+];
+
+/// Tables of entries, certificates and peaks.
+fn results(page: &mut Page, said: &Value, names: &UnitNames) {
+    let records = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    if records.is_empty() {
+        return;
+    }
+    let last = |i: &usize| records.get(i + 1).is_none_or(|next| next["name"] != records[*i]["name"]);
+    let ends: Vec<usize> = (0..records.len()).filter(last).collect();
+    page.key_table = Some(Table {
+        title: "Results at the ends of the steps".to_owned(),
+        ..entry_table(records, &ends, names)
+    });
+    let mut all: Vec<usize> = (0..records.len()).collect();
+    let mut note =
+        "Forces act on body 1. For cycle jumps forces, areas and peaks are means of both ends of the stroke."
+            .to_owned();
+    if all.len() > MAX_TABLE_ROWS {
+        all = (0..MAX_TABLE_ROWS / 2).chain(records.len() - MAX_TABLE_ROWS / 2..records.len()).collect();
+        note +=
+            &format!(" Of {} entries the first and last {} are shown.", records.len(), MAX_TABLE_ROWS / 2);
+    }
+    page.certificate = Some(certificate(records, &all));
+    page.tables.push(Table { title: "All entries".to_owned(), note, ..entry_table(records, &all, names) });
+    page.convergence = convergence(records);
+    let peaks = list_table("Peaks in the bodies", &said["bodies"], &["body", "name", "increment"], names);
+    page.tables.extend(peaks);
+}
+
+fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
+    let counts = |value: &Value| match value {
+        Value::Array(items) => items.iter().any(|item| item.as_f64().is_some_and(|x| x != 0.0)),
+        value => value.as_f64().is_some_and(|x| x != 0.0),
+    };
+    let columns: Vec<_> =
+        ENTRY_COLUMNS.iter().filter(|(key, _)| records.iter().any(|record| counts(&record[key]))).collect();
+    let mut heads = vec![["entry".to_owned(), String::new()], ["step".to_owned(), String::new()]];
+    heads.extend(columns.iter().map(|(key, head)| [(*head).to_owned(), names.unit_of_key(key)]));
+    heads.push(["converged".to_owned(), String::new()]);
+    let row = |&i: &usize| {
+        let record = &records[i];
+        let mut cells =
+            vec![(i + 1).to_string(), format!("{}, {}", to_line(&record["name"]), record["increment"])];
+        cells.extend(columns.iter().map(|(key, _)| format_quantity(key, record)));
+        cells.push(if record["converged"] == false { "NO".to_owned() } else { "yes".to_owned() });
+        cells
+    };
+    Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
+}
+
+/// A number or some; forces and moments that are round-off beside the load as 0.
+pub(crate) fn format_quantity(key: &str, record: &Value) -> String {
+    let load = record["normal_force"].as_f64().unwrap_or(0.0);
+    let least = if ["tangential_force", "moment"].contains(&key) { 1e-7 * load } else { 0.0 };
+    match &record[key] {
+        Value::Array(items) => {
+            let part = |x: f64| five_digits(if x.abs() < least { 0.0 } else { x });
+            items.iter().filter_map(Value::as_f64).map(part).collect::<Vec<_>>().join(", ")
+        }
+        Value::Number(number) if number.is_u64() => number.to_string(),
+        Value::Number(number) => number.as_f64().map_or(String::new(), five_digits),
+        other => to_line(other),
+    }
+}
+
+/// Fields of the certificate: key, head.
+const CERTIFICATE: [(&str, &str); 7] = [
+    ("natural_residual", "natural residual"),
+    ("min_gap", "smallest gap / approach"),
+    ("max_cone_violation", "largest excess over friction / peak"),
+    ("normal_gap_energy", "pressure × gap / energy"),
+    ("tangential_gap_energy", "slip rule / energy"),
+    ("energy_balance", "energy balance"),
+    ("operator_defect", "operator defect"),
+];
+
+fn certificate(records: &[Value], rows: &[usize]) -> Table {
+    let heads = ["entry", "step"].into_iter().chain(CERTIFICATE.map(|(_, head)| head));
+    let row = |&i: &usize| {
+        let record = &records[i];
+        let number = |(key, _): (&str, &str)| {
+            record["certificate"][key].as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}"))
+        };
+        let mut cells =
+            vec![(i + 1).to_string(), format!("{}, {}", to_line(&record["name"]), record["increment"])];
+        cells.extend(CERTIFICATE.map(number));
+        cells
+    };
+    Table {
+        title: "Certificate".to_owned(),
+        note: "Checks of each state, computed afresh from its tractions, independently of the solver. All are relative; 0 is perfect, the natural \
+               residual has to be below solver.tolerance."
+            .to_owned(),
+        heads: heads.map(|head| [head.to_owned(), String::new()]).collect(),
+        rows: rows.iter().map(row).collect(),
+    }
+}
+
+/// Iterations and residuals over the entries.
+fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
+    let over = |key: &dyn Fn(&Value) -> Option<f64>| {
+        let point = |(i, record): (usize, &Value)| key(record).map(|y| [(i + 1) as f64, y]);
+        records.iter().enumerate().filter_map(point).collect::<Vec<_>>()
+    };
+    let chart = |title: &str, label: &str, scale: Scale, series: Vec<(&str, Vec<[f64; 2]>)>| {
+        let series =
+            series.into_iter().map(|(name, points)| Series { name: name.to_owned(), points }).collect();
+        let labels = ["entry (increment or cycle jump)".to_owned(), label.to_owned()];
+        let chart = Chart { title: title.to_owned(), labels, scales: [Scale::Whole, scale], series };
+        EmbeddedImage::of_svg(title, &chart.svg())
+    };
+    let certificate = |key: &'static str| {
+        move |record: &Value| record["certificate"][key].as_f64().map(f64::abs).filter(|x| *x > 0.0)
+    };
+    let count = |key: &'static str| move |record: &Value| record[key].as_f64();
+    vec![
+        chart(
+            "Residuals of the certificate",
+            "relative",
+            Scale::Logarithmic,
+            vec![
+                ("natural residual", over(&certificate("natural_residual"))),
+                ("pressure × gap", over(&certificate("normal_gap_energy"))),
+                ("operator defect", over(&certificate("operator_defect"))),
+            ],
+        ),
+        chart(
+            "Work of the contact solver",
+            "number per entry",
+            Scale::Linear,
+            vec![
+                ("iterations", over(&count("iterations"))),
+                ("products with the flexibility", over(&count("operator_applications"))),
+            ],
+        ),
+        chart("Time", "s per entry", Scale::Linear, vec![("time", over(&count("seconds")))]),
+    ]
+}
+
+/// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
+pub(crate) fn list_table(title: &str, list: &Value, first: &[&str], names: &UnitNames) -> Option<Table> {
+    let list: Vec<Vec<(String, &Value)>> =
+        list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
+    let mut keys: Vec<&str> = first.to_vec();
+    for (key, _) in list.iter().flatten() {
+        if !keys.contains(&key.as_str()) {
+            keys.push(key);
+        }
+    }
+    let unit = |key: &str| {
+        let mut last = key.rsplit('.').filter(|part| *part != "value");
+        names.unit_of_key(last.next().unwrap_or(""))
+    };
+    let heads = keys.iter().map(|key| [key_to_words(key).replace('.', " "), unit(key)]).collect();
+    let cell = |record: &Vec<(String, &Value)>, key: &str| {
+        record.iter().find(|(name, _)| name == key).map_or("–".to_owned(), |(_, value)| to_line(value))
+    };
+    let rows: Vec<Vec<String>> =
+        list.iter().map(|record| keys.iter().map(|key| cell(record, key)).collect()).collect();
+    (!rows.is_empty()).then(|| Table { title: title.to_owned(), heads, rows, ..Table::default() })
+}
+
+/// Fields of a record and of records within it, by dotted key.
+fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)> {
+    let field = |(key, value): (&String, &'a Value)| {
+        let key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        if value.is_object() { flatten_record(&key, value) } else { vec![(key, value)] }
+    };
+    record.as_object().into_iter().flatten().flat_map(field).collect()
+}
+
+/// What was done to compute it, and what was not.
+fn plan(page: &mut Page, said: &Value, names: &UnitNames) {
+    let skipped = said["skipped"].as_array().into_iter().flatten().map(|skip| {
+        let saved = skip["saved"]["seconds"].as_f64().map_or("–".to_owned(), |s| {
+            format!("{} s, {}", five_digits(s), to_line(&skip["saved"]["basis"]))
+        });
+        vec![to_line(&skip["what"]), to_line(&skip["why"]), saved]
+    });
+    let rows: Vec<_> = skipped.collect();
+    if !rows.is_empty() {
+        let heads = ["what", "why", "saved"].map(|head| [head.to_owned(), String::new()]).to_vec();
+        let note = "The answers are the same with all of it (solver.skip = false).".to_owned();
+        page.plan.push(Table { title: "Work that the scene did not need".to_owned(), note, heads, rows });
+    }
+    let lists = [
+        ("Condensation of finite elements", "condensation", &["body", "method"][..]),
+        ("Boundary elements", "boundary_elements", &["body"]),
+        ("Near fields", "near_fields", &["body", "near_field"]),
+        ("Half-spaces with a meshed surface", "truncations", &["body"]),
+        ("Estimated errors", "", &["step", "name", "value", "estimate", "relative"]),
+        ("Runs for the accuracy", "", &["cells", "increments", "jumps", "seconds"]),
+    ];
+    let accuracy = &said["accuracy"];
+    for (title, key, first) in lists {
+        let list = match title {
+            "Estimated errors" => &accuracy["results"],
+            "Runs for the accuracy" => &accuracy["runs"],
+            _ => &said[key],
+        };
+        page.plan.extend(list_table(title, list, first, names));
+    }
+    let stages = said["timings"].as_object().into_iter().flatten();
+    let rows: Vec<Vec<String>> =
+        stages.map(|(stage, s)| vec![stage.clone(), with_unit(names, "seconds", s)]).collect();
+    if !rows.is_empty() {
+        let heads = ["stage", "time"].map(|head| [head.to_owned(), String::new()]).to_vec();
+        page.plan.push(Table { title: "Time by stage".to_owned(), heads, rows, ..Table::default() });
+    }
+}
+
+/// Titles of the pictures that runs write.
+const FIGURE_TITLES: [(&str, &str); 7] = [
+    ("pressure.svg", "Pressure after each step"),
+    ("slip.svg", "Slip in the last entry of each step"),
+    ("zones.svg", "Cells that stick, slip and are open"),
+    ("wear.svg", "Worn depth of both bodies"),
+    ("profiles.svg", "Profiles along e1 and e2"),
+    ("loops.svg", "Fretting loops"),
+    ("history.svg", "Course of the run"),
+];
+
+/// The pictures that were written, in that order, then others.
+pub(crate) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
+    let mut files = source.files("", ".svg");
+    let place = |file: &String| {
+        FIGURE_TITLES.iter().position(|(name, _)| name == file).unwrap_or(FIGURE_TITLES.len())
+    };
+    files.sort_by_key(place);
+    for file in files {
+        let title =
+            FIGURE_TITLES.iter().find(|(name, _)| *name == file).map_or(file.as_str(), |(_, title)| title);
+        match source.text(&file) {
+            Ok(svg) if svg.trim_end().ends_with("</svg>") => {
+                page.plots.push(EmbeddedImage::of_svg(title, &svg))
+            }
+            Ok(_) => source.problems.push(format!("{file} is damaged and left out: its end is missing")),
+            Err(error) => source.problems.push(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Bodies and frame of a plan.
+
+use std::sync::Arc;
+
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::flat_faces;
+use crate::simulation::build::memory;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::validate::symmetry_planes;
+use crate::simulation::build::settings::cross_blocks;
+use crate::simulation::omitted::needs_factor_after_condensation;
+use crate::body::hybrid::{HalfSpaceFit, Indicators};
+use crate::body::{
+    BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
+};
+use crate::coupling::mesh_distance;
+use crate::error::{Context, Error, Result as Checked};
+use crate::fem::{self, CacheContents, CondensationResources, RigidBodyModes};
+use crate::frame::face_map::covered_cells;
+use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
+use crate::geometry::format_point;
+use crate::linalg::memory::MemoryLimit;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::output::near_field::NearFieldRecord;
+use crate::output::truncation::TruncationRecord;
+use crate::scene::plan::{BodyMaterial, BodyPlan, FramePlan, MeshedBodyPlan, Plan};
+use crate::scene::spec::frame::FramePoints;
+
+/// Keys of the two bodies in the scene.
+pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
+
+/// The two sides of the frame.
+pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
+
+/// Checks that a grid frame fits into the memory.
+///
+/// # Errors
+/// If it does not.
+pub(crate) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
+    let bytes = memory::min_grid_bytes(plan, cells);
+    let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
+    plan.memory_limit.ensure_available(bytes, &what, "use fewer cells (frame.cells)")
+}
+
+/// The contact frame of a plan, with the planes of symmetry at which it ends.
+pub(crate) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
+    let frame = cells(plan)?;
+    let symmetry_bounds = symmetry_planes::symmetry_axes_at_frame_edge(plan, &frame);
+    Ok(ContactFrame { symmetry_bounds, ..frame })
+}
+
+/// The cells of the frame of a plan.
+fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
+    match plan.frame {
+        FramePlan::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
+            ensure_grid(plan, cells).at("frame.cells")?;
+            let frame = ContactFrame::grid(half_width, cells, center, azimuth).at("frame")?;
+            let frame = frame.with_periodicity(periodic);
+            match outline {
+                Some(outline) => frame.clipped_to(outline).at("frame.outline"),
+                None => Ok(frame),
+            }
+        }
+        FramePlan::Mesh { body, points, center, azimuth, normal } => {
+            let fe = plan.bodies[body].as_meshed().ok_or_else(|| SceneError {
+                error: Error::input("the frame takes the faces of a body that has no mesh"),
+                key: "frame.body".to_owned(),
+            })?;
+            let (mesh, side) = (&fe.mesh, SIDES[body]);
+            let frame = match points {
+                FramePoints::Faces => ContactFrame::from_faces(mesh, &fe.contact, side, center, azimuth),
+                FramePoints::Nodes => {
+                    let (origin, planes) = ((center, azimuth), symmetry_planes::symmetry_nodes(plan));
+                    ContactFrame::from_nodes_on_planes(mesh, (&fe.contact, side), origin, &planes)
+                }
+            };
+            cells_over_other_body(plan, frame.at(BODY_KEYS[body])?.with_normal(normal.into()), body)
+        }
+    }
+}
+
+/// The cells of a frame of body `index`'s faces that lie over faces of the other body, if that is meshed; the others
+/// stay open whatever happens.
+fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
+    let other = 1 - index;
+    let Some(fe) = plan.bodies[other].as_meshed() else { return Ok(frame) };
+    let contact = format!("{}.contact", BODY_KEYS[other]);
+    let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+    let covered = covered_cells(&frame, &fe.mesh, &faces, SIDES[other]);
+    if !covered.contains(&true) {
+        for (body, key) in BODY_KEYS.into_iter().enumerate() {
+            let Some(fe) = plan.bodies[body].as_meshed() else { continue };
+            let contact = format!("{key}.contact");
+            let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+            ensure_faces_other_body(fe, &faces, &frame, body).at(&contact)?;
+        }
+        let error = Error::input(format!(
+            "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
+             the groups and the places of the two meshes, or take the frame from the body with the smaller faces \
+             (frame.body)",
+            plan.bodies[index].as_meshed().map_or("", |fe| fe.contact.as_str()),
+            BODY_KEYS[index],
+            fe.contact,
+            BODY_KEYS[other]
+        ));
+        return Err(SceneError { error, key: contact });
+    }
+    Ok(frame.retain_cells(&covered))
+}
+
+/// A body that is ready to give its flexibility on the frame.
+pub(crate) struct BuiltBody {
+    pub body: Box<dyn ElasticBody>,
+    /// Bytes that it keeps.
+    pub resident_bytes: usize,
+    /// Where its near field is computed, if it has a mesh.
+    pub near_field: Option<NearFieldRecord>,
+    /// How far a half-space whose surface is meshed is from one.
+    pub truncation: Option<TruncationRecord>,
+    /// What the user should know of how it was made.
+    pub warning: Option<String>,
+}
+
+impl BuiltBody {
+    fn new(body: impl ElasticBody + 'static, resident_bytes: usize) -> Self {
+        Self { body: Box::new(body), resident_bytes, near_field: None, truncation: None, warning: None }
+    }
+
+    fn with_near_field(self, record: NearFieldRecord) -> Self {
+        Self { near_field: Some(record), ..self }
+    }
+}
+
+/// The rigid motions that the supports of `body` leave free; `None` if it is held, or has none.
+pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBodyModes>, SceneError> {
+    match body {
+        BodyPlan::Fe(fe) => fem::find_rigid_body_modes(&fe.fem_spec(key)).at(key),
+        BodyPlan::Be(be) => be.bem_spec(key).free_motions().at(key),
+        BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(None),
+    }
+}
+
+/// The half-space of a body that must not be used: why, and its indicators.
+pub(crate) struct HybridRejected {
+    pub reason: String,
+    pub indicators: Indicators,
+}
+
+/// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
+/// memory `left` for it; or why its half-space must not be used.
+pub(crate) fn build_body(
+    plan: &Plan,
+    (index, worn): (usize, Option<Arc<Mesh>>),
+    (frame, near): (&ContactFrame, &NearFieldModel),
+    left: MemoryLimit,
+) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
+    let key = BODY_KEYS[index];
+    Ok(Ok(match &plan.bodies[index] {
+        BodyPlan::Rigid => BuiltBody::new(RigidBody, 0),
+        BodyPlan::HalfSpace(elastic) => {
+            let body = configured_half_space(plan, elastic, index, frame)?.with_memory(left);
+            memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
+            let held = memory::half_space_bytes(plan, frame, &body);
+            let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
+            let note =
+                asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
+            let warning = note.map(|note| format!("{key}: {note}"));
+            BuiltBody { warning, ..BuiltBody::new(body, held) }
+        }
+        BodyPlan::TruncatedHalfSpace(spec) => {
+            let stiffness = spec.material.stiffness_in_frame(0.0);
+            let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
+            let body =
+                TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
+                    .at(&format!("{key}.truncated"))?;
+            let (held, note, record) = (
+                body.held_bytes(),
+                body.cache_warning().map(str::to_owned),
+                TruncationRecord::new(index, body.truncation()),
+            );
+            BuiltBody { warning: note, truncation: Some(record), ..BuiltBody::new(body, held) }
+        }
+        BodyPlan::Be(be) => {
+            face_map(&be.meshed, index, frame)?;
+            let contact = (be.meshed.contact.as_str(), SIDES[index]);
+            let body =
+                BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left))
+                    .at(key)?;
+            let (held, note) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
+            let elastic = &be.meshed.material;
+            let limit =
+                plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
+            BuiltBody { warning: note, ..BuiltBody::new(body.with_limit(limit), held) }
+        }
+        BodyPlan::Fe(fe) => {
+            // Made again with the body; here for the key of what is wrong with it.
+            face_map(fe, index, frame)?;
+            if let Some(site) = near.half_space_fit() {
+                return build_hybrid(plan, fe, (index, frame, site), left);
+            }
+            let cache_contents = if needs_factor_after_condensation(plan, frame) {
+                CacheContents::FlexibilityAndFactor
+            } else {
+                CacheContents::Flexibility
+            };
+            let resources = CondensationResources {
+                cache: plan.flexibility_cache.as_ref(),
+                cache_contents,
+                memory: left,
+            };
+            let contact = (fe.contact.as_str(), SIDES[index]);
+            let body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
+            let held = memory::resident_bytes(&body);
+            let body = body.with_limits(plan.strength_limits.clone());
+            let reason = match near {
+                NearFieldModel::Mesh(why) | NearFieldModel::RejectedHalfSpace(why) => Some(why.clone()),
+                NearFieldModel::Unmeshed | NearFieldModel::HalfSpace(_) => None,
+            };
+            BuiltBody::new(body, held).with_near_field(NearFieldRecord {
+                body: index + 1,
+                near_field: "mesh",
+                reason,
+                max_face_deviation: None,
+                own_error: None,
+                indicators: None,
+            })
+        }
+    }))
+}
+
+/// Body `index` as the half-space of `site`, corrected by its mesh.
+fn build_hybrid(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    (index, frame, site): (usize, &ContactFrame, &HalfSpaceFit),
+    left: MemoryLimit,
+) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
+    let key = BODY_KEYS[index];
+    let resources = CondensationResources {
+        cache: plan.flexibility_cache.as_ref(),
+        cache_contents: CacheContents::Flexibility,
+        memory: left,
+    };
+    let contact = (fe.contact.as_str(), SIDES[index]);
+    let body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
+    let indicators = *body.indicators();
+    if let Some(reason) = indicators.rejection_reason() {
+        return Ok(Err(HybridRejected { reason, indicators }));
+    }
+    let (held, warning, own_error) =
+        (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
+    let body = body.with_limits(plan.strength_limits.clone());
+    Ok(Ok(BuiltBody { warning, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
+        body: index + 1,
+        near_field: "half-space",
+        reason: None,
+        max_face_deviation: flat_faces::max_curvature_correction(plan, fe, index, frame)?,
+        own_error,
+        indicators: Some(indicators),
+    })))
+}
+
+/// Body `index` of `elastic` as a half-space with the settings of a plan.
+pub(crate) fn configured_half_space(
+    plan: &Plan,
+    elastic: &BodyMaterial,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<HalfSpaceBody, SceneError> {
+    let stiffness = elastic.stiffness_in_frame(0.0);
+    let body = HalfSpaceBody::with_kernels(&stiffness, SIDES[index], frame, plan.kernel_cache.clone())
+        .at(BODY_KEYS[index])?;
+    let body = body.with_cache(plan.flexibility_cache.clone());
+    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
+}
+
+/// Body `index` of `elastic` as a half-space.
+pub(crate) fn bare_half_space(
+    elastic: &BodyMaterial,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<HalfSpaceBody, SceneError> {
+    HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
+}
+
+/// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
+/// mistake where it is a grid.
+pub(crate) fn face_map(
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<FaceMap, SceneError> {
+    let contact = format!("{}.contact", BODY_KEYS[index]);
+    let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+    if frame.grid.is_some() {
+        ensure_faces_other_body(fe, &faces, frame, index).at(&contact)?;
+    }
+    let key = if frame.grid.is_some() { "frame.half_width" } else { &contact };
+    FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| BODY_KEYS[index].to_owned()).at(key)
+}
+
+/// Refuses a contact group none of whose faces look towards the other body over a plane frame.
+fn ensure_faces_other_body(
+    fe: &MeshedBodyPlan,
+    faces: &[SurfaceFace],
+    frame: &ContactFrame,
+    index: usize,
+) -> Checked<()> {
+    let towards = frame.axes.normal() * if index == 0 { 1.0 } else { -1.0 };
+    let outward = |face: &SurfaceFace| face.area_vector(&fe.mesh).dot(&towards);
+    let looking: f64 = faces.iter().map(|face| outward(face).max(0.0)).sum();
+    // A side face of a block looks by rounding only.
+    if looking > 1e-6 * faces.iter().map(|face| face.area(&fe.mesh)).sum::<f64>() {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "none of the {} faces of `{}` looks towards {}: those of {} must look along {} (outward normal), for body 1 is \
+         below and body 2 above; name the group of the other side, or turn the mesh",
+        faces.len(),
+        fe.contact,
+        BODY_KEYS[1 - index],
+        BODY_KEYS[index],
+        format_point(&towards.into())
+    )))
+}
+
+/// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells, and how their
+/// near fields are chosen.
+pub(crate) fn surface_distances(
+    plan: &Plan,
+    frame: &ContactFrame,
+    heights: [Option<Vec<f64>>; 2],
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<f64>, SceneError> {
+    let mut faces = [Vec::new(), Vec::new()];
+    for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
+        if let Some(fe) = body.as_meshed() {
+            *faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
+        }
+    }
+    let mut surfaces = [None, None];
+    for (index, heights) in heights.into_iter().enumerate() {
+        surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, mean_heights)| {
+            MeshedSurface { mesh: &fe.mesh, faces: &faces[index], side: SIDES[index], mean_heights }
+        });
+        if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].corrects_face_curvature()) {
+            surface.mean_heights = surface.curved_heights(frame);
+        }
+    }
+    mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
+}

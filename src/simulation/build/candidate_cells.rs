@@ -1,0 +1,135 @@
+//! The cells that can come into contact with what the steps prescribe: meshed bodies form their flexibility on these.
+//!
+//! Under a prescribed approach bodies touch where their undeformed surfaces would overlap, and surfaces move away from each
+//! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
+//! it is nearly always right.
+
+use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::frame::{ContactFrame, GapShape};
+use crate::evolution::step::{Cycles, Normal, Step, Tangential};
+use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::solver::Coupling;
+use crate::omitted::{OmittableWork, OmittedWork};
+
+/// A cell whose initial gap is below this multiple of the largest approach is a candidate.
+const MARGIN: f64 = 1.25;
+
+/// Share of the frame's cells from which on all are formed: the checks cost more than a smaller flexibility saves.
+const MAX_ACTIVE_SHARE: f64 = 0.6;
+
+/// `frame` with its candidates, where they are fewer than its cells.
+///
+/// # Errors
+/// If a support, or a gap, of the plan is wrong.
+pub(crate) fn with_active_cells(
+    plan: &Plan,
+    mut frame: ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<ContactFrame, SceneError> {
+    let Some(reach) = active_gap_limit(plan, &frame, near) else { return Ok(frame) };
+    if !undeformed_before_contact(plan)? {
+        return Ok(frame);
+    }
+    let gap = initial_gap(plan, &frame, near)?;
+    let first =
+        if frame.has_uniform_axes() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
+    let cells: Vec<bool> = gap.iter().map(|gap| gap - first <= reach).collect();
+    let count = cells.iter().filter(|&&is| is).count();
+    if count > 0 && (count as f64) < MAX_ACTIVE_SHARE * cells.len() as f64 {
+        frame.candidates = Some(cells);
+    }
+    Ok(frame)
+}
+
+/// The entry of the ledger for cells that are no candidates.
+pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
+    let cells = frame.candidates.as_ref()?;
+    let others = cells.iter().filter(|&&is| !is).count();
+    Some(OmittedWork::new(
+        OmittableWork::OpenCells,
+        format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
+        "their initial gap is wider than the approach: it is formed when contact comes there",
+    ))
+}
+
+/// Initial gap (mm) up to which cells are candidates; `None` if all are.
+///
+/// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
+fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
+    let condensed =
+        |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
+    let meshed = plan.bodies.iter().zip(near).any(condensed);
+    if !plan.solver.skip.allowed_skips().allows(OmittableWork::OpenCells)
+        || plan.solver.coupling == Coupling::Block
+        || !meshed
+    {
+        return None;
+    }
+    let mut approach: f64 = 0.0;
+    for step in &plan.steps {
+        // A rotation closes cells far from the centre.
+        if step.tilt.is_some() || (step.spin.is_some() && !frame.has_uniform_axes()) {
+            return None;
+        }
+        match step.normal {
+            Some(Normal::Force(_)) => return None,
+            Some(Normal::Approach(value)) => approach = approach.max(value),
+            None => {}
+        }
+    }
+    // Where cells are inclined, motion in the frame's plane closes them too.
+    let sideways =
+        if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
+    let needed = MARGIN * approach + sideways;
+    (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
+}
+
+/// `before` and what `step` moves body 2 along the frame's plane at most, mm: a bound of the way of all steps; `None` if it is
+/// unknown.
+fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
+    let shift = match step.tangential {
+        Some(Tangential::Force(_)) => return None,
+        Some(Tangential::Shift([x, y])) => x.hypot(y),
+        None => 0.0,
+    };
+    Some(before + shift + step.cycles.as_ref().map_or(Some(0.0), Cycles::reach)?)
+}
+
+/// Whether no meshed body floats, or deforms without contact.
+fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
+    for (body, key) in plan.bodies.iter().zip(BODY_KEYS) {
+        let Some(fe) = body.as_meshed() else { continue };
+        let moved = |support: &PrescribedDisplacement| {
+            let values = support.values.iter().flatten();
+            values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
+        };
+        let loaded = !fe.pressures.is_empty() || !fe.tractions.is_empty() || fe.body_force != [0.0; 3];
+        if loaded || fe.supports.iter().any(moved) || free_motions(body, key)?.is_some() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Distance of the undeformed surfaces in each cell, `[N]`, mm.
+pub(crate) fn initial_gap(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<f64>, SceneError> {
+    let mut heights = [None, None];
+    if plan.gap.shape == GapShape::Mesh {
+        for (index, heights) in heights.iter_mut().enumerate() {
+            let fe = plan.bodies[index].as_meshed();
+            *heights = fe
+                .map(|fe| Ok::<_, SceneError>(face_map(fe, index, frame)?.mean_heights(frame, &fe.mesh)))
+                .transpose()?;
+        }
+    }
+    if heights.iter().any(Option::is_some) {
+        return surface_distances(plan, frame, heights, near);
+    }
+    plan.gap.evaluate(frame).at("gap")
+}

@@ -1,0 +1,243 @@
+//! What is taken of the memory that a run may have.
+
+use crate::simulation::build::bodies::SIDES;
+use crate::simulation::build::settings::{cross_blocks, options};
+use crate::bem::half_space::plane::compressed::MEMORY_HELP;
+use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
+use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
+use crate::body::half_space::uses_compression;
+use crate::body::{ElasticBody, HalfSpaceBody, PointState};
+use crate::contact::solver::{self, solves_windows};
+use crate::error::Result;
+use crate::frame::ContactFrame;
+use crate::evolution::step::Tilt;
+use crate::linalg::memory::MemoryLimit;
+use crate::output::interior_points::InteriorPointRequest;
+use crate::scene::plan::{BodyPlan, Plan};
+use crate::scene::spec::solver::{Coupling, Method};
+use crate::omitted::OmittableWork;
+
+/// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
+const PROGRAM: usize = 14_500_000;
+
+/// Pages of the binary that meshed bodies take besides, and their small lists.
+const MESHED: usize = 1_200_000;
+
+/// Bytes per cell of the frame, its gap and its areas.
+const PER_CELL: usize = 75;
+
+/// Bytes per cell of what a run has of each cell, counted from the lists that live at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
+struct PerCell {
+    /// States before and after an increment, records, predictions.
+    history: usize,
+    /// Vectors of the contact solvers, where most of the frame is in contact.
+    solver: usize,
+    /// Operator on a grid of half-spaces, with its transforms in single precision and those on parts of the grid.
+    operator: usize,
+    /// Fields and pictures while they are written, with the operator of a body.
+    fields: usize,
+}
+
+const BYTES_PER_CELL_FRICTIONLESS: PerCell =
+    PerCell { history: 384, solver: 190, operator: 120, fields: 660 };
+const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
+const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 2070, operator: 1130, fields: 750 };
+
+/// Bytes per cell that Newton's method takes besides, where moments are prescribed without friction: conjugate gradients know no moments.
+const MOMENTS: usize = 520;
+
+/// Bytes of the tables of an operator of an anisotropic material, or of one that repeats itself.
+const OPERATOR_TABLE_BYTES: usize = 1_800_000;
+
+/// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep, where contact is solved on such parts.
+const WINDOW_OPERATOR_BYTES: [usize; 2] = [1300, 5_400_000];
+
+/// Bytes of the table of the field inside an anisotropic half-space.
+const SUBSURFACE_TABLE_BYTES: usize = 4_700_000;
+
+/// What is said of points inside for which there is no memory.
+const FEWER_POINTS: &str = "ask for fewer points (output.inside)";
+
+/// What remains of the plan's memory for a body beside the frame and what the bodies before it hold.
+pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {
+    plan.memory_limit.after_reserving(frame_bytes(plan, frame) + held)
+}
+
+/// Bytes of a run with this frame and no bodies, the solver's entries included.
+pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
+    let [lasting, passing] = subsurface_bytes(plan, frame);
+    frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
+}
+
+/// The same without points inside bodies.
+fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
+    let n = frame.n_cells();
+    let meshed = plan.bodies.iter().any(|body| body.as_meshed().is_some());
+    let entries = match plan.solver.method {
+        Method::GaussSeidel => solver::entries_bytes(n),
+        // As a start, on the matrix of half-spaces.
+        Method::Auto if frame.grid.is_none() && !meshed => solver::entries_bytes(n),
+        _ => 0,
+    };
+    let per_cell = per_cell(plan);
+    let moments =
+        if plan.steps.iter().any(|step| matches!(step.tilt, Some(Tilt::Moment(_)))) { MOMENTS } else { 0 };
+    let moments = if has_tangential_unknowns(plan) { 0 } else { moments };
+    let cells = PER_CELL + per_cell.history + per_cell.solver + moments;
+    let meshed = if meshed { MESHED } else { 0 };
+    PROGRAM + meshed + cells * n + entries + of_tables(plan, frame) + field_bytes(plan, frame)
+}
+
+/// Bytes of fields while they are written.
+fn field_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
+    if writes(plan) { per_cell(plan).fields * frame.n_cells() } else { 0 }
+}
+
+/// Whether fields are written.
+fn writes(plan: &Plan) -> bool {
+    !plan.output.fields.is_empty()
+}
+
+fn per_cell(plan: &Plan) -> PerCell {
+    if has_cycles(plan) {
+        BYTES_PER_CELL_CYCLES
+    } else if has_tangential_unknowns(plan) {
+        BYTES_PER_CELL_FRICTION
+    } else {
+        BYTES_PER_CELL_FRICTIONLESS
+    }
+}
+
+/// Whether more than pressures is unknown.
+fn has_tangential_unknowns(plan: &Plan) -> bool {
+    let friction = plan.friction.ellipse();
+    let wears = plan.wear.specific_rate(friction).is_some() && plan.steps.iter().any(|step| step.wear);
+    friction.is_some() || wears || !plan.solver.skip.allowed_skips().allows(OmittableWork::TangentialUnknowns)
+}
+
+fn has_cycles(plan: &Plan) -> bool {
+    plan.steps.iter().any(|step| step.cycles.is_some())
+}
+
+/// Bytes of what operators on grids have beside their cells.
+fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
+    let Some(grid) = frame.grid else { return 0 };
+    let tabulated = |body: &&BodyPlan| match body {
+        BodyPlan::HalfSpace(elastic) => !elastic.isotropic || grid.periodic != [false; 2],
+        _ => false,
+    };
+    operator_table_bytes(plan, frame, plan.bodies.iter().filter(tabulated).count())
+}
+
+/// Bytes of what a mesh that corrects a half-space of an anisotropic material has beside its cells.
+pub(crate) fn far_field_table_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
+    operator_table_bytes(plan, frame, 1) + SUBSURFACE_TABLE_BYTES
+}
+
+/// Bytes of the tables of so many bodies, and of the operators that cycles keep beside them.
+fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
+    if bodies == 0 {
+        return 0;
+    }
+    let of_fields = if writes(plan) { bodies + 1 } else { 0 };
+    let windows = solves_windows(frame.whole_grid().map(|grid| grid.cells), &options(plan));
+    let [of_cycles, kept] = match has_cycles(plan) {
+        true if windows => [1, WINDOW_OPERATOR_BYTES[1].min(WINDOW_OPERATOR_BYTES[0] * frame.n_cells())],
+        cycles => [usize::from(cycles), 0],
+    };
+    // Without friction one of the three components is transformed, and pressures alone.
+    let of_each = if has_tangential_unknowns(plan) || has_cycles(plan) {
+        OPERATOR_TABLE_BYTES
+    } else {
+        OPERATOR_TABLE_BYTES / 4
+    };
+    (1 + of_fields + of_cycles) * of_each + kept
+}
+
+/// Bytes of the points inside bodies: what lasts, and what their computation takes, which is done before fields are written.
+fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
+    let half_space = |request: &InteriorPointRequest| {
+        matches!(plan.bodies[usize::from(request.side == SIDES[1])], BodyPlan::HalfSpace(_))
+    };
+    let cells = match plan.interior_requests.iter().any(half_space) {
+        true => SubsurfaceField::expected_bytes(frame.all_corners().map(|corners| corners.len())),
+        false => 0,
+    };
+    let tabulated =
+        |request: &&InteriorPointRequest| match &plan.bodies[usize::from(request.side == SIDES[1])] {
+            BodyPlan::HalfSpace(elastic) => !elastic.isotropic,
+            _ => false,
+        };
+    let tables = SUBSURFACE_TABLE_BYTES * plan.interior_requests.iter().filter(tabulated).count().min(2);
+    let states: usize = plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum::<usize>()
+        * size_of::<PointState>();
+    let writing = plan.interior_requests.iter().map(InteriorPointRequest::writing_bytes).max().unwrap_or(0);
+    [tables + states, writing.max(cells)]
+}
+
+/// Checks that points inside bodies fit.
+///
+/// # Errors
+/// If they do not (kind `Resources`).
+pub(crate) fn ensure_points_fit(plan: &Plan, frame: &ContactFrame) -> Result<()> {
+    let bytes: usize = subsurface_bytes(plan, frame).iter().sum();
+    let points: usize = plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum();
+    let without = frame_bytes_without_points(plan, frame) - field_bytes(plan, frame);
+    let what = format!("displacement and stress at {points} points inside");
+    plan.memory_limit.after_reserving(without).ensure_available(bytes as u128, &what, FEWER_POINTS)
+}
+
+/// Whether half-spaces on `frame` are compressed.
+pub(crate) fn is_compressed(plan: &Plan, frame: &ContactFrame) -> bool {
+    let eliminated = plan.solver.coupling == Coupling::Schur;
+    eliminated && frame.grid.is_none() && uses_compression(frame.n_cells(), cross_blocks(plan, frame))
+}
+
+/// Bytes of a body's share of the operator of half-spaces on the whole grid of `frame`, which two have together; 0 if that is none.
+pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
+    let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodyPlan::Rigid)).count();
+    let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
+    per_cell(plan).operator * cells / elastic.max(1)
+}
+
+/// Bytes of a grid frame and its operator before it is made, at least.
+pub(crate) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
+    let per_cell = per_cell(plan);
+    let bytes = PER_CELL + per_cell.history + per_cell.solver + per_cell.operator;
+    bytes as u128 * cells[0] as u128 * cells[1] as u128
+}
+
+/// Bytes of the operator of a half-space on `frame`.
+pub(crate) fn half_space_bytes(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
+    match frame.grid {
+        // The block path has the matrix of each.
+        Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
+        // Of the whole grid, of which the body may have a part.
+        Some(_) => grid_operator_bytes(plan, frame),
+        None if is_compressed(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
+        None => body.operator_bytes(CrossBlocks::Keep),
+    }
+}
+/// Checks that the operator of a half-space fits.
+///
+/// # Errors
+/// If it does not (kind `Resources`).
+pub(crate) fn ensure_half_space_fits(
+    plan: &Plan,
+    frame: &ContactFrame,
+    body: &HalfSpaceBody,
+    left: &MemoryLimit,
+) -> Result<()> {
+    let what = format!("the operator on {} cells", frame.n_cells());
+    let mend = if is_compressed(plan, frame) { MEMORY_HELP } else { "use fewer cells in the frame" };
+    left.ensure_available(half_space_bytes(plan, frame, body) as u128, &what, mend)
+}
+
+/// Bytes that a meshed body keeps.
+pub(crate) fn resident_bytes(body: &dyn ElasticBody) -> usize {
+    match body.equations() {
+        FiniteElements(body) => body.condensed().resident_bytes(),
+        BoundaryElements(body) => body.held_bytes(),
+        _ => 0,
+    }
+}

@@ -1,0 +1,428 @@
+//! Makes a plan ready for its history: frame, bodies, flexibility, initial gap.
+
+pub(crate) mod bodies;
+pub(crate) mod candidate_cells;
+pub(crate) mod memory;
+pub(crate) mod near_field;
+pub(crate) mod settings;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
+use crate::simulation::build::candidate_cells::with_active_cells;
+use crate::simulation::validate::controls::refuse_impossible_controls;
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::flat_faces;
+use crate::simulation::growth::{self, FrameGrowth};
+
+use crate::simulation::mesh_motion::{self, WornMeshes};
+use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::simulation::build::settings::{coupling_method, operators, options};
+use crate::simulation::omitted::{needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields};
+use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
+use crate::body::{BodyEquations, ElasticBody, FeBody};
+use crate::coupling::{couple, surface_distance};
+use crate::error::{Error, Result, warning};
+use crate::frame::ContactFrame;
+use crate::laws::friction::FrictionLaw;
+use crate::geometry::Side;
+use crate::evolution::records::Observer;
+use crate::evolution::{self, Model, RunCheckpoint, RunResult};
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::output::body_fields::{BodyOutput, RecoveryLocation};
+use crate::output::boundary_elements::BoundaryElementRecord;
+use crate::output::condensation::CondensationRecord;
+use crate::output::near_field::NearFieldRecord;
+use crate::output::summary::Timings;
+use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
+use crate::output::truncation::TruncationRecord;
+use crate::scene::plan::{BodyPlan, Plan};
+use crate::scene::spec::body::NearField;
+use crate::omitted::OmittedWork;
+
+/// What to do about a half-space that is not good enough.
+const NEAR_FIELD_REMEDIES: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
+
+/// A plan with everything its history needs.
+pub struct Simulation<'p> {
+    plan: &'p Plan,
+    model: Model,
+    bodies: [Box<dyn ElasticBody>; 2],
+    contact_nodes: [Vec<usize>; 2],
+    /// What the user should know of how bodies and frame fit.
+    pub warnings: Vec<String>,
+    /// Work that was not needed so far.
+    pub skipped: Vec<OmittedWork>,
+    /// How the meshed bodies were condensed.
+    pub condensation: Vec<CondensationRecord>,
+    /// The bodies of boundary elements.
+    pub boundary_elements: Vec<BoundaryElementRecord>,
+    /// The half-spaces whose surfaces are meshed.
+    pub truncations: Vec<TruncationRecord>,
+    /// Where the near fields of the meshed bodies are computed.
+    pub near_fields: Vec<NearFieldRecord>,
+    /// Seconds by stage so far.
+    pub timings: Timings,
+}
+
+/// Makes `plan` ready; `progress` hears of each stage (name, fraction done). `None` if `stop` was set meanwhile.
+///
+/// # Errors
+/// If a mesh, support, material or frame of the plan is wrong, or memory does not suffice.
+pub fn build<'p>(
+    plan: &'p Plan,
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+    build_on_frame(plan, None, progress, stop)
+}
+
+/// As [`build`], on a frame that was made for another plan; its own if none is given.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_on_frame<'p>(
+    plan: &'p Plan,
+    given: Option<&ContactFrame>,
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+    build_with(plan, (given, [None, None]), progress, stop)
+}
+
+/// As [`build_on_frame`], with the stiffness of worn meshes ([`mesh_motion::meshes`]) where there are any.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with<'p>(
+    plan: &'p Plan,
+    (given, worn): (Option<&ContactFrame>, WornMeshes),
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+    let mut timings = Timings::default();
+    progress("frame", 0.0);
+    let frame =
+        timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
+    refuse_impossible_controls(plan, &frame)?;
+    let mut near = choose_near_fields(plan, &frame)?;
+    let mut warnings = crate::simulation::validate::fit::check(plan, &frame, &near)?;
+    let frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
+    let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
+    let mut truncations = Vec::new();
+    for ((index, key), worn) in BODY_KEYS.into_iter().enumerate().zip(worn) {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        progress(key, 0.0);
+        let left = memory::remaining_limit(plan, &frame, held);
+        let half_space =
+            timings.measure(key, || build_body(plan, (index, worn.clone()), (&frame, &near[index]), left))?;
+        let mut made = match half_space {
+            Ok(made) => made,
+            Err(given_up) => {
+                if plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::HalfSpace) {
+                    return Err(half_space_rejected_error(key, &given_up));
+                }
+                let why = near_field_fallback_message(key, &given_up);
+                near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
+                let fits = crate::simulation::validate::fit::check(plan, &frame, &near);
+                let fits =
+                    fits.map_err(|failure| SceneError { error: failure.error.context(&why), ..failure })?;
+                warnings.extend(fits.into_iter().filter(|note| !warnings.contains(note)).collect::<Vec<_>>());
+                warnings.push(warning(&why));
+                let meshed =
+                    timings.measure(key, || build_body(plan, (index, worn), (&frame, &near[index]), left))?;
+                let mut made = meshed.unwrap_or_else(|_| unreachable!("a mesh is not given up"));
+                if let Some(record) = &mut made.near_field {
+                    record.indicators = Some(given_up.indicators);
+                }
+                made
+            }
+        };
+        held += made.resident_bytes;
+        if let Some(record) = made.near_field.take() {
+            warnings.extend(coarse_mesh_warning(key, &record));
+            near_fields.push(record);
+        }
+        if let Some(record) = made.truncation.take() {
+            warnings.extend(record.accuracy_warning());
+            truncations.push(record);
+        }
+        warnings.extend(made.warning.take());
+        bodies.push(made.body);
+    }
+    let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
+        bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
+    progress("flexibility", 0.0);
+    let coupled = timings
+        .measure("flexibility", || {
+            couple(body1.as_mut(), body2.as_mut(), &frame, coupling_method(plan), operators(plan, &frame))
+        })
+        .at("frame")?;
+    let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
+    let initial_gap = coupled.initial_gap(&distance);
+    if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
+        let gap = &initial_gap[2 * frame.n_cells()..];
+        let own = |record: &NearFieldRecord| {
+            let error = record.own_error.map(|error| error.mean);
+            flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+        };
+        warnings.extend(near_fields.iter().filter_map(own));
+    }
+    let mut skipped = coupled.skipped;
+    skipped.extend(candidate_cells::omitted_work(&frame));
+    skipped.extend(omitted_distant_entries(plan, &frame));
+    skipped.extend(omitted_fields(plan));
+    skipped.extend(growth::omitted_work(plan));
+    skipped.extend(mesh_motion::omitted_work(plan));
+    let mut condensation = Vec::new();
+    let mut boundary_elements = Vec::new();
+    for (index, body) in [&body1, &body2].into_iter().enumerate() {
+        let body = match body.equations() {
+            BodyEquations::FiniteElements(body) => body,
+            BodyEquations::BoundaryElements(body) => {
+                let record = BoundaryElementRecord::new(index, body);
+                warnings.extend(record.accuracy_warning());
+                boundary_elements.push(record);
+                continue;
+            }
+            _ => continue,
+        };
+        let origin = body.condensed().origin();
+        // Loads and fields need the factor all the same.
+        let condensed = body.condensed();
+        let solves = condensed.model().has_own_loads() || needs_factor_after_condensation(plan, &frame);
+        let saved = origin.seconds_saved_by_cache.filter(|_| !solves || condensed.factor_was_cached());
+        skipped.extend(saved.map(|seconds| omitted_factorisation(index, Some(seconds), solves)));
+        warnings.extend(origin.cache_warning.clone());
+        let record = CondensationRecord::new(index, body.condensed());
+        warnings.extend(record.note());
+        condensation.push(record);
+    }
+    let model = Model {
+        frame,
+        flexibility: coupled.flexibility,
+        initial_gap,
+        floating: coupled.floating,
+        friction: plan.friction,
+        wear: plan.wear,
+        wear_share: plan.wear_share,
+    };
+    let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
+    Ok(Some(Simulation {
+        plan,
+        model,
+        bodies: [body1, body2],
+        contact_nodes,
+        skipped,
+        condensation,
+        boundary_elements,
+        truncations,
+        near_fields,
+        warnings,
+        timings,
+    }))
+}
+
+/// That the half-space of body `key` was tried for its near field and given up.
+fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
+    format!(
+        "the near field of {key} is that of its mesh and not of a half-space: {}; {NEAR_FIELD_REMEDIES}",
+        given_up.reason
+    )
+}
+
+/// That the half-space which body `key` asks for must not be used.
+fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError {
+    let error = Error::input(format!(
+        "{key} asks for the near field of a half-space, whose correction by the mesh is not good enough: {}; {NEAR_FIELD_REMEDIES}, \"auto\" and \
+         \"mesh\" take the near field of the mesh",
+        given_up.reason
+    ));
+    SceneError { error, key: format!("{key}.near_field") }
+}
+
+/// A note if the finite elements that carry a far field are estimated to err by more than they should.
+fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
+    let indicators = record.indicators.filter(|_| record.reason.is_none())?;
+    let error = indicators.mesh_error;
+    // Concentrated loads err by more than uniform ones where the mesh carries most of the displacement.
+    (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
+        warning(&format!(
+            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: take a finer \
+             mesh where `orthowear refine` says, or elements that bend better (of second order, \"hex8-eas\")",
+            100.0 * error
+        ))
+    })
+}
+
+/// Nodes of the contact surface of body `index`; none without a mesh.
+fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, SceneError> {
+    let Some(fe) = plan.bodies[index].as_meshed() else { return Ok(Vec::new()) };
+    Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(BODY_KEYS[index])?))
+}
+
+impl Simulation<'_> {
+    /// Runs the steps of the plan.
+    ///
+    /// # Errors
+    /// As [`evolution::run`].
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<RunResult> {
+        self.run_from(None, observer)
+    }
+
+    /// The same, or what is left of them: goes on from a state, with what the operators held there.
+    ///
+    /// # Errors
+    /// As [`evolution::run_from`].
+    pub fn run_from(
+        &self,
+        from: Option<(RunCheckpoint, &OperatorHistory)>,
+        observer: &mut dyn Observer,
+    ) -> Result<RunResult> {
+        let snapshot = match from {
+            Some((snapshot, course)) => {
+                self.model.flexibility.replay(course)?;
+                Some(snapshot)
+            }
+            None => None,
+        };
+        let mut result =
+            evolution::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
+        if let Some(approach) = flat_faces::max_reached_approach(self.plan, &result.records) {
+            let frame = &self.model.frame;
+            let gap = &self.model.initial_gap[2 * frame.n_cells()..];
+            if approach > 0.0 {
+                let bowed = [1, 2].map(|body| self.has_half_space_near_field(body));
+                let doubts = flat_faces::check(self.plan, frame, (gap, approach), bowed);
+                result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+            }
+            let own = |record: &NearFieldRecord| {
+                let error = record.own_error.map(|error| error.shape);
+                flat_faces::own_load_warning(self.plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+            };
+            result.warnings.extend(self.near_fields.iter().filter_map(own));
+        }
+        Ok(result)
+    }
+
+    /// Whether the near field of meshed body 1 or 2 is that of a half-space.
+    pub(crate) fn has_half_space_near_field(&self, body: usize) -> bool {
+        self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
+    }
+
+    /// The most that loads of bodies with half-spaces change the gap by, mm.
+    pub(crate) fn max_gap_of_own_loads(&self) -> f64 {
+        let half_spaces =
+            self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
+        let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
+        gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
+    }
+
+    /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
+    pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
+        let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
+        FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }
+    }
+
+    /// Body `index`, if it is meshed.
+    pub(crate) fn fe_body(&self, index: usize) -> Option<&FeBody> {
+        match self.bodies[index].equations() {
+            BodyEquations::FiniteElements(body) => Some(body),
+            _ => None,
+        }
+    }
+
+    /// Frame, flexibility, gap and laws.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The same, without the bodies and the plan.
+    pub fn into_model(self) -> Model {
+        self.model
+    }
+
+    /// Axes, fibres and wear of the surface under the frame; a body whose fibres vary has those that the friction law takes.
+    pub fn surface(&self) -> SurfaceProperties {
+        let plan = self.plan;
+        let azimuth = self.model.frame.azimuth;
+        let of_body = |(side, body): (Side, &BodyPlan)| {
+            let elastic = body.material().filter(|elastic| !elastic.isotropic)?;
+            let fibre = elastic.fibre?;
+            Some(SurfaceFibre { side, tilt: fibre.tilt, azimuth: fibre.azimuth - azimuth })
+        };
+        let mut fibres: Vec<SurfaceFibre> =
+            [Side::Lower, Side::Upper].into_iter().zip(&plan.bodies).filter_map(of_body).collect();
+        if let (true, FrictionLaw::Frp { tilt, azimuth, .. }) = (fibres.is_empty(), plan.friction) {
+            let side = if plan.bodies[0].has_fibre() { Side::Lower } else { Side::Upper };
+            fibres.push(SurfaceFibre { side, tilt, azimuth });
+        }
+        SurfaceProperties::new(&plan.friction, &plan.wear, plan.wear_share, fibres)
+    }
+
+    /// The bodies whose fields can be written; a rigid one has none.
+    pub fn outputs(&self) -> Vec<BodyOutput<'_>> {
+        let sides = [Side::Lower, Side::Upper];
+        let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies).zip(&self.contact_nodes);
+        parts
+            .filter_map(|(((side, body), spec), contact_nodes)| {
+                let location = match spec {
+                    BodyPlan::Rigid => return None,
+                    BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) => RecoveryLocation::FrameCells,
+                    BodyPlan::Be(be) => RecoveryLocation::MeshNodes { mesh: &be.meshed.mesh, contact_nodes },
+                    BodyPlan::Fe(fe) => {
+                        // It may have moved with wear.
+                        let now = self
+                            .fe_body(usize::from(side == Side::Upper))
+                            .map(|body| body.condensed().model().mesh());
+                        RecoveryLocation::MeshNodes { mesh: now.unwrap_or(&fe.mesh), contact_nodes }
+                    }
+                };
+                Some(BodyOutput { side, body: body.as_ref(), location })
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::hybrid::Indicators;
+
+    /// Truth: docs/theory-hybrid.md: a warning from 0.02 on, over the root of `share` where that exceeds 1, and none of a body whose mesh is
+    /// condensed for another reason.
+    #[test]
+    fn meshes_that_are_too_stiff() {
+        let told = |mesh_error: f64, share: f64, reason: Option<&str>| {
+            let indicators = Indicators {
+                nodes: [5; 2],
+                rise: 0.0,
+                field_error: 0.0,
+                imbalance: 0.0,
+                asymmetry: 0.0,
+                direct_difference: 0.0,
+                mesh_error,
+                tail: 0.0,
+                share,
+                least_eigenvalue: 1.0,
+            };
+            let record = NearFieldRecord {
+                body: 1,
+                near_field: "half-space",
+                reason: reason.map(str::to_owned),
+                max_face_deviation: None,
+                own_error: None,
+                indicators: Some(indicators),
+            };
+            coarse_mesh_warning("body1", &record)
+        };
+        assert!(told(0.019, 0.5, None).is_none());
+        assert!(told(0.021, 0.5, None).is_some_and(|text| text.contains("body1") && text.contains("2.1 %")));
+        assert!(told(0.009, 4.0, None).is_none() && told(0.011, 4.0, None).is_some());
+        assert!(told(0.05, 4.0, Some("asked for")).is_none());
+    }
+}

@@ -1,0 +1,118 @@
+//! Where the near field of each meshed body is computed: in a half-space that the finite elements correct, or in the mesh.
+
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::mesh_motion;
+use crate::body::hybrid::{HalfSpaceFit, Unsuitable};
+use crate::error::Error;
+use crate::frame::ContactFrame;
+use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
+use crate::scene::spec::body::NearField;
+use crate::scene::spec::solver::Coupling;
+
+/// How a body comes by its flexibility on the frame.
+#[derive(Debug, Clone)]
+pub(crate) enum NearFieldModel {
+    /// It has no mesh.
+    Unmeshed,
+    /// Its mesh is condensed, and why no half-space is taken.
+    Mesh(String),
+    /// Its mesh is condensed, for its half-space was tried and is not good enough: why.
+    RejectedHalfSpace(String),
+    /// A half-space, corrected by its mesh.
+    HalfSpace(Box<HalfSpaceFit>),
+}
+
+impl NearFieldModel {
+    /// The half-space, if that is taken.
+    pub fn half_space_fit(&self) -> Option<&HalfSpaceFit> {
+        match self {
+            Self::HalfSpace(site) => Some(site),
+            Self::Unmeshed | Self::Mesh(_) | Self::RejectedHalfSpace(_) => None,
+        }
+    }
+
+    /// Whether its flat faces are bowed in the gap: displacements of a half-space do not follow them.
+    pub fn corrects_face_curvature(&self) -> bool {
+        self.half_space_fit().is_some()
+    }
+
+    /// Whether the mesh is condensed to the nodes under the frame.
+    pub fn is_condensed(&self) -> bool {
+        matches!(self, Self::Mesh(_) | Self::RejectedHalfSpace(_))
+    }
+}
+
+/// The choice for both bodies of `plan` on `frame`.
+///
+/// # Errors
+/// If a body asks for a half-space that it has no place for, or is not sound.
+pub(crate) fn choose_near_fields(
+    plan: &Plan,
+    frame: &ContactFrame,
+) -> Result<[NearFieldModel; 2], SceneError> {
+    let mut choices = [NearFieldModel::Unmeshed, NearFieldModel::Unmeshed];
+    for (index, choice) in choices.iter_mut().enumerate() {
+        if matches!(plan.bodies[index], BodyPlan::TruncatedHalfSpace(_)) {
+            *choice = NearFieldModel::Mesh("its surface is meshed".to_owned());
+        }
+        if let Some(fe) = plan.bodies[index].as_meshed() {
+            *choice = choose_near_field(plan, fe, index, frame)?;
+        }
+    }
+    Ok(choices)
+}
+
+fn choose_near_field(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<NearFieldModel, SceneError> {
+    if plan.bodies[index].as_be().is_some() {
+        if plan.solver.coupling == Coupling::Block {
+            let error = Error::input(format!(
+                "{} is one of boundary elements, which the block system does not take: remove it, \"schur\" is the default",
+                BODY_KEYS[index]
+            ));
+            return Err(SceneError { error, key: "solver.coupling".to_owned() });
+        }
+        return Ok(NearFieldModel::Mesh("boundary elements have that of their mesh".to_owned()));
+    }
+    if fe.near_field == NearField::Mesh {
+        return Ok(NearFieldModel::Mesh("near_field is \"mesh\"".to_owned()));
+    }
+    match (fit_half_space(plan, fe, index, frame)?, fe.near_field) {
+        (Ok(site), _) => Ok(NearFieldModel::HalfSpace(Box::new(site))),
+        (Err(Unsuitable(why)), NearField::HalfSpace) => Err(SceneError {
+            error: Error::input(format!(
+                "{} has no place for the near field of a half-space: {why}; take \"auto\" or \"mesh\"",
+                BODY_KEYS[index]
+            )),
+            key: format!("{}.near_field", BODY_KEYS[index]),
+        }),
+        (Err(Unsuitable(why)), _) => Ok(NearFieldModel::Mesh(why)),
+    }
+}
+
+/// The place for a half-space in body `index` under `frame`, or why there is none.
+///
+/// # Errors
+/// If the body is not sound.
+pub(crate) fn fit_half_space(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<std::result::Result<HalfSpaceFit, Unsuitable>, SceneError> {
+    let moves = mesh_motion::worn_bodies(plan).any(|(worn, ..)| worn == index);
+    if plan.solver.coupling == Coupling::Block {
+        return Ok(Err(Unsuitable(
+            "the block system takes the equations of meshes (solver.coupling)".to_owned(),
+        )));
+    }
+    if plan.mesh_motion_threshold.is_some() && moves {
+        return Ok(Err(Unsuitable("its mesh moves with wear (wear.move_mesh)".to_owned())));
+    }
+    HalfSpaceFit::find(&fe.fem_spec(BODY_KEYS[index]), &fe.contact, SIDES[index], frame).at(BODY_KEYS[index])
+}

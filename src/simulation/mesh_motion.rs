@@ -1,0 +1,174 @@
+//! Meshes that move with wear: what stiffness loses as a body gets thinner.
+//!
+//! The worn gap enters through the frame at all times; `wear.move_mesh` also makes the worn bodies anew, with the surface of their
+//! meshes moved by what they have lost, whenever that is deep by a share of their elements ([`WearBudget`]).
+
+use std::sync::Arc;
+
+use crate::simulation::build::bodies::{self, BODY_KEYS, SIDES};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::build::Simulation;
+use crate::body::FeBody;
+use crate::body::worn_mesh::{element_height_at_nodes, worn_mesh};
+use crate::error::{Error, Result};
+use crate::frame::ContactFrame;
+use crate::geometry::format_number;
+use crate::evolution::{PreviousModel, RunCheckpoint};
+use crate::mesh::Mesh;
+use crate::output::checkpoint_writer::MeshUpdates;
+use crate::scene::plan::{MeshedBodyPlan, Plan};
+use crate::omitted::{OmissionKind, OmittedWork};
+
+/// Meshes of the two bodies, where they have moved.
+pub type WornMeshes = [Option<Arc<Mesh>>; 2];
+
+/// How deep the bodies may wear until their meshes move.
+#[derive(Debug, Clone)]
+pub struct WearBudget {
+    /// Worn depth of both bodies at the last move, `[N]`, mm.
+    worn_at_last_move: Vec<f64>,
+    /// Depth of both bodies since then beyond which the meshes move, `[N]`, mm.
+    allowed_depth: Vec<f64>,
+}
+
+impl WearBudget {
+    /// That of a study of `plan` after its moves so far; `None` if its meshes do not move (any more).
+    ///
+    /// # Errors
+    /// If the contact group of a body is wrong.
+    pub fn new(plan: &Plan, study: &Simulation, moves: &MeshUpdates) -> Result<Option<Self>> {
+        let Some(share) = plan.mesh_motion_threshold.filter(|_| !moves.stopped) else { return Ok(None) };
+        let n = study.model().frame.n_cells();
+        let mut allowed_depth = vec![f64::INFINITY; n];
+        for (index, fe, part) in worn_bodies(plan) {
+            let heights = element_height_at_nodes(&fe.mesh, &fe.contact)?;
+            let Some(map) = study.fe_body(index).map(FeBody::map) else { continue };
+            for (cell, depth) in allowed_depth.iter_mut().enumerate() {
+                let behind = map.row(cell).map(|(node, _)| heights[map.nodes()[node]]);
+                *depth = behind.map(|height| share * height / part).fold(*depth, f64::min);
+            }
+        }
+        let worn_at_last_move = if moves.wear_depth_at_last_update.is_empty() {
+            vec![0.0; n]
+        } else {
+            moves.wear_depth_at_last_update.clone()
+        };
+        Ok(Some(Self { worn_at_last_move, allowed_depth }))
+    }
+
+    /// Whether the bodies have worn deeper, `worn` being the depth of both, `[N]`, mm.
+    pub fn is_exceeded(&self, worn: &[f64]) -> bool {
+        worn.iter()
+            .zip(&self.worn_at_last_move)
+            .zip(&self.allowed_depth)
+            .any(|((worn, before), depth)| worn - before > *depth)
+    }
+}
+
+/// The meshed bodies of a plan that wear: index, body, part of the worn depth.
+pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
+    let parts = [plan.wear_share, 1.0 - plan.wear_share];
+    let bodies = plan.bodies.iter().zip(parts).enumerate();
+    bodies
+        .filter_map(|(index, (body, part))| Some((index, body.as_fe()?, part)))
+        .filter(|(.., part)| *part > 0.0)
+}
+
+/// Whether some meshed body of a plan wears.
+pub(crate) fn wears(plan: &Plan) -> bool {
+    plan.wear.specific_rate(plan.friction.ellipse()).is_some() && worn_bodies(plan).next().is_some()
+}
+
+/// The meshes of the bodies that wear, after both have lost `worn` (`[N]`, mm) on `frame` (that of the plan if none is given); none
+/// where nothing is worn.
+///
+/// # Errors
+/// If an element would turn over or get too flat; if memory does not suffice.
+pub fn worn_meshes(
+    plan: &Plan,
+    frame: Option<&ContactFrame>,
+    worn: &[f64],
+) -> std::result::Result<WornMeshes, SceneError> {
+    let mut meshes = [None, None];
+    if worn.is_empty() {
+        return Ok(meshes);
+    }
+    let own = if frame.is_none() { Some(bodies::contact_frame(plan)?) } else { None };
+    let Some(frame) = frame.or(own.as_ref()) else { return Ok(meshes) };
+    for (index, fe, part) in worn_bodies(plan) {
+        let depth: Vec<f64> = worn.iter().map(|depth| part * depth).collect();
+        let spec = fe.fem_spec(BODY_KEYS[index]);
+        let mesh = worn_mesh(&spec, (&fe.contact, SIDES[index]), (frame, &depth), &plan.memory_limit);
+        meshes[index] = Some(Arc::new(mesh.at(BODY_KEYS[index])?));
+    }
+    Ok(meshes)
+}
+
+/// What a study on moved meshes goes on from.
+pub struct StiffnessUpdate {
+    previous: PreviousModel,
+    snapshot: RunCheckpoint,
+}
+
+impl Simulation<'_> {
+    /// What is left of it for a study on moved meshes, which goes on from `snapshot`; the bodies and operators are dropped.
+    pub fn into_stiffness_update(self, snapshot: RunCheckpoint) -> StiffnessUpdate {
+        StiffnessUpdate { previous: PreviousModel::of(self.model()), snapshot }
+    }
+}
+
+impl StiffnessUpdate {
+    /// The same state with the bodies of `study`, with a note.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<RunCheckpoint> {
+        let places: Vec<usize> = (0..self.snapshot.n_cells()).collect();
+        let mut snapshot =
+            self.snapshot.transfer_to(&places, study.model(), &plan.steps, Some(&self.previous))?;
+        let deepest = snapshot.wear_depth().iter().copied().fold(0.0, f64::max);
+        let moved = worn_bodies(plan).map(|(index, _, part)| {
+            format!("{} by up to {} {}", BODY_KEYS[index], format_number(part * deepest), plan.units.length)
+        });
+        let moved: Vec<String> = moved.collect();
+        snapshot.add_warning(format!(
+            "the mesh was moved with wear{}: {}",
+            position_in_run(plan, &snapshot),
+            moved.join(", ")
+        ));
+        Ok(snapshot)
+    }
+}
+
+/// The note of meshes that do not move.
+pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Error) -> String {
+    format!(
+        "the mesh is not moved with wear{} and from there on: {}; the run goes on with the stiffness that the bodies had",
+        position_in_run(plan, snapshot),
+        error.message()
+    )
+}
+
+/// The last entry before, for notes.
+pub(crate) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
+    snapshot.records().last().map_or_else(String::new, |last| {
+        format!(
+            " after step \"{}\" ({}), {} cycles and {} {} of sliding",
+            last.name,
+            last.increment,
+            last.cycles_done,
+            format_number(last.distance_slid),
+            plan.units.length
+        )
+    })
+}
+
+/// The entry of the ledger for meshes that do not move.
+pub(crate) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
+    let steps = plan.steps.iter().any(|step| step.wear);
+    (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {
+        let why =
+            "wear.move_mesh is not given: the worn gap enters through the frame, stiffness is that of the unworn bodies";
+        OmittedWork::new(OmissionKind::MovingMeshes, "moving meshes with wear", why)
+    })
+}

@@ -1,0 +1,26 @@
+//! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
+
+mod failure;
+pub mod growth;
+pub mod job;
+pub mod mesh_motion;
+pub mod resume;
+pub mod validate;
+pub(crate) mod build;
+pub(crate) mod image;
+pub(crate) mod omitted;
+pub(crate) mod rebuild;
+pub(crate) mod segments;
+
+pub use crate::simulation::failure::SceneError;
+pub use crate::estimate::{RunEstimate, estimate};
+pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};
+
+/// What the user should know of how bodies and frame of a plan fit.
+///
+/// # Errors
+/// If they do not fit.
+pub fn fit_warnings(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, SceneError> {
+    let frame = bodies::contact_frame(plan)?;
+    fit::check(plan, &frame, &near_field::choose_near_fields(plan, &frame)?)
+}

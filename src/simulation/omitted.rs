@@ -1,0 +1,209 @@
+//! The skips of a run, known before its operators are made.
+
+use crate::simulation::build::bodies::SIDES;
+use crate::simulation::build::bodies::bare_half_space;
+use crate::simulation::build::candidate_cells;
+use crate::simulation::failure::SceneError;
+use crate::simulation::growth;
+use crate::simulation::build::memory::is_compressed;
+use crate::simulation::mesh_motion;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::build::settings::{cross_blocks, options};
+use crate::bem::half_space::plane::compressed::MAX_DENSE_CELLS;
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
+use crate::body::BodyEquations::HalfSpace;
+use crate::body::{ElasticBody, ErrorEstimation};
+use crate::contact::Method;
+use crate::contact::solver::{is_even, on_halves, solves_windows};
+use crate::coupling;
+use crate::frame::ContactFrame;
+use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
+use crate::output::field_writer::FieldKind;
+use crate::scene::plan::{BodyPlan, Plan};
+use crate::scene::spec::solver::Coupling;
+use crate::omitted::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
+
+/// The ledger that the run of `plan` on `frame` will have, in its order.
+///
+/// # Errors
+/// If the frame is not plane under a half-space, or a surface Green's function does not converge.
+pub(crate) fn expected_omitted_work(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<OmittedWork>, SceneError> {
+    let mut skipped = Vec::new();
+    let half_space = |(body, near): (&BodyPlan, &NearFieldModel)| {
+        matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some()
+    };
+    let half_spaces = plan.bodies.iter().zip(near).all(half_space);
+    let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace) && half_spaces;
+    if plan.solver.coupling == Coupling::Schur {
+        let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodyPlan::Rigid));
+        skipped =
+            coupling::omitted_work(rigid, summed, bodies_couple_normal_tangential(plan, frame, summed)?);
+    }
+    let on_grid = on_grid(plan, frame, near);
+    let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
+    let options = options(plan);
+    let uncoupled = options.method == Method::Auto
+        && grid.is_some()
+        && options.skip.allows(OmittableWork::NormalComponents)
+        && !bodies_couple_normal_tangential(plan, frame, summed)?;
+    let operator = OperatorOmissions {
+        grid: grid.is_some(),
+        windows: solves_windows(grid, &options),
+        uncoupled,
+        mirrors: mirror_symmetries(plan, frame, (grid.filter(|_| on_halves(grid, &options)), near))?,
+    };
+    let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
+    let mut all = skipped;
+    all.extend(candidate_cells::omitted_work(frame));
+    all.extend(omitted_distant_entries(plan, frame));
+    all.extend(omitted_fields(plan));
+    all.extend(growth::omitted_work(plan));
+    all.extend(mesh_motion::omitted_work(plan));
+    all.extend(of_contact);
+    Ok(all)
+}
+
+/// Whether the flexibility of both bodies is one operator on a grid: finite and boundary elements, periodic frames, sums of two operators and the
+/// block path have none.
+pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> bool {
+    let elastic = || plan.bodies.iter().zip(near).filter(|(body, _)| !matches!(body, BodyPlan::Rigid));
+    let one =
+        elastic().count() == 1 || plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
+    plan.solver.coupling == Coupling::Schur
+        && frame.grid.is_some_and(|grid| grid.periodic == [false; 2])
+        && elastic()
+            .all(|(body, near)| matches!(body, BodyPlan::HalfSpace(_)) || near.half_space_fit().is_some())
+        && one
+}
+
+/// Matrices of half-spaces that are compressed.
+pub(crate) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
+    let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
+    let tolerance = plan.solver.compression_tolerance;
+    (half_space && is_compressed(plan, frame)).then(|| {
+        OmittedWork::new(
+            OmittableWork::DistantEntries,
+            "entries of the half-space's operator between distant cells",
+            format!(
+                "on more than {MAX_DENSE_CELLS} cells it is compressed to {tolerance:e} (solver.compression_tolerance)"
+            ),
+        )
+    })
+}
+
+/// Fields that nobody asked for.
+pub(crate) fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
+    let mut skipped = skipped_stress(plan);
+    let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
+    if plan.interior_requests.is_empty() && plan.bodies.iter().any(without_mesh) {
+        skipped.push(OmittedWork::new(
+            OmissionKind::Other,
+            "displacement and stress inside half-spaces and bodies of boundary elements",
+            "output.inside asks for no points",
+        ));
+    }
+    let looked_at = !plan.output.fields.is_empty() || plan.friction.ellipse().is_some();
+    if !looked_at && plan.solver.skip.allowed_skips().allows(OmittableWork::TangentialGap) {
+        skipped.push(OmittedWork::new(
+            OmittableWork::TangentialGap,
+            "tangential gap of steps without friction and wear",
+            "output.fields is empty, and nothing slips against friction",
+        ));
+    }
+    skipped
+}
+
+/// Stresses of meshed bodies that nobody asked for.
+fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
+    let wanted = &plan.output.fields;
+    let (what, why) = if !FieldKind::require_stress(wanted) {
+        ("stress and its error estimate", "output.fields has none of \"volume\", \"stress\", \"error\"")
+    } else if FieldKind::error_estimate(wanted) == ErrorEstimation::Skip {
+        ("error estimate of the stress", "output.fields has neither \"volume\" nor \"error\"")
+    } else {
+        return Vec::new();
+    };
+    let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].as_fe().is_some());
+    meshed
+        .map(|index| OmittedWork::new(OmissionKind::Other, format!("{what} of body {}", index + 1), why))
+        .collect()
+}
+
+/// Whether fields are written that need the factors of meshed bodies.
+fn writes_body_fields(plan: &Plan) -> bool {
+    plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg)
+}
+
+/// Whether meshed bodies are solved with after they are condensed, though they have no loads.
+pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame) -> bool {
+    writes_body_fields(plan) || frame.candidates.is_some()
+}
+
+/// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs
+/// it, and that took `seconds` to compute where that is known.
+pub(crate) fn omitted_factorisation(index: usize, seconds: Option<f64>, solves: bool) -> OmittedWork {
+    let factor = if solves { " and the factor for fields or loads" } else { "" };
+    let (what, why) =
+        (format!("factorisation of body {}", index + 1), format!("the cache has the flexibility{factor}"));
+    let saved = seconds.map(|seconds| Saved { seconds, basis: Basis::Measured });
+    OmittedWork { saved, ..OmittedWork::new(OmissionKind::Other, what, why) }
+}
+
+/// Whether the flexibility of both bodies together multiplies normal with tangential components.
+fn bodies_couple_normal_tangential(
+    plan: &Plan,
+    frame: &ContactFrame,
+    summed: bool,
+) -> Result<bool, SceneError> {
+    let meshed = plan
+        .bodies
+        .iter()
+        .any(|body| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_)));
+    // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
+    if meshed || (frame.grid.is_some() && cross_blocks(plan, frame) == CrossBlocks::Keep) {
+        return Ok(true);
+    }
+    let greens = greens(plan, frame)?;
+    let greens: Vec<&SurfaceGreen> = greens.iter().collect();
+    Ok(if summed {
+        SurfaceGreen::sum(&greens).couples_normal_tangential()
+    } else {
+        greens.iter().any(|green| green.couples_normal_tangential())
+    })
+}
+
+/// Whether operator and gap are their own mirror images along x and y; `grid`: the cells, if halves are solved of such.
+fn mirror_symmetries(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (grid, near): (Option<[usize; 2]>, &[NearFieldModel; 2]),
+) -> Result<[bool; 2], SceneError> {
+    let Some(grid) = grid.filter(|_| near.iter().all(|near| near.half_space_fit().is_none())) else {
+        return Ok([false; 2]);
+    };
+    let greens = greens(plan, frame)?;
+    let green = SurfaceGreen::sum(&greens.iter().collect::<Vec<_>>());
+    let between = |across: usize| grid[across].is_multiple_of(2) && green.mirrors(across);
+    if ![0, 1].into_iter().any(between) {
+        return Ok([false; 2]);
+    }
+    let gap = candidate_cells::initial_gap(plan, frame, near)?;
+    Ok([0, 1].map(|across| between(across) && is_even(&gap, grid, across)))
+}
+
+/// Those of the half-spaces.
+fn greens(plan: &Plan, frame: &ContactFrame) -> Result<Vec<SurfaceGreen>, SceneError> {
+    let mut greens = Vec::new();
+    for index in 0..SIDES.len() {
+        if let BodyPlan::HalfSpace(elastic) = &plan.bodies[index]
+            && let HalfSpace(green) = bare_half_space(elastic, index, frame)?.equations()
+        {
+            greens.push(green.clone());
+        }
+    }
+    Ok(greens)
+}

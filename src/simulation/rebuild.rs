@@ -1,0 +1,164 @@
+//! Between two parts of a run: a larger frame, or meshes that have moved.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::error::ErrorKind;
+use crate::frame::ContactFrame;
+use crate::evolution::{RunCheckpoint, RunResult};
+use crate::output::checkpoint_writer::MeshUpdates;
+use crate::scene::Plan;
+use crate::simulation::growth;
+use crate::simulation::mesh_motion::{self, WornMeshes};
+use crate::simulation::{self, SceneError, Simulation};
+
+/// What has become of frame and meshes.
+#[derive(Clone, Default)]
+pub(crate) struct RebuildState {
+    /// How often the frame was enlarged.
+    pub frame_growths: usize,
+    /// How the meshes moved with wear.
+    pub mesh_updates: MeshUpdates,
+}
+
+/// How a run goes on.
+pub(crate) enum Continuation {
+    /// On a larger frame.
+    GrownFrame(RunCheckpoint),
+    /// With moved meshes.
+    MovedMeshes(RunCheckpoint, WornMeshes),
+    /// With the same operators.
+    SameOperators(RunCheckpoint),
+    /// Not at all, with what the user should know.
+    Stop(String),
+    /// Not now: a signal came.
+    Interrupted,
+}
+
+/// The next part of a run.
+pub(crate) struct NextSegment<'p> {
+    pub study: Simulation<'p>,
+    pub snapshot: RunCheckpoint,
+    pub stage: RebuildState,
+    /// Numbers there of the cells so far, where the frame is another one.
+    pub cell_map: Option<Vec<usize>>,
+}
+
+/// A study on frame and meshes that are given, or the plan's.
+pub(crate) struct SimulationBuilder<'a> {
+    /// The frame, if it was made for another plan.
+    pub frame: Option<&'a ContactFrame>,
+    /// Shows stage, fraction done, residual.
+    pub show: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+}
+
+impl SimulationBuilder<'_> {
+    /// Makes the plan ready on its frame as it has grown, or that of the job, with the meshes as they have moved; `None` if a
+    /// signal came meanwhile.
+    pub fn build<'p>(
+        &mut self,
+        plan: &'p Plan,
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+        let larger =
+            if stage.frame_growths > 0 { Some(growth::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let frame = larger.as_ref().or(self.frame);
+        let meshes = mesh_motion::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
+        let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
+        simulation::build_with(plan, (frame, meshes), show, self.stop)
+    }
+
+    fn grow_frame<'p>(
+        &mut self,
+        plan: &'p Plan,
+        (study, snapshot): (Simulation<'p>, RunCheckpoint),
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+        let outgrown = study.into_frame_growth(snapshot);
+        let frame_growths = stage.frame_growths + 1;
+        let frame = growth::grown_frame(plan, frame_growths)?;
+        outgrown.ensure_half_spaces_fit(plan, &frame)?;
+        let moves = stage.mesh_updates.clone();
+        let mesh_updates = match outgrown.frame.grid.zip(frame.grid) {
+            Some((before, now)) => moves.transfer_to(&before.indices_in(&now), frame.n_cells()),
+            None => moves,
+        };
+        let stage = RebuildState { frame_growths, mesh_updates };
+        let Some(study) = self.build(plan, &stage)? else { return Ok(None) };
+        let onto = outgrown.transfer_to(plan, &study);
+        let (snapshot, places) = onto.map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
+        Ok(Some(NextSegment { study, snapshot, stage, cell_map: Some(places) }))
+    }
+
+    fn move_meshes<'p>(
+        &mut self,
+        plan: &'p Plan,
+        (study, snapshot): (Simulation<'p>, RunCheckpoint),
+        (stage, meshes): (&RebuildState, WornMeshes),
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+        let stage =
+            RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
+        let larger =
+            if stage.frame_growths > 0 { Some(growth::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let outdated = study.into_stiffness_update(snapshot);
+        let frame = larger.as_ref().or(self.frame);
+        let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
+        let Some(study) = simulation::build_with(plan, (frame, meshes), show, self.stop)? else {
+            return Ok(None);
+        };
+        let onto = outdated.transfer_to(plan, &study);
+        let snapshot = onto.map_err(|error| SceneError { error, key: "wear.move_mesh".to_owned() })?;
+        Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
+    }
+
+    /// Takes the way of a study that has ended there; `None` if a signal came meanwhile.
+    ///
+    /// # Errors
+    /// If the next study cannot be made.
+    pub fn build_next<'p>(
+        &mut self,
+        plan: &'p Plan,
+        (study, way): (Simulation<'p>, Continuation),
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+        match way {
+            Continuation::GrownFrame(snapshot) => self.grow_frame(plan, (study, snapshot), stage),
+            Continuation::MovedMeshes(snapshot, meshes) => {
+                self.move_meshes(plan, (study, snapshot), (stage, meshes))
+            }
+            Continuation::SameOperators(snapshot) => {
+                let mesh_updates = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
+                let stage = RebuildState { mesh_updates, ..*stage };
+                Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
+            }
+            Continuation::Stop(_) | Continuation::Interrupted => Ok(None),
+        }
+    }
+}
+
+impl Continuation {
+    /// How the run of `study` goes on from its end; `None` if that was the end of all. `shared`: the frame is that of several runs.
+    pub fn after(
+        result: &mut RunResult,
+        (plan, study): (&Plan, &Simulation),
+        (stage, shared): (&RebuildState, bool),
+    ) -> Option<Self> {
+        if let Some(snapshot) = result.frame_edge_checkpoint.take() {
+            let refusal = match shared {
+                true => Some("a comparison has one frame for all".to_owned()),
+                false => growth::why_not_growable(plan, stage.frame_growths),
+            };
+            return Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop));
+        }
+        let mut snapshot = *result.rebuild_checkpoint.take()?;
+        Some(match mesh_motion::worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
+            Ok(meshes) => Self::MovedMeshes(snapshot, meshes),
+            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => Self::Interrupted,
+            Err(failure) => {
+                snapshot.add_warning(mesh_motion::mesh_not_moved_warning(plan, &snapshot, &failure.error));
+                Self::SameOperators(snapshot)
+            }
+        })
+    }
+}

@@ -1,0 +1,163 @@
+//! Whether a run goes on, and from where.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+use crate::evolution::RunCheckpoint;
+use crate::evolution::records::IncrementRecord;
+use crate::output::atomic_file::{file_error, sha256_of};
+use crate::output::checkpoint;
+use crate::output::checkpoint_writer::{CheckpointData, CheckpointInterval, CheckpointWriter, CompletedWork};
+use crate::output::output_dir::{OutputDir, SUMMARY_FILE, read_json};
+use crate::output::provenance::{NamedFile, Provenance};
+use crate::output::summary::{Status, Summary};
+use crate::scene::Plan;
+
+/// Missing files listed at most.
+const LISTED: usize = 6;
+
+/// How a run begins.
+pub enum ResumeDecision {
+    /// At the start.
+    FromStart,
+    /// With the state of a checkpoint.
+    FromCheckpoint(Box<ResumePoint>),
+    /// Not at all: it has ended.
+    AlreadyDone,
+}
+
+/// A checkpoint that a run goes on from.
+pub struct ResumePoint {
+    /// Number of the checkpoint.
+    pub number: u64,
+    /// What it keeps.
+    pub checkpoint_data: CheckpointData<RunCheckpoint>,
+}
+
+impl ResumePoint {
+    /// The keeper that goes on after this checkpoint.
+    pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
+        keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
+    }
+}
+
+/// The checkpoints of a run: what they say of its origin, how often, and the one it goes on from.
+pub struct CheckpointSettings {
+    /// Scene and files that the run is of.
+    pub origin: Provenance,
+    /// How often they are written.
+    pub interval: CheckpointInterval,
+    /// The one that the run goes on from.
+    pub from: Option<Box<ResumePoint>>,
+}
+
+impl CheckpointSettings {
+    /// Those of a run of `plan` that begins at the start.
+    ///
+    /// # Errors
+    /// Resources, if a file that the scene names cannot be read any more.
+    pub fn for_new_run(plan: &Plan) -> Result<Self> {
+        let mut known: BTreeMap<&PathBuf, String> = BTreeMap::new();
+        let mut files = Vec::with_capacity(plan.files.len());
+        for (key, path) in &plan.files {
+            let sha256 = match known.get(path) {
+                Some(sha256) => sha256.clone(),
+                None => sha256_of(path).map_err(|e| file_error("cannot read", path, &e))?,
+            };
+            known.insert(path, sha256.clone());
+            files.push(NamedFile { key: key.clone(), sha256 });
+        }
+        let interval = &plan.output.checkpoint;
+        Ok(Self {
+            origin: Provenance::new(plan.document.root.to_serde_json(), files),
+            interval: CheckpointInterval { seconds: interval.seconds, cycles: interval.cycles },
+            from: None,
+        })
+    }
+}
+
+/// How the run of `plan` into `output` begins; says on the way what the user should know.
+///
+/// # Errors
+/// Input, if the checkpoint there is of another run or damaged; resources, if files cannot be read or moved.
+pub fn decide_resume(
+    plan: &Plan,
+    origin: &Provenance,
+    (output, summary): (&mut OutputDir, &mut Summary),
+    say: &mut dyn FnMut(&str),
+) -> Result<ResumeDecision> {
+    if is_finished(plan, output.path()) {
+        return Ok(ResumeDecision::AlreadyDone);
+    }
+    let Some(found) = checkpoint::read(output.path())? else {
+        say(&format!("no checkpoint in {}: beginning at the start", output.path().display()));
+        return Ok(ResumeDecision::FromStart);
+    };
+    found.warnings.iter().for_each(|note| say(note));
+    let differences = found.provenance.differences(origin);
+    if !differences.is_empty() {
+        return Err(Error::input(format!(
+            "the checkpoint in {} is of another run:\n  {}\nrun with what it was made with, or without --resume to begin anew",
+            output.path().display(),
+            differences.join("\n  ")
+        )));
+    }
+    let mut checkpoint_data: CheckpointData<RunCheckpoint> = found.state()?;
+    let mut missing = output.restage(std::mem::take(&mut checkpoint_data.files))?;
+    if !missing.is_empty() {
+        checkpoint_data.written.remove_missing_files(&missing);
+        let more = missing.len().saturating_sub(LISTED);
+        let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
+        missing.truncate(LISTED);
+        summary.warnings.push(format!(
+            "files of the run before --resume are missing, and left out of the collections: {}{rest}",
+            missing.join(", ")
+        ));
+    }
+    if let Some(last) = checkpoint_data.snapshot.records().last() {
+        say(&format!("going on after step \"{}\" ({})", last.name, last.increment));
+    }
+    Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
+}
+
+/// Takes over from the summary in `directory` what a table needs, how it ended, entries, warnings and times, where the results there are
+/// those of `plan` and it ended in one of these ways; whether they are.
+pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
+    let Some(mut found) = matching_summary(plan, directory) else { return false };
+    let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
+    if !ways.contains(&status) {
+        return false;
+    }
+    let Ok(steps) = serde_json::from_value::<Vec<IncrementRecord>>(found["steps"].take()) else {
+        return false;
+    };
+    let Ok(warnings) = serde_json::from_value(found["warnings"].take()) else { return false };
+    (summary.status, summary.steps, summary.warnings) = (status, steps, warnings);
+    let words = |key: &str| found[key].as_str().map(str::to_owned);
+    (summary.reason, summary.error) = (words("reason"), words("error"));
+    for (stage, seconds) in found["timings"].as_object().into_iter().flatten() {
+        summary.timings.add(stage, seconds.as_f64().unwrap_or(0.0));
+    }
+    true
+}
+
+/// Whether the results in `directory` are those of `plan`.
+fn is_finished(plan: &Plan, directory: &Path) -> bool {
+    matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
+}
+
+/// The summary in `directory` if it is that of `plan`: of the same scene and version, and not older than the files that
+/// the scene names.
+fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
+    let path = directory.join(SUMMARY_FILE);
+    let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
+    let written = changed(&path)?;
+    let summary = read_json(&path)?;
+    let is_of_plan = summary["scene_sha256"] == plan.document.sha256.as_str()
+        && summary["version"] == env!("CARGO_PKG_VERSION")
+        && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written));
+    is_of_plan.then_some(summary)
+}

@@ -1,0 +1,547 @@
+//! Runs a plan into a directory of results, on a larger frame where contact outgrows the first one, and on moved meshes where
+//! bodies wear.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use crate::sweep::shared_beginnings::{PrefixRecorder, RestoredPrefix, SharedPrefix, SharedWork};
+use crate::simulation::resume::CheckpointSettings;
+use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
+use crate::error::{Error, ErrorKind, Result, exit};
+use crate::frame::ContactFrame;
+use crate::evolution::image::Entries;
+use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use crate::evolution::{RunCheckpoint, RunResult};
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
+use crate::output::field_writer::{FieldKind, FieldWriter, WrittenFields};
+use crate::output::output_dir::OutputDir;
+use crate::output::recorder::{Recorder, RecorderParts};
+use crate::output::summary::{FrameRecord, Status, Summary};
+use crate::scene::Plan;
+use crate::simulation::mesh_motion::WearBudget;
+use crate::estimate::saved::{self, Spent};
+use crate::simulation::{SceneError, Simulation};
+
+/// How a plan is run.
+pub struct RunOptions<'a> {
+    /// The frame, if it was made for another plan.
+    pub frame: Option<&'a ContactFrame>,
+    /// Shows stage, fraction done, residual.
+    pub on_progress: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
+    /// Hears of each increment.
+    pub observer: &'a mut dyn Observer,
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+    /// Its checkpoints; `None` if it has none.
+    pub checkpoints: Option<CheckpointSettings>,
+    /// What it shares with other runs.
+    pub shared_work: SharedWork<'a>,
+    /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
+    pub on_end: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
+}
+
+impl RunOptions<'_> {
+    fn maker(&mut self) -> SimulationBuilder<'_> {
+        SimulationBuilder { frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
+    }
+}
+
+/// Completes nothing.
+pub fn keep_files(_: &[IncrementRecord], _: &mut Summary) -> bool {
+    true
+}
+
+/// Hears nothing.
+pub struct NullObserver;
+
+impl Observer for NullObserver {
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+        Ok(())
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        false
+    }
+}
+
+/// The recorder of a run, and somebody who watches besides.
+struct RunObserver<'a, 'r, 'p> {
+    recorder: &'a mut Recorder<'r>,
+    user_observer: &'a mut dyn Observer,
+    wear_budget: Option<WearBudget>,
+    /// The run, and what others go on from, on its first frame and with unmoved meshes.
+    forks: Option<(&'a Simulation<'p>, &'a mut PrefixRecorder)>,
+    /// Its entries for runs that are its images, and whether they need fretting loops.
+    entries: Option<(&'a mut Entries, bool)>,
+}
+
+impl Observer for RunObserver<'_, '_, '_> {
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
+        self.recorder.progress(stage, fraction, residual);
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        self.recorder.increment_done(record, state)?;
+        if let Some((entries, _)) = &mut self.entries {
+            entries.add(record, state);
+        }
+        self.user_observer.increment_done(record, state)
+    }
+
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        self.recorder.on_checkpoint(moment, snapshot)?;
+        let Some((study, forks)) = self.forks.as_mut().filter(|(_, forks)| forks.are_due(moment)) else {
+            return Ok(());
+        };
+        let snapshot = snapshot();
+        if forks.after_steps.contains(&snapshot.n_steps()) {
+            let entries = self.entries.as_ref().map(|(entries, _)| (**entries).clone());
+            let (written, folder) = (self.recorder.written(), self.recorder.folder());
+            forks.recorded.push(SharedPrefix::new((study, snapshot), written, folder, entries));
+        }
+        Ok(())
+    }
+
+    fn cancelled(&self) -> bool {
+        self.recorder.cancelled()
+    }
+
+    fn wants_rebuild(&self, worn: &[f64]) -> bool {
+        self.wear_budget.as_ref().is_some_and(|room| room.is_exceeded(worn))
+    }
+
+    fn wants_loops(&self) -> bool {
+        self.recorder.wants_loops() || self.entries.as_ref().is_some_and(|(_, loops)| *loops)
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        self.recorder.wants_tangential_gap()
+            || self.user_observer.wants_tangential_gap()
+            || self.entries.is_some()
+    }
+}
+
+/// What a part of a run, on one frame with bodies of one shape, begins with.
+struct Segment {
+    parts: RecorderParts,
+    from: Option<(RunCheckpoint, OperatorHistory)>,
+    stage: RebuildState,
+}
+
+/// Runs the plan into `output`, if there is one, and completes `summary`; the exit code, or the failure that ended it, which is in the
+/// summary too.
+pub fn run_simulation(
+    plan: &Plan,
+    mut output: Option<OutputDir>,
+    summary: &mut Summary,
+    mut job: RunOptions<'_>,
+) -> std::result::Result<u8, SceneError> {
+    let from = job.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
+    let stage = from.as_ref().map_or_else(RebuildState::default, |from| RebuildState {
+        frame_growths: from.checkpoint_data.frame_growths,
+        mesh_updates: from.checkpoint_data.mesh_updates.clone(),
+    });
+    let records =
+        from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
+    let early = |output| Recorder::writing_to(output).with_records(records.clone());
+    let study = match catch_panic(plan, || job.maker().build(plan, &stage)) {
+        Ok(Some(study)) => study,
+        Ok(None) => {
+            summary.set_outcome(&Ok(Outcome::Interrupted));
+            return early(output).finish(summary).map(|()| exit::INTERRUPTED).map_err(without_key);
+        }
+        Err(failure) => return conclude_unstarted(early(output), summary, failure),
+    };
+    if from.is_some() {
+        // The fields before the checkpoint are not known.
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(None));
+        job.shared_work.original = None;
+    }
+    let fork = job.shared_work.from;
+    let begun = job.shared_work.from.take().filter(|_| from.is_none());
+    let begun = match begun.map(|fork| fork.restore(&study, output.as_mut())).transpose() {
+        Ok(taken) => taken.flatten(),
+        Err(error) => return conclude_unstarted(early(output), summary, without_key(error)),
+    };
+    let keeper = job
+        .checkpoints
+        .take()
+        .map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
+    let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
+    if let Some(RestoredPrefix { snapshot, course, written, skipped }) = begun {
+        summary.skipped.push(skipped);
+        let entries = || fork.and_then(|fork| fork.entries.clone());
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
+        let records = snapshot.records().to_vec();
+        let checkpoint_writer = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
+        let parts = RecorderParts { output, records, written, checkpoint_writer };
+        return run_segments(
+            plan,
+            study,
+            Segment { parts, from: Some((snapshot, course)), stage },
+            summary,
+            &mut job,
+        );
+    }
+    let (written, from) = match from.map(|from| from.checkpoint_data) {
+        Some(CheckpointData { snapshot, operator_history, written, .. }) => {
+            (written, Some((snapshot, operator_history)))
+        }
+        None => (WrittenFields::default(), None),
+    };
+    let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
+    run_segments(plan, study, Segment { parts, from, stage }, summary, &mut job)
+}
+
+/// Leaves a summary of what stood in the way before anything was computed.
+pub(crate) fn conclude_refused(
+    output: Option<OutputDir>,
+    summary: &mut Summary,
+    failure: SceneError,
+) -> std::result::Result<u8, SceneError> {
+    conclude_unstarted(Recorder::writing_to(output), summary, failure)
+}
+
+/// Writes what there is of a run that a failure ended before anything was computed.
+fn conclude_unstarted(
+    recorder: Recorder<'_>,
+    summary: &mut Summary,
+    failure: SceneError,
+) -> std::result::Result<u8, SceneError> {
+    summary.set_failure(&failure.error);
+    recorder.finish(summary).map_err(|error| without_key(error.followed_by(&failure.error)))?;
+    match failure.error.exit_code() {
+        exit::INTERRUPTED => Ok(exit::INTERRUPTED),
+        _ => Err(failure),
+    }
+}
+
+/// An error that concerns no key of the scene.
+fn without_key(error: Error) -> SceneError {
+    SceneError { error, key: String::new() }
+}
+
+/// A panic as a failure.
+fn catch_panic<T>(
+    plan: &Plan,
+    work: impl FnOnce() -> std::result::Result<T, SceneError>,
+) -> std::result::Result<T, SceneError> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(without_key(internal(plan, &*panic))))
+}
+
+/// Runs the plan to its end, from frame to frame.
+fn run_segments<'p>(
+    plan: &'p Plan,
+    mut study: Simulation<'p>,
+    mut leg: Segment,
+    summary: &mut Summary,
+    job: &mut RunOptions<'_>,
+) -> std::result::Result<u8, SceneError> {
+    let told = (summary.warnings.clone(), summary.skipped.clone());
+    loop {
+        // Of the last frame alone, whether the run was interrupted or not.
+        summary.warnings = told.0.iter().chain(&study.warnings).cloned().collect();
+        summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
+        summary.condensation.clone_from(&study.condensation);
+        summary.boundary_elements.clone_from(&study.boundary_elements);
+        summary.truncations.clone_from(&study.truncations);
+        summary.near_fields.clone_from(&study.near_fields);
+        summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
+        study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+        let Segment { parts: RecorderParts { output, records, written, checkpoint_writer }, from, stage } =
+            leg;
+        summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
+        let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+        let fields = fields.with_surface(study.surface()).with_interior_points(&plan.interior_requests);
+        let fields = fields.with_increment_stride(plan.fields_every).continuing_from(written);
+        let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
+        let recorder = recorder.with_progress(&mut *job.on_progress).with_cancel_flag(job.stop);
+        let mut recorder = match checkpoint_writer {
+            Some(keeper) => {
+                let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
+                recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
+            }
+            None => recorder,
+        };
+        let ledger = (plan, &study.model().frame);
+        let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
+            Ok(room) => room,
+            Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), (summary, ledger)),
+        };
+        job.observer.on_frame(&study.model().frame);
+        let is_first = stage.frame_growths == 0 && stage.mesh_updates == MeshUpdates::default();
+        let forks = job.shared_work.recorder.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
+        let loops = plan.output.fields.contains(&FieldKind::Loops);
+        let entries = job.shared_work.for_images.as_deref_mut().filter(|_| is_first);
+        let entries =
+            entries.and_then(|for_images| for_images.entries.as_mut()).map(|entries| (entries, loops));
+        let mut watched = RunObserver {
+            recorder: &mut recorder,
+            user_observer: &mut *job.observer,
+            wear_budget,
+            forks,
+            entries,
+        };
+        let (snapshot, course) = from.unzip();
+        let from = snapshot.zip(course.as_ref());
+        let original = job.shared_work.original.take();
+        let result = catch_unwind(AssertUnwindSafe(|| {
+            let image = original.map(|original| original.deliver(&study, &mut watched)).transpose()?;
+            image.flatten().map_or_else(|| study.run_from(from, &mut watched), Ok)
+        }));
+        let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
+        let (shared, clock) = (job.frame.is_some(), Instant::now());
+        let way = catch_panic(plan, || {
+            Ok(result
+                .as_mut()
+                .ok()
+                .and_then(|result| Continuation::after(result, (plan, &study), (&stage, shared))))
+        });
+        let way = match way.unwrap_or_else(|failure| {
+            result = Err(failure.error);
+            None
+        }) {
+            None => return conclude(recorder, &mut *job.on_end, result, (summary, ledger)),
+            Some(Continuation::Stop(why)) => {
+                return conclude(
+                    recorder,
+                    &mut *job.on_end,
+                    with_warning(result, Some(why)),
+                    (summary, ledger),
+                );
+            }
+            Some(Continuation::Interrupted) => {
+                return conclude(recorder, &mut *job.on_end, interrupted(result), (summary, ledger));
+            }
+            Some(way) => way,
+        };
+        let grows = matches!(way, Continuation::GrownFrame(_));
+        if !grows {
+            summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
+        }
+        let (mut parts, surface, frame) =
+            (recorder.into_parts(), study.surface(), study.model().frame.clone());
+        match catch_panic(plan, || job.maker().build_next(plan, (study, way), &stage)) {
+            Ok(Some(next)) => {
+                if let Some(places) = next.cell_map {
+                    parts.written = parts.written.transfer_to(&places, next.study.model().frame.n_cells());
+                }
+                let course = next.study.model().flexibility.history();
+                leg = Segment { parts, from: Some((next.snapshot, course)), stage: next.stage };
+                study = next.study;
+            }
+            ended => {
+                let result = match ended {
+                    Err(failure) if failure.error.kind() == ErrorKind::Interrupted => interrupted(result),
+                    Err(failure) if grows => {
+                        with_warning(result, Some(format!("the frame is not enlarged: {}", failure.error)))
+                    }
+                    Err(failure) => Err(failure.error),
+                    Ok(_) => interrupted(result),
+                };
+                let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
+                let fields = fields.with_surface(surface).continuing_from(parts.written);
+                let resumes = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
+                let recorder =
+                    Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
+                return conclude(
+                    recorder.with_checkpoint_files(resumes),
+                    &mut *job.on_end,
+                    result,
+                    (summary, (plan, &frame)),
+                );
+            }
+        }
+    }
+}
+
+fn interrupted(result: Result<RunResult>) -> Result<RunResult> {
+    result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result })
+}
+
+/// The result with one more warning.
+fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
+    result.map(|mut result| {
+        result.warnings.extend(warning);
+        result
+    })
+}
+
+/// Completes the summary and writes what there is.
+fn conclude(
+    recorder: Recorder<'_>,
+    complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
+    result: Result<RunResult>,
+    (summary, (plan, frame)): (&mut Summary, (&Plan, &ContactFrame)),
+) -> std::result::Result<u8, SceneError> {
+    let outcome = result.map(|result| {
+        summary.skipped.extend(result.skipped);
+        summary.warnings.extend(result.warnings);
+        summary.loops = result.fretting_loops;
+        result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
+        result.outcome
+    });
+    summary.set_outcome(&outcome);
+    let making = ["body1", "body2", "flexibility"].map(|stage| summary.timings.of(stage));
+    let spent = Spent::of(plan, frame, recorder.records(), [making[0] + making[1], making[2]]);
+    saved::estimate(plan, frame, &spent, &mut summary.skipped);
+    let kept = complete(recorder.records(), summary);
+    let code = exit_code(&outcome);
+    let doubted = code == exit::DONE && summary.status == Status::NotConverged;
+    let code = if doubted { exit::NOT_CONVERGED } else { code };
+    let ended = if kept { recorder.finish(summary) } else { recorder.discard(summary) };
+    match (outcome, ended) {
+        (Err(error), Err(written)) => Err(without_key(written.followed_by(&error))),
+        (_, Err(written)) => Err(without_key(written)),
+        (Err(error), Ok(())) if error.kind() != ErrorKind::Interrupted => Err(without_key(error)),
+        _ => Ok(code),
+    }
+}
+
+fn exit_code(outcome: &Result<Outcome>) -> u8 {
+    match outcome {
+        Ok(Outcome::Converged) => exit::DONE,
+        Ok(Outcome::NotConverged(_)) => exit::NOT_CONVERGED,
+        Ok(Outcome::Interrupted) => exit::INTERRUPTED,
+        Err(error) => error.exit_code(),
+    }
+}
+
+/// The error that a panic is; its message was printed when it happened.
+fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    let scene = &plan.document.sha256;
+    Error::numerical(format!("internal error, please report it with the scene (SHA-256 {scene}): {text}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::checkpoint;
+    use crate::output::summary::Status;
+    use crate::scene;
+
+    const SCENE: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.6, 0.6]
+cells = [4, 4]
+[gap]
+kind = "sphere"
+radius = 50.0
+[[steps]]
+name = "press"
+normal_force = 100.0
+increments = 4
+[output]
+fields = []
+checkpoint = { seconds = 1e-9 }
+"#;
+
+    /// Counts the frames it hears of, and the cells of the last one at each entry.
+    #[derive(Default)]
+    struct Frames {
+        heard: Vec<usize>,
+        at_entries: Vec<[usize; 2]>,
+    }
+
+    impl Observer for Frames {
+        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+        fn on_frame(&mut self, frame: &ContactFrame) {
+            self.heard.push(frame.n_cells());
+        }
+
+        fn increment_done(&mut self, _record: &IncrementRecord, state: &FrameState) -> Result<()> {
+            let last = self.heard.last().copied().unwrap_or_default();
+            self.at_entries.push([last, state.wear_depth.len()]);
+            Ok(())
+        }
+    }
+
+    /// Truth: the frame of the scene has 16 cells and does not grow; a scene from text is the one from the file.
+    #[test]
+    fn who_watches_hears_of_the_frame_first() {
+        let plan = scene::read_text(std::path::Path::new("scene.toml"), SCENE.to_owned(), &[]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        assert_eq!(plan.document.sha256, scene::read(&path, &[]).unwrap().document.sha256);
+        let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
+        let job = RunOptions {
+            frame: None,
+            on_progress: &mut |_, _, _| {},
+            observer: &mut frames,
+            stop: &stop,
+            checkpoints: None,
+            shared_work: SharedWork::default(),
+            on_end: &mut keep_files,
+        };
+        let mut summary = crate::simulation::job::new_summary(&plan);
+        assert_eq!(run_simulation(&plan, None, &mut summary, job).unwrap(), exit::DONE);
+        assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
+    }
+
+    /// Breaks down at an entry.
+    struct Breaks(usize);
+
+    impl Observer for Breaks {
+        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+        fn increment_done(&mut self, record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+            assert!(record.increment != self.0, "an invariant is broken");
+            Ok(())
+        }
+    }
+
+    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic in the middle of a run is an internal error with the fingerprint of
+    /// the scene; the summary says so with the entries before it, and the checkpoint of those is kept.
+    #[test]
+    fn panics_are_internal_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        let plan = scene::read(&path, &[]).unwrap();
+        let out = folder.path().join("out");
+        let mut summary = crate::simulation::job::new_summary(&plan);
+        let (stop, checkpoints) = (AtomicBool::new(false), CheckpointSettings::for_new_run(&plan).unwrap());
+        let job = RunOptions {
+            frame: None,
+            on_progress: &mut |_, _, _| {},
+            observer: &mut Breaks(3),
+            stop: &stop,
+            checkpoints: Some(checkpoints),
+            shared_work: SharedWork::default(),
+            on_end: &mut keep_files,
+        };
+        let failure =
+            run_simulation(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
+        let text = failure.error.to_string();
+        assert_eq!(failure.error.exit_code(), exit::FAILED);
+        for words in ["internal error, please report", &plan.document.sha256, "an invariant is broken"] {
+            assert!(text.contains(words), "{text}");
+        }
+        let written: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+        assert!(summary.status == Status::Failed && written["status"] == "failed", "{written}");
+        assert!(written["error"].as_str().is_some_and(|error| error.contains("internal error")), "{written}");
+        let kept: CheckpointData<RunCheckpoint> = checkpoint::read(&out).unwrap().unwrap().state().unwrap();
+        assert_eq!(kept.snapshot.records().len(), 2);
+    }
+}

@@ -1,0 +1,194 @@
+//! What the steps may prescribe to bodies that float.
+
+use nalgebra::Vector3;
+
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
+use crate::simulation::failure::SceneError;
+use crate::simulation::validate::symmetry_planes;
+use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
+use crate::error::Error;
+use crate::fem::RigidBodyModes;
+use crate::frame::ContactFrame;
+use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
+use crate::scene::plan::Plan;
+use crate::scene::spec::solver::Coupling;
+
+/// Share of a displacement along a free direction that is rounding.
+pub(crate) const ROUNDING_SHARE: f64 = 1e-9;
+
+/// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
+fn refuse_friction_on_unconstrained_be(
+    plan: &Plan,
+    index: usize,
+    motions: &RigidBodyModes,
+) -> Result<(), SceneError> {
+    if plan.bodies[index].as_be().is_none() || plan.friction.ellipse().is_none() {
+        return Ok(());
+    }
+    let error = Error::input(format!(
+        "{} of boundary elements floats by {}: with friction it must be held, for slip is counted from the state without contact, which its supports do \
+         not determine; support it (`fixed`, `symmetry`), make it one of finite elements (kind = \"fe\"), or leave out friction",
+        BODY_KEYS[index],
+        motions.names.join(", ")
+    ));
+    Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
+}
+
+/// Refuses moments that no cell can bear, what contradicts planes of symmetry under the contact, displacements along directions in
+/// which a body floats, and bodies that float together.
+///
+/// Displacements held into later steps need no check of their own, since the step that prescribes them is refused.
+///
+/// # Errors
+/// At the key of the first one.
+pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    refuse_moments_without_lever(plan, frame)?;
+    symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
+    let mut floating: Vec<(usize, RigidBodyModes, Vec<[f64; 6]>)> = Vec::new();
+    for (index, key) in BODY_KEYS.into_iter().enumerate() {
+        if let Some(motions) = free_motions(&plan.bodies[index], key)? {
+            refuse_friction_on_unconstrained_be(plan, index, &motions)?;
+            let relative = relative(&motions, index, frame);
+            floating.push((index, motions, relative));
+        }
+    }
+    let Some((first, motions, _)) = floating.first() else { return Ok(()) };
+    if plan.solver.coupling == Coupling::Block {
+        let error = Error::input(format!(
+            "{} floats by {}; the block system takes held bodies only: use \"schur\", or support it",
+            SIDES[*first].name(),
+            motions.names.join(", ")
+        ));
+        return Err(SceneError { error, key: "solver.coupling".to_owned() });
+    }
+    if let [(_, lower, a), (_, upper, b)] = &floating[..]
+        && have_common_motion(a, b, frame.size())
+    {
+        let error = Error::input(format!(
+            "both bodies float and can move together without force: body 1 by {}, body 2 by {}; fix more components of \
+             the supports of one of them",
+            lower.names.join(", "),
+            upper.names.join(", ")
+        ));
+        return Err(SceneError { error, key: BODY_KEYS[1].to_owned() });
+    }
+    let all: Vec<[f64; 6]> = floating.iter().flat_map(|(.., relative)| relative).copied().collect();
+    let free = unconstrained_translations(&all, frame.size());
+    let who: Vec<String> = floating
+        .iter()
+        .map(|(index, motions, _)| format!("{} floats by {}", SIDES[*index].name(), motions.names.join(", ")))
+        .collect();
+    plan.steps.iter().enumerate().try_for_each(|(index, step)| {
+        if let Some(key) = rotation_key(step) {
+            let error = Error::input(format!(
+                "step \"{}\" controls a rotation, which takes held bodies ({}): support it, or leave `{key}` out",
+                step.name,
+                who.join("; ")
+            ));
+            return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
+        }
+        let Some((key, instead)) = displacement_along_free_direction(step, &free) else { return Ok(()) };
+        let error = Error::input(format!(
+            "step \"{}\" prescribes a displacement along a direction in which nothing holds the body ({}): its place \
+             follows from its loads; {instead}, or support it along that direction",
+            step.name,
+            who.join("; ")
+        ));
+        Err(SceneError { error, key: step_key(&plan.steps, index, key) })
+    })
+}
+
+/// Refuses a moment about an axis on which all cells lie: neither pressures nor friction bear it. (On inclined cells others
+/// may; what they do not bear is refused when the step begins.)
+///
+/// # Errors
+/// At its key.
+fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    if !frame.has_uniform_axes() {
+        return Ok(());
+    }
+    let mut reach = [0.0_f64; 2];
+    for [x, y] in (0..frame.n_cells()).map(|cell| frame.plane_coordinates(cell)) {
+        reach = [reach[0].max(x.abs()), reach[1].max(y.abs())];
+    }
+    let least = ROUNDING_SHARE * frame.size();
+    for (index, step) in plan.steps.iter().enumerate() {
+        let [about_x, about_y] = if let Some(Tilt::Moment(moment)) = step.tilt { moment } else { [0.0; 2] };
+        let about_n = if let Some(Spin::Moment(moment)) = step.spin { moment } else { 0.0 };
+        let loads = [
+            ("x", "moment", about_x, reach[1]),
+            ("y", "moment", about_y, reach[0]),
+            ("n", "spin_moment", about_n, reach[0].max(reach[1])),
+        ];
+        for (axis, key, moment, lever) in loads {
+            if moment != 0.0 && lever <= least {
+                let error = Error::input(format!(
+                    "step \"{}\" prescribes a moment about {axis}, but the centres of all cells lie on that axis: nothing \
+                     resists it; give the frame more cells across, or leave `{key}` out",
+                    step.name
+                ));
+                return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
+pub(crate) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
+    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
+    let entry = steps[..=index].iter().filter(first).count() - 1;
+    let key = if steps[index].history_row.is_some() { "history" } else { key };
+    format!("steps.{entry}.{key}")
+}
+
+/// Motions of body 2 relative to body 1 in the frame's axes at its origin.
+fn relative(motions: &RigidBodyModes, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
+    let axes = frame.axes;
+    (0..motions.n_modes())
+        .map(|j| {
+            let [shift, turn] = motions
+                .motion_about(&frame.origin, j)
+                .map(|global| axes.to_local(&global) * SIDES[index].gap_sign());
+            [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+        })
+        .collect()
+}
+
+/// The key by which `step` controls a rotation.
+fn rotation_key(step: &Step) -> Option<&'static str> {
+    let tilt = step.tilt.map(|tilt| match tilt {
+        Tilt::Rotation(_) => "rotation",
+        Tilt::Moment(_) => "moment",
+    });
+    let spin = step.spin.map(|spin| match spin {
+        Spin::Twist(_) => "twist",
+        Spin::Moment(_) => "spin_moment",
+    });
+    tilt.or(spin)
+}
+
+/// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.
+fn displacement_along_free_direction(
+    step: &Step,
+    free: &[Vector3<f64>],
+) -> Option<(&'static str, &'static str)> {
+    let along = |direction: Vector3<f64>| {
+        free.iter().any(|free| free.dot(&direction).abs() > ROUNDING_SHARE * direction.norm())
+    };
+    if matches!(step.normal, Some(Normal::Approach(_))) && along(Vector3::z()) {
+        return Some(("approach", "prescribe `normal_force`, which is added to them, or leave it out"));
+    }
+    if let Some(Tangential::Shift([x, y])) = step.tangential
+        && along(Vector3::new(x, y, 0.0))
+    {
+        return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
+    }
+    let moved = match &step.cycles.as_ref()?.motion {
+        CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => closed.offsets(),
+        CycleMotion::ClosedPath(_) => return None,
+        CycleMotion::Sliding { angle } => vec![[angle.cos(), angle.sin()]],
+    };
+    let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
+    moves.then_some(("cycles", "move the other body's supports"))
+}

@@ -1,0 +1,372 @@
+//! Whether frame, contact faces, supports and fibres of a plan fit together.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, face_map, surface_distances};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::flat_faces;
+use crate::simulation::validate::inside;
+use crate::simulation::validate::locking;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::validate::periodic;
+use crate::element::ElementKind;
+use crate::error::{Error, warning};
+use crate::fem::ElementMaterials;
+use crate::frame::{ContactFrame, FaceMap, GapShape};
+use crate::laws::friction::FrictionLaw;
+use crate::geometry::{Point, format_number};
+use crate::evolution::step::Normal;
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::mesh::{CellRef, Mesh};
+use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
+use crate::scene::spec::body::NearField;
+use crate::scene::spec::frame::FramePoints;
+use crate::laws::wear::WearLaw;
+
+/// Cells smaller than this share of the area per contact node of the finest body are refused.
+const MIN_CELL_AREA_RATIO: f64 = 0.9;
+
+/// Cells smaller than this many such areas put the peak pressure in doubt. Tried with a rigid sphere on 16 and 24 faces
+/// (Hertz): 1 has errors of 1 to 3 % and up to 1800 iterations, 1.19 and more at most 0.5 % up to 2, and fewer than 100.
+const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
+
+/// Cells smaller than this many such areas are noted.
+const SMOOTH_CELL_AREA_RATIO: f64 = 2.0;
+
+/// Nodes of boundary elements farther apart than this share of the thickness of the body behind them put it in doubt. Tried with a clamped plate under
+/// a sphere: at 2.5 (constant elements) 24 times too stiff, at 1.25 (linear) 40 % off.
+const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
+
+/// Heights of a surface under a frame that differ by more than this share of the approach are noted.
+const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
+
+/// A node is held along the normal if this share of the normal lies in the components that are held.
+const FIXED_NORMAL_SHARE: f64 = 0.999;
+
+/// What the user should know of how `plan` and its `frame` fit.
+///
+/// # Errors
+/// If a support holds contact nodes along the normal, the cells are finer than every meshed body although no
+/// half-space takes part, or the meshes overlap.
+///
+/// # Source
+/// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
+pub(crate) fn check(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<String>, SceneError> {
+    inside::check(plan, frame)?;
+    let mut notes = Vec::new();
+    let mut per_node = [None, None];
+    let mut heights = [None, None];
+    let mut aligned = [false; 2];
+    notes.extend(uncovered_cells_warning(plan, frame));
+    notes.extend(periodic::check(plan, frame)?);
+    for (index, (body, key)) in plan.bodies.iter().zip(BODY_KEYS).enumerate() {
+        let Some(fe) = body.as_meshed() else { continue };
+        if body.as_be().is_none() {
+            notes.extend(locking::locking_warning(fe, key));
+        }
+        let map = face_map(fe, index, frame)?;
+        let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
+        let mut under = vec![false; fe.mesh.points.len()];
+        map.nodes().iter().for_each(|&node| under[node] = true);
+        // Under a half-space supports only have to be far enough from the frame.
+        if let Some(be) = body.as_be() {
+            let under = be.bem_spec(key).check(&fe.contact, SIDES[index], frame).at(key)?;
+            aligned[index] = under.cells_within_elements;
+            notes.extend(under.thinnest_element.and_then(|thin| thin_body_warning(key, &fe.mesh, thin)));
+        } else if near[index].half_space_fit().is_none() {
+            refuse_fixed_contact_nodes(fe, index, &map, frame)?;
+        }
+        let faces: Vec<&SurfaceFace> =
+            faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
+        notes.extend(region_fibre_warning(plan, fe, index, &faces));
+        if near[index].is_condensed() {
+            per_node[index] = Some(area_per_node(body, &fe.mesh, &faces));
+        }
+        let over_cells = map.mean_heights(frame, &fe.mesh);
+        notes.extend(uneven(plan, key, &over_cells));
+        heights[index] = Some(over_cells);
+    }
+    if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
+        let gap = surface_distances(plan, frame, heights, near)?;
+        if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
+            let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
+            notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
+        }
+    }
+    notes.extend(check_cell_size(plan, frame, near, (per_node, aligned))?);
+    Ok(notes)
+}
+
+/// A note if an element (its number among the outer faces, the distance of its nodes over the thickness behind it) is too large for the body
+/// to bend.
+fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<String> {
+    let face =
+        outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
+    Some(warning(&format!(
+        "the nodes of the boundary element {} of {key} lie {} times the thickness of the body behind it apart: thin bodies come out far too stiff (constant, \
+         linear elements) or too soft; take elements of at most half of the thickness, or finite elements (kind = \"fe\")",
+        face.tag,
+        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+    )))
+}
+
+/// The cells of the frame against the contact areas per node of condensed meshes.
+fn check_cell_size(
+    plan: &Plan,
+    frame: &ContactFrame,
+    near: &[NearFieldModel; 2],
+    (per_node, aligned): ([Option<f64>; 2], [bool; 2]),
+) -> Result<Vec<String>, SceneError> {
+    let is_half_space = |index: usize| {
+        near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_))
+    };
+    let mut why = String::new();
+    for (near, (body, key)) in near.iter().zip(plan.bodies.iter().zip(BODY_KEYS)) {
+        let auto =
+            body.as_meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
+        if let (NearFieldModel::Mesh(reason), true) = (near, auto) {
+            why.push_str(&format!("; {key} has no place for the near field of a half-space: {reason}"));
+        }
+    }
+    if [0, 1].into_iter().any(is_half_space) {
+        let doubts = [0, 1].map(|index| {
+            let partner = BODY_KEYS[1 - index];
+            per_node[index]
+                .and_then(|face| cells_finer_than_faces_warning(plan, frame, (index, partner), face))
+        });
+        return Ok(doubts.into_iter().flatten().map(|doubt| warning(&(doubt + &why))).collect());
+    }
+    // A cell per node is as many as the nodes can feel.
+    let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
+    let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
+    // Boundary elements feel the tractions of each of their own nodes by themselves, if no cell lies over two elements.
+    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let by_boundary = |face: &f64| {
+        let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*face);
+        (0..2).any(of_boundary) && cell >= MIN_CELL_AREA_RATIO * face
+    };
+    let finest = finest.filter(|face| !by_boundary(face));
+    let note = finest.map(|face| check_cell_area_ratio(plan, frame, face, &why)).transpose()?.flatten();
+    Ok(note.into_iter().collect())
+}
+
+/// What to say if the condensed mesh of body `index` has larger faces than the cells of a grid which its `partner` feels one by one.
+/// Tried with a sphere on a block a twentieth as stiff as the other half-space: peaks are 1.7 to 3.3 times too high at 0.16 of the area
+/// per node, a quarter at 0.36, less than 0.01 at 0.92.
+fn cells_finer_than_faces_warning(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (index, partner): (usize, &str),
+    face: f64,
+) -> Option<String> {
+    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let ratio = cell / face;
+    if frame.grid.is_none() || ratio >= MIN_CELL_AREA_RATIO {
+        return None;
+    }
+    let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
+    let own = plan.bodies[index].as_meshed().is_some_and(|fe| fe.near_field == NearField::Mesh);
+    let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
+    Some(format!(
+        "the cells of the frame are finer than the contact faces of {key}, whose near field is that of its mesh: a cell is only {} times \
+         the contact area of a node (mean side {} {unit}, nodes {} {unit} apart). {partner} has that of a half-space and feels each \
+         cell, {key} does not: pressures have peaks along its faces, several times too high where it is the softer one, that finer cells do \
+         not remove; take cells of at least {} {unit}{}, smaller faces under the contact{half_space}",
+        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio)),
+        format_number(cell.sqrt()),
+        format_number(face.sqrt()),
+        format_number((face * MIN_CELL_AREA_RATIO).sqrt()),
+        at_most(frame, ratio, MIN_CELL_AREA_RATIO)
+    ))
+}
+
+/// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
+fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
+    let approach = plan.steps.iter().filter_map(|step| match step.normal {
+        Some(Normal::Approach(approach)) => Some(approach),
+        _ => None,
+    });
+    let approach = approach.fold(0.0, f64::max);
+    let (low, high) =
+        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
+    let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
+        && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach
+        && approach > 0.0;
+    counts.then(|| {
+        format!(
+            "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap does \
+             not count; take it from the meshes (gap.kind = \"mesh\") unless it stands for them",
+            format_number(high - low),
+            plan.units.length
+        )
+    })
+}
+
+/// A note if cells of a mesh frame have no faces of the other body opposite.
+fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> {
+    let FramePlan::Mesh { body, points, .. } = plan.frame else { return None };
+    let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
+    let group = plan.bodies[body].as_meshed().map_or("", |fe| fe.contact.as_str());
+    (frame.n_excluded > 0).then(|| {
+        format!(
+            "{} of the {} {cells} of `{group}` do not lie over faces of {} with nine tenths of their area; they are left \
+             out of the frame and stay open",
+            frame.n_excluded,
+            frame.n_excluded + frame.n_cells(),
+            BODY_KEYS[1 - body]
+        )
+    })
+}
+
+/// Refuses supports that leave no freedom along the normal to a node under the frame.
+fn refuse_fixed_contact_nodes(
+    fe: &MeshedBodyPlan,
+    index: usize,
+    map: &FaceMap,
+    frame: &ContactFrame,
+) -> Result<(), SceneError> {
+    let local: HashMap<usize, usize> = map.nodes().iter().enumerate().map(|(i, &node)| (node, i)).collect();
+    for support in &fe.supports {
+        let held = |node: &usize| {
+            let normal: Point = map.column(local[node]).map(|(cell, _)| frame.triads[cell].normal()).sum();
+            let part = Point::from_fn(|c, _| if support.values[c].is_some() { normal[c] } else { 0.0 });
+            part.norm() >= FIXED_NORMAL_SHARE * normal.norm()
+        };
+        let nodes = fe.mesh.group_nodes(&support.group).at(BODY_KEYS[index])?;
+        let count = nodes.iter().filter(|node| local.contains_key(node) && held(node)).count();
+        if count > 0 {
+            let along = if frame.has_uniform_axes() { "z" } else { "the normal of the surface" };
+            let error = Error::input(format!(
+                "the support on group `{}` holds {count} of the {} nodes under the frame along {along}; contact nodes \
+                 must be free along the normal: support another group, take a smaller frame, or leave that direction \
+                 out of `components`",
+                support.group,
+                map.nodes().len()
+            ));
+            return Err(SceneError { error, key: support.key.clone() });
+        }
+    }
+    Ok(())
+}
+
+/// The mean cell of the frame against the area per contact node of the finest body; `why` no half-space takes part.
+fn check_cell_area_ratio(
+    plan: &Plan,
+    frame: &ContactFrame,
+    face: f64,
+    why: &str,
+) -> Result<Option<String>, SceneError> {
+    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let ratio = cell / face;
+    if ratio >= SMOOTH_CELL_AREA_RATIO {
+        return Ok(None);
+    }
+    let unit = &plan.units.length;
+    let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(plan, body));
+    let nodes = if own_nodes { "frame.points = \"nodes\", " } else { "" };
+    let (cell, face) = (cell.sqrt(), face.sqrt());
+    if ratio >= MIN_CELL_AREA_RATIO {
+        let note = format!(
+            "a cell of the frame is only {ratio:.2} times the contact area of a node (mean side {} {unit}, nodes {} {unit} \
+             apart): tractions that alternate from cell to cell hardly move the mesh",
+            format_number(cell),
+            format_number(face),
+        );
+        let mend = format!(
+            "take {nodes}cells of at least {} {unit}{}, or make one body a half-space{why}",
+            format_number(face * SMOOTH_CELL_AREA_RATIO.sqrt()),
+            at_most(frame, ratio, SMOOTH_CELL_AREA_RATIO)
+        );
+        return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
+            warning(&format!(
+                "{note}, so that peak pressures are in doubt and need not converge (forces do); {mend}"
+            ))
+        } else {
+            format!("{note} and may oscillate; {mend}")
+        }));
+    }
+    let error = Error::input(format!(
+        "a cell of the frame is only {} times the contact area of a node of the finest body (mean side {} {unit}, nodes {} \
+         {unit} apart), so that tractions are not determined; take {nodes}cells of at least {} {unit}{}, refine a mesh or \
+         give it elements of order 2, or make one body a half-space{why}",
+        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio)),
+        format_number(cell),
+        format_number(face),
+        format_number(face * MIN_CELL_AREA_RATIO.sqrt()),
+        at_most(frame, ratio, MIN_CELL_AREA_RATIO)
+    ));
+    let key = match (frame.grid, own_nodes) {
+        (Some(_), _) => "frame.cells",
+        (None, true) => "frame.points",
+        (None, false) => "frame.body",
+    };
+    Err(SceneError { error, key: key.to_owned() })
+}
+
+/// Whether the contact faces of body `index` are of first order.
+fn first_order(plan: &Plan, index: usize) -> bool {
+    let Some(fe) = plan.bodies[index].as_meshed() else { return false };
+    let group = fe.mesh.group_of_dim(&fe.contact, 2);
+    let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
+    group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(fe.mesh.kind(cell))))
+}
+
+/// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`.
+fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
+    let Some(grid) = frame.grid else { return String::new() };
+    let [x, y] = grid.cells.map(|n| ((n as f64 * (ratio / wanted).sqrt()).floor() as usize).max(1));
+    format!(" (cells = [{x}, {y}] or fewer)")
+}
+
+/// A note if a law takes the body's fibre although elements with another one lie under the frame.
+fn region_fibre_warning(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    faces: &[&SurfaceFace],
+) -> Option<String> {
+    let own = fe.material.fibre?;
+    let mut laws = Vec::new();
+    if matches!(plan.friction, FrictionLaw::Frp { tilt, .. } if tilt == own.tilt) {
+        laws.push("friction");
+    }
+    if matches!(plan.wear, WearLaw::Frp { tilt, .. } if tilt == own.tilt) {
+        laws.push("wear");
+    }
+    if laws.is_empty() {
+        return None;
+    }
+    let regions = ElementMaterials::new(&fe.fem_spec(BODY_KEYS[index])).ok()?;
+    let fibre: Point = fe.material.material_axes(0.0).column(0).into();
+    let turned = |group: &str| {
+        let cells = fe.mesh.group_of_dim(group, 3).map(|group| group.cells.as_slice()).unwrap_or_default();
+        let cells: HashSet<CellRef> = cells.iter().copied().collect();
+        faces.iter().filter(|face| cells.contains(&face.owner)).any(|face| {
+            let element = regions.element(face.owner);
+            element.is_some_and(|i| regions.axes(i).column(0).cross(&fibre).norm() > 1e-9)
+        })
+    };
+    let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
+    Some(format!(
+        "region `{group}` of {} lies under the frame with another fibre than the body's; {} take the fibre of the body",
+        BODY_KEYS[index],
+        laws.join(" and ")
+    ))
+}
+
+/// Area per node of many faces like `faces`, mm2: a node shared by many faces counts for its part in each.
+fn area_per_node(body: &BodyPlan, mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
+    let nodes = |face: &&SurfaceFace| match (face.kind, body.as_be()) {
+        (kind, Some(be)) => be.interpolation.n_nodes(kind.n_corners() == 3) as f64,
+        (ElementKind::Tri3, None) => 0.5,
+        (ElementKind::Tri6, None) => 2.0,
+        (ElementKind::Quad8, None) => 3.0,
+        (ElementKind::Quad9, None) => 4.0,
+        _ => 1.0,
+    };
+    faces.iter().map(|face| face.area(mesh)).sum::<f64>() / faces.iter().map(nodes).sum::<f64>()
+}

@@ -1,0 +1,155 @@
+//! What flat faces of a curved surface cut off of a gap that is taken from meshes, against the depth of the contact.
+//!
+//! An edge of length h on a surface of radius R lies up to h^2 / 8R inside it. In the gap of a condensed mesh this is distance; where
+//! the near field is that of a half-space the faces are bowed, and what the curvatures at the two ends of an edge do not agree on
+//! is left.
+
+use crate::simulation::build::bodies::{BODY_KEYS, face_map};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::error::warning;
+use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
+use crate::geometry::format_number;
+use crate::evolution::records::IncrementRecord;
+use crate::evolution::step::Normal;
+use crate::mesh::faces::group_faces;
+use crate::scene::plan::{MeshedBodyPlan, Plan};
+
+/// More than this share of the approach cut off by flat faces puts loads in doubt. Tried with a cap of R = 20 mm as condensed mesh
+/// (docs/theory-coupling.md): the load errs by one to two times the share.
+const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
+
+/// A bow of less than this share of an edge is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
+pub(crate) fn max_prescribed_approach(plan: &Plan) -> Option<f64> {
+    let approach = |normal| if let Some(Normal::Approach(approach)) = normal { Some(approach) } else { None };
+    plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
+}
+
+/// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.
+pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
+    let most = records.iter().map(|record| record.approach).reduce(f64::max);
+    most.filter(|_| max_prescribed_approach(plan).is_none())
+}
+
+/// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should; bodies that
+/// are `bowed` have the rest of it only.
+///
+/// # Errors
+/// If frame and faces do not fit.
+pub(crate) fn check(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (gap, depth): (&[f64], f64),
+    bowed: [bool; 2],
+) -> Result<Vec<String>, SceneError> {
+    let mut doubts = Vec::new();
+    for (index, bowed) in bowed.into_iter().enumerate() {
+        let Some(fe) = plan.bodies[index].as_meshed().filter(|_| plan.gap.shape == GapShape::Mesh) else {
+            continue;
+        };
+        let cuts = faceting_errors(fe, index, frame, &|cell| gap[cell] <= depth)?;
+        let lost = |cut: &EdgeSagitta| if bowed { cut.disagreement() } else { cut.largest() };
+        let worst = cuts.into_iter().max_by(|a, b| lost(a).total_cmp(&lost(b)));
+        let Some(worst) = worst.filter(|cut| lost(cut) > MAX_FACETING_ERROR_SHARE * depth) else { continue };
+        doubts.push(faceting_warning(plan, BODY_KEYS[index], (&worst, lost(&worst)), (depth, bowed)));
+    }
+    Ok(doubts)
+}
+
+/// The most by which flat faces of body `index` under the frame are bowed in the gap, mm; `None` if they are plane, or the gap is not
+/// that of the meshes.
+///
+/// # Errors
+/// If frame and faces do not fit.
+pub(crate) fn max_curvature_correction(
+    plan: &Plan,
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<Option<f64>, SceneError> {
+    if plan.gap.shape != GapShape::Mesh {
+        return Ok(None);
+    }
+    let cuts = faceting_errors(fe, index, frame, &|_| true)?;
+    let bowed = cuts.iter().filter(|cut| cut.applied() > ROUNDING * cut.length);
+    Ok(bowed.map(EdgeSagitta::applied).reduce(f64::max))
+}
+
+/// What the faces of body `index` cut off whose nodes all belong to cells that `counts`.
+fn faceting_errors(
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+    counts: &dyn Fn(usize) -> bool,
+) -> Result<Vec<EdgeSagitta>, SceneError> {
+    let map = face_map(fe, index, frame)?;
+    let faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
+    let mut under = vec![false; fe.mesh.n_points()];
+    for cell in (0..map.n_cells()).filter(|&cell| counts(cell)) {
+        map.row(cell).for_each(|(node, _)| under[map.nodes()[node]] = true);
+    }
+    let cuts = edge_sagittas(&fe.mesh, &faces);
+    let counted = faces.iter().zip(cuts).filter(|(face, _)| face.nodes.iter().all(|&node| under[node]));
+    Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
+}
+
+/// A warning where the `error` of what loads of body `key` do to its surface matters against the overlap of the
+/// undeformed bodies, or what keeps them apart, at an `approach` over a normal `gap` that includes what its loads do to it (`[N]`), mm.
+pub(crate) fn own_load_warning(
+    plan: &Plan,
+    key: &str,
+    error: Option<f64>,
+    (gap, approach): (&[f64], f64),
+) -> Option<String> {
+    let overlap = approach - gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let depth = overlap.abs();
+    let error = error.filter(|error| *error > MAX_FACETING_ERROR_SHARE * depth)?;
+    let unit = &plan.units.length;
+    let what = if overlap > 0.0 { "overlap" } else { "opening" };
+    Some(warning(&format!(
+        "what loads and prescribed displacements of {key} do to its surface under the frame is uncertain by an estimated {} {unit}, \
+         {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet, and loads and pressures by as much or twice as much: take \
+         elements of second order, or smaller ones (`orthowear refine` says where)",
+        short(error),
+        100.0 * error / depth,
+        short(depth)
+    )))
+}
+
+fn faceting_warning(
+    plan: &Plan,
+    key: &str,
+    (cut, lost): (&EdgeSagitta, f64),
+    (depth, bowed): (f64, bool),
+) -> String {
+    let unit = &plan.units.length;
+    let share = 100.0 * lost / depth;
+    let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();
+    let radius = cut.length * cut.length / (8.0 * cut.largest());
+    let (length, lost, depth, fine, radius) =
+        (short(cut.length), short(lost), short(depth), short(fine), short(radius));
+    let what = if bowed {
+        format!(
+            "the flat contact faces of {key}, edges of {length} {unit}, are bowed in the gap by the curvature of the surface around \
+             them, which differs from node to node: up to {lost} {unit} are uncertain, {share:.1} % of the approach of {depth} {unit}, \
+             and loads and pressures with them"
+        )
+    } else {
+        format!(
+            "the contact faces of {key} are flat, with edges of {length} {unit} on a surface of radius {radius} {unit}, and cut off up \
+             to {lost} {unit} of it, {share:.1} % of the approach of {depth} {unit}; in the gap (gap.kind = \"mesh\") this is distance, \
+             and loads and pressures err by as much or twice as much"
+        )
+    };
+    warning(&format!(
+        "{what}: take elements of second order, faces of at most {fine} {unit} there, or the gap of the shape itself (gap.kind = \
+         \"ellipsoid\", \"sphere\" or \"cylinder\", with its radii)"
+    ))
+}
+
+/// Three digits of a length that is no more certain.
+fn short(value: f64) -> String {
+    format_number(format!("{value:.2e}").parse().unwrap_or(value))
+}

@@ -1,0 +1,103 @@
+//! Elements that lock in materials which hardly change their volume.
+
+use std::collections::BTreeSet;
+
+use crate::element::ElementKind;
+use crate::error::warning;
+use crate::fem::{ElementMaterials, HexFormulation};
+use crate::geometry::format_number;
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+use crate::scene::plan::MeshedBodyPlan;
+
+/// Poisson's ratio of the volume from which plain elements of first order are too stiff by more than some percent. Tried with a rigid sphere on a
+/// clamped block, load against that of mean dilatation: `hex8` 2.5, 8, 31, 154 % and ten times too stiff at 0.3, 0.45, 0.49, 0.499 and 0.4999.
+const LOCKING_RATIO_STANDARD: f64 = 0.445;
+
+/// The same for enhanced hexahedra: 0, 1.2, 5 and 18 % at 0.45, 0.49, 0.499 and 0.4999.
+const LOCKING_RATIO_ENHANCED: f64 = 0.485;
+
+/// The ratio from which elements of a kind lock; `None` for those that do not.
+fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
+    match (kind, formulation) {
+        (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(LOCKING_RATIO_STANDARD),
+        (ElementKind::Hex8, HexFormulation::Standard) => Some(LOCKING_RATIO_STANDARD),
+        (ElementKind::Hex8, HexFormulation::Enhanced) => Some(LOCKING_RATIO_ENHANCED),
+        _ => None,
+    }
+}
+
+/// The kind as scenes name it.
+fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
+    if kind == ElementKind::Hex8 { formulation.name() } else { kind.name() }
+}
+
+/// A warning if elements of the body `key` lock in what they are made of.
+pub(crate) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
+    let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
+    if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
+        return None;
+    }
+    let inputs = fe.fem_spec(key);
+    let regions = ElementMaterials::new(&inputs).ok()?;
+    let found = Locking::new(&fe.mesh, &regions, inputs.formulation)?;
+    Some(warning(&found.message(key)))
+}
+
+/// The elements of a body that lock.
+struct Locking {
+    elements: usize,
+    kinds: BTreeSet<&'static str>,
+    only_hexahedra: bool,
+    /// Largest ratio among them, and the name of its material.
+    worst: (f64, String),
+}
+
+impl Locking {
+    fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
+        // Neighbours mostly are of one material.
+        let mut last: Option<(&Stiffness, f64)> = None;
+        let mut found = Self {
+            elements: 0,
+            kinds: BTreeSet::new(),
+            only_hexahedra: true,
+            worst: (f64::NEG_INFINITY, String::new()),
+        };
+        for (i, &cell) in regions.cells().iter().enumerate() {
+            let kind = mesh.kind(cell);
+            let Some(limit) = limit(kind, formulation) else { continue };
+            let placed = regions.material(i);
+            let known = last.filter(|(stiffness, _)| std::ptr::eq(*stiffness, &placed.stiffness));
+            let ratio = known.map_or_else(|| placed.stiffness.volumetric_poisson_ratio(), |(_, ratio)| ratio);
+            last = Some((&placed.stiffness, ratio));
+            if ratio < limit {
+                continue;
+            }
+            found.elements += 1;
+            found.kinds.insert(name(kind, formulation));
+            found.only_hexahedra &= kind == ElementKind::Hex8;
+            if ratio > found.worst.0 {
+                found.worst = (ratio, placed.name.clone());
+            }
+        }
+        (found.elements > 0).then_some(found)
+    }
+
+    fn message(&self, key: &str) -> String {
+        let (ratio, material) = &self.worst;
+        let kinds: Vec<&str> = self.kinds.iter().copied().collect();
+        let mend = if self.only_hexahedra {
+            format!("set {key}.element = \"hex8-bbar\", or take a mesh of second order")
+        } else {
+            "take a mesh of second order (gmsh: -order 2), or of hexahedra with element = \"hex8-bbar\""
+                .to_owned()
+        };
+        format!(
+            "{} elements ({}) of {key} lock: the material `{material}` hardly changes its volume (as little as an isotropic one with \
+             nu = {}), which they can follow only by not deforming, so that the body comes out too stiff, perhaps many times; {mend}",
+            self.elements,
+            kinds.join(", "),
+            format_number(*ratio),
+        )
+    }
+}

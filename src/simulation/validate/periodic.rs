@@ -1,0 +1,83 @@
+//! Whether gap and steps of a plan suit a frame that repeats itself.
+
+use crate::simulation::validate::controls::step_key;
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::error::Error;
+use crate::frame::{ContactFrame, Grid};
+use crate::geometry::format_number;
+use crate::evolution::step::Normal;
+use crate::scene::plan::Plan;
+
+/// Steps of the gap across the seam that are this many times those between neighbours are noted.
+const MAX_SEAM_STEP_RATIO: f64 = 5.0;
+
+/// Directions of fewer cells tell nothing of a surface.
+const MIN_CELLS_ALONG_SEAM: usize = 4;
+
+/// What the user should know of a periodic frame.
+///
+/// # Errors
+/// If an approach would take the mean planes of surfaces that repeat themselves in both directions through each other: their
+/// mean distance does not change by pressure.
+pub(crate) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
+    let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
+    let gap = plan.gap.evaluate(frame).at("gap")?;
+    // Cells outside of an outline stay open: contact need not be complete.
+    let whole = frame.grid_indices.is_none();
+    if grid.periodic == [true; 2] && whole {
+        refuse_complete_contact(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
+    }
+    let seams =
+        [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= MIN_CELLS_ALONG_SEAM);
+    let mut heights = vec![None; grid.cells[0] * grid.cells[1]];
+    gap.iter().enumerate().for_each(|(cell, height)| heights[frame.grid_index(cell)] = Some(*height));
+    Ok(seams.filter_map(|axis| seam_warning(plan, &grid, axis, &heights)).collect())
+}
+
+/// Refuses an approach of at least the `mean` distance of the surfaces, before sliding may have worn them.
+fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
+    let wears = plan.wear.specific_rate(plan.friction.ellipse()).is_some();
+    for (index, step) in plan.steps.iter().enumerate() {
+        let slides = step.tangential.is_some() || step.spin.is_some() || step.cycles.is_some();
+        if wears && (slides || step.rolling.is_some()) {
+            break;
+        }
+        let Some(Normal::Approach(approach)) = step.normal else { continue };
+        if approach > 0.0 && approach >= mean {
+            let error = Error::input(format!(
+                "on a frame that is periodic in both directions the mean planes of the surfaces approach each other by \
+                 {}, but they are only {} apart at first touch: the contact is complete before that, and more pressure does \
+                 not bring them nearer; approach by less, or prescribe normal_force",
+                format_number(approach),
+                format_number(mean)
+            ));
+            return Err(SceneError { error, key: step_key(&plan.steps, index, "approach") });
+        }
+    }
+    Ok(())
+}
+
+/// A note if the gap does not go on from one side of the frame to the other; `gap` by place in the grid, `None` where there is
+/// no cell.
+fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<String> {
+    let ny = grid.cells[1];
+    let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);
+    let at = |i: usize, j: usize| if axis == 0 { gap[i * ny + j] } else { gap[j * ny + i] };
+    let step = |i: usize| -> f64 {
+        let pairs = (0..across).filter_map(|j| Some(at((i + 1) % along, j)? - at(i, j)?));
+        let (count, sum) = pairs.fold((0, 0.0), |(count, sum), step| (count + 1, sum + step * step));
+        if count == 0 { 0.0 } else { sum / f64::from(count) }
+    };
+    let inside = (0..along - 1).map(step).fold(0.0, f64::max).sqrt();
+    let seam = step(along - 1).sqrt();
+    (seam > MAX_SEAM_STEP_RATIO * inside).then(|| {
+        format!(
+            "the gap does not repeat itself along {}: it steps by {} {} from the last cell to the first, and by {} at most \
+             between others; the step acts as an edge",
+            ["x", "y"][axis],
+            format_number(seam),
+            plan.units.length,
+            format_number(inside)
+        )
+    })
+}

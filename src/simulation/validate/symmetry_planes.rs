@@ -1,0 +1,381 @@
+//! Planes of symmetry under a contact whose cells are those of nodes: which cells they constrain, and which scenes contradict them.
+//!
+//! The supports hold the nodes on a plane across it, so that a traction across moves almost nothing and would stay undetermined; in
+//! the full model it vanishes by symmetry.
+
+use nalgebra::Vector3;
+
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
+use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
+use crate::simulation::failure::SceneError;
+use crate::error::Error;
+use crate::fem::symmetry_component;
+use crate::frame::ContactFrame;
+use crate::frame::symmetry::SymmetryNodes;
+use crate::geometry::{Point, Triad, format_number};
+use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
+use crate::mesh::faces::group_faces;
+use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
+use crate::scene::spec::frame::FramePoints;
+
+/// Names of the global axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Largest distance of two planes that are one, over the size of the group.
+const SAME_PLANE: f64 = 1e-6;
+
+/// Largest angle, radians, between an axis of the friction ellipse and a plane of symmetry that contains it.
+const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
+
+/// A plane group of a body whose displacement along the normal is prescribed.
+struct SupportPlane {
+    /// Key of the support in the scene.
+    key: String,
+    /// Whether the scene calls it a plane of symmetry.
+    is_symmetry: bool,
+    /// The global axis along its normal.
+    component: usize,
+    /// Its coordinate along that axis, mm.
+    coordinate: f64,
+    /// Distance within which points lie on it, mm.
+    tolerance: f64,
+    /// Nodes of the group.
+    nodes: Vec<usize>,
+    /// Prescribed displacement along the normal: its value (mm) and its gradient.
+    displacement: (f64, [f64; 3]),
+}
+
+impl SupportPlane {
+    fn name(&self) -> String {
+        format!("{} = {}", AXES[self.component], format_number(self.coordinate))
+    }
+
+    fn coincides_with(&self, other: &Self) -> bool {
+        self.component == other.component
+            && (self.coordinate - other.coordinate).abs() <= self.tolerance.max(other.tolerance)
+    }
+
+    /// Whether cells of the frame end on the plane.
+    fn bounds(&self, frame: &ContactFrame) -> bool {
+        let on = |x: &Point| (x[self.component] - self.coordinate).abs() <= self.tolerance;
+        frame.all_corners().any(|corners| {
+            let n = corners.len();
+            let edge = (0..n).any(|k| on(&corners[k]) && on(&corners[(k + 1) % n]));
+            edge && !corners.iter().all(on)
+        })
+    }
+}
+
+/// What the other body has at a plane.
+enum OppositePlane {
+    /// The same displacement along the normal; whether the scene calls it a plane of symmetry.
+    SameDisplacement(bool),
+    /// Another displacement along the normal.
+    OtherDisplacement,
+    /// No plane.
+    Missing,
+}
+
+/// The planes among the supports of a body that reach its contact surface; none of a body without a mesh.
+fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
+    let mut planes = Vec::new();
+    let Some(body) = body.as_meshed() else { return planes };
+    let nodes_of = |group: &str| {
+        let group = body.mesh.group_of_dim(group, 2);
+        group.map(|group| body.mesh.nodes_of(group)).unwrap_or_default()
+    };
+    let mut touches = vec![false; body.mesh.points.len()];
+    nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
+    // Outer faces are looked for in the groups that matter only: it takes time on large meshes.
+    let reaches =
+        |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
+    for support in body.supports.iter().filter(reaches) {
+        let Ok(component) = symmetry_component(&body.mesh, &support.group) else { continue };
+        let (Some(value), Ok(faces)) = (support.values[component], group_faces(&body.mesh, &support.group))
+        else {
+            continue;
+        };
+        let mut nodes: Vec<usize> = faces.iter().flat_map(|face| face.nodes.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let points = || nodes.iter().map(|&node| Point::from(body.mesh.points[node]));
+        let Some(first) = points().next() else { continue };
+        let size = points().map(|x| (x - first).norm()).fold(0.0, f64::max);
+        planes.push(SupportPlane {
+            key: support.key.clone(),
+            is_symmetry: support.key.contains(".symmetry."),
+            component,
+            coordinate: points().map(|x| x[component]).sum::<f64>() / nodes.len() as f64,
+            tolerance: SAME_PLANE * size,
+            displacement: (value, support.gradient[component]),
+            nodes,
+        });
+    }
+    planes
+}
+
+/// What the body `other`, whose planes are `planes`, has at a plane.
+fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> OppositePlane {
+    if matches!(other, BodyPlan::Rigid) {
+        return if plane.displacement == (0.0, [0.0; 3]) {
+            OppositePlane::SameDisplacement(false)
+        } else {
+            OppositePlane::OtherDisplacement
+        };
+    }
+    let there: Vec<&SupportPlane> = planes.iter().filter(|other| other.coincides_with(plane)).collect();
+    match there.iter().find(|other| other.displacement == plane.displacement) {
+        Some(same) => OppositePlane::SameDisplacement(same.is_symmetry),
+        None if there.is_empty() => OppositePlane::Missing,
+        None => OppositePlane::OtherDisplacement,
+    }
+}
+
+/// The body whose nodes are the cells of the frame, with the frame's axes.
+fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
+    match plan.frame {
+        FramePlan::Mesh { body, points: FramePoints::Nodes, azimuth, normal, .. } => {
+            let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
+            Some((body, Triad::from_normal(normal.into(), toward)))
+        }
+        _ => None,
+    }
+}
+
+/// The nodes of the frame's body on planes across which tractions and relative displacements vanish.
+///
+/// A plane group that both bodies have with the same displacement along its normal is one, and one that a body has against a rigid
+/// one. Planes that the scene does not call planes of symmetry are walls, and constrain nothing, where steps move the bodies
+/// across them.
+pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
+    let mut found = SymmetryNodes::new();
+    let Some((body, axes)) = nodal_frame(plan) else { return found };
+    let other = &plan.bodies[1 - body];
+    let others = support_planes(other);
+    for plane in support_planes(&plan.bodies[body]) {
+        let OppositePlane::SameDisplacement(declared) = partner(other, &others, &plane) else { continue };
+        let is_symmetric = || {
+            first_step_across(plan, &axes, plane.component).is_none()
+                && !breaks_friction_symmetry(plan, &axes.to_local(&Vector3::ith(plane.component, 1.0)))
+        };
+        if declared || plane.is_symmetry || is_symmetric() {
+            plane.nodes.iter().for_each(|&node| found.entry(node).or_default()[plane.component] = true);
+        }
+    }
+    found
+}
+
+/// Which of the global axes are normal to a plane at which the frame ends, of any kind, and which both bodies (or one and a rigid one) have
+/// and one at least calls a plane of symmetry.
+pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
+    let planes = plan.bodies.each_ref().map(support_planes);
+    let mut found = [false; 3];
+    for (own, other) in [(0, 1), (1, 0)] {
+        for plane in &planes[own] {
+            let shared = matches!(partner(&plan.bodies[other], &planes[other], plane), OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry);
+            found[plane.component] |= shared && plane.bounds(frame);
+        }
+    }
+    found
+}
+
+/// Refuses what contradicts planes of symmetry under the contact where friction acts: loads and motions across them, friction ellipses
+/// oblique to them; on frames of nodes also planes that one body has alone, or that move past one another.
+///
+/// # Errors
+/// At the key of the first one.
+pub(crate) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
+        return Ok(());
+    }
+    if let Some((body, _)) = nodal_frame(plan) {
+        refuse_unmatched_planes(plan, frame, body)?;
+    }
+    let bounds =
+        |c: usize| frame.symmetry_bounds[c] || frame.symmetry_planes.iter().flatten().any(|planes| planes[c]);
+    for component in (0..3).filter(|&c| bounds(c)) {
+        if let Some((step, key, what)) = first_step_across(plan, &frame.axes, component) {
+            let error = Error::input(format!(
+                "step \"{}\" {what} across the plane of symmetry under the contact whose normal is {}: a part of the model cannot stand \
+                 for the whole; leave out the part of `{key}` across, or take a full model",
+                plan.steps[step].name, AXES[component]
+            ));
+            return Err(SceneError { error, key: step_key(&plan.steps, step, key) });
+        }
+        let normal = |triad: &Triad| triad.to_local(&Vector3::ith(component, 1.0));
+        let oblique = |(cell, planes): (usize, &[bool; 3])| {
+            planes[component] && breaks_friction_symmetry(plan, &normal(&frame.triads[cell]))
+        };
+        let level = frame.symmetry_bounds[component]
+            && frame.has_uniform_axes()
+            && breaks_friction_symmetry(plan, &normal(&frame.axes));
+        if level || frame.symmetry_planes.iter().flatten().enumerate().any(oblique) {
+            let error = Error::input(format!(
+                "the axes of the friction ellipse are oblique to the plane of symmetry under the contact whose normal is {}: friction is \
+                 then not symmetric about it; turn an axis of the law (or the fibre that it follows) into the plane, or take a full model",
+                AXES[component]
+            ));
+            return Err(SceneError { error, key: "friction".to_owned() });
+        }
+    }
+    Ok(())
+}
+
+fn refuse_unmatched_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Result<(), SceneError> {
+    let planes = plan.bodies.each_ref().map(support_planes);
+    for (own, other) in [(body, 1 - body), (1 - body, body)] {
+        for plane in planes[own].iter().filter(|plane| plane.bounds(frame)) {
+            let (has, lacks, name) = (BODY_KEYS[own], BODY_KEYS[other], plane.name());
+            let message = match partner(&plan.bodies[other], &planes[other], plane) {
+                OppositePlane::Missing if plane.is_symmetry => format!(
+                    "{has} has the plane of symmetry {name} under the contact, {lacks} has none there: tractions across it are then \
+                     undetermined; make {lacks} a meshed body with `symmetry` in this plane, or take a full model"
+                ),
+                OppositePlane::OtherDisplacement => format!(
+                    "the plane {name} of {has} under the contact and {} move past one another along its normal: tractions across it are \
+                     then undetermined; prescribe the same displacement, or take frame.points = \"faces\" or a full model",
+                    SIDES[other].name()
+                ),
+                OppositePlane::Missing | OppositePlane::SameDisplacement(_) => continue,
+            };
+            return Err(SceneError { error: Error::input(message), key: plane.key.clone() });
+        }
+    }
+    Ok(())
+}
+
+/// Whether the friction law is not its own mirror image at a plane with the normal `m` in a cell's axes.
+fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
+    let Some(ellipse) = plan.friction.ellipse().filter(|ellipse| ellipse.mu[0] != ellipse.mu[1]) else {
+        return false;
+    };
+    let angle = m.y.atan2(m.x) - ellipse.angle;
+    (2.0 * angle).sin().abs() > 2.0 * MAX_MISALIGNMENT_RAD
+}
+
+/// The first step that moves or loads a body across planes with the normal `component`: its index, its key, what it does.
+fn first_step_across(
+    plan: &Plan,
+    axes: &Triad,
+    component: usize,
+) -> Option<(usize, &'static str, &'static str)> {
+    let normal = axes.to_local(&Vector3::ith(component, 1.0));
+    let of_step = |(index, step): (usize, &Step)| {
+        let (key, what) = control_across_plane(step, &normal)?;
+        Some((index, key, what))
+    };
+    plan.steps.iter().enumerate().find_map(of_step)
+}
+
+/// The key by which a step moves or loads a body across planes with the given normal (frame's axes), and what it does.
+fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static str, &'static str)> {
+    let along = |x: f64, y: f64, n: f64| {
+        let vector = Vector3::new(x, y, n);
+        vector.dot(normal).abs() > ROUNDING_SHARE * vector.norm()
+    };
+    // Rotations about the normal alone keep to the plane.
+    let turns = |x: f64, y: f64, n: f64| {
+        let vector = Vector3::new(x, y, n);
+        vector.cross(normal).norm() > ROUNDING_SHARE * vector.norm()
+    };
+    match step.normal {
+        Some(Normal::Approach(value)) if along(0.0, 0.0, value) => return Some(("approach", "moves body 2")),
+        Some(Normal::Force(value)) if along(0.0, 0.0, value) => {
+            return Some(("normal_force", "prescribes a force"));
+        }
+        _ => {}
+    }
+    match step.tangential {
+        Some(Tangential::Shift([x, y])) if along(x, y, 0.0) => return Some(("shift", "moves body 2")),
+        Some(Tangential::Force([x, y])) if along(x, y, 0.0) => {
+            return Some(("tangential_force", "prescribes a force"));
+        }
+        _ => {}
+    }
+    match step.tilt {
+        Some(Tilt::Rotation([x, y])) if turns(x, y, 0.0) => return Some(("rotation", "turns body 2")),
+        Some(Tilt::Moment([x, y])) if turns(x, y, 0.0) => return Some(("moment", "prescribes a moment")),
+        _ => {}
+    }
+    match step.spin {
+        Some(Spin::Twist(angle)) if turns(0.0, 0.0, angle) => return Some(("twist", "turns body 2")),
+        Some(Spin::Moment(moment)) if turns(0.0, 0.0, moment) => {
+            return Some(("spin_moment", "prescribes a moment"));
+        }
+        _ => {}
+    }
+    match &step.cycles.as_ref()?.motion {
+        CycleMotion::ClosedPath(closed) => {
+            let moves = closed.offsets().iter().any(|[x, y]| along(*x, *y, 0.0));
+            let what = if closed.drive == Drive::Shift { "moves body 2" } else { "prescribes a force" };
+            moves.then_some(("cycles", what))
+        }
+        CycleMotion::Sliding { angle } => {
+            along(angle.cos(), angle.sin(), 0.0).then_some(("sliding", "moves body 2"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evolution::step::{ClosedPath, Cycles, Integrator, JumpPolicy};
+
+    fn step() -> Step {
+        Step {
+            name: String::new(),
+            normal: Some(Normal::Approach(1.0)),
+            tangential: Some(Tangential::Shift([1.0, 0.0])),
+            tilt: None,
+            spin: None,
+            increments: 1,
+            friction: true,
+            wear: false,
+            cycles: None,
+            history_row: None,
+            rolling: None,
+        }
+    }
+
+    fn cycles(motion: CycleMotion) -> Option<Cycles> {
+        let jumps = JumpPolicy::Number(1);
+        Some(Cycles { count: 1.0, motion, jumps, integrator: Integrator::Explicit, beyond_critical: false })
+    }
+
+    fn closed(drive: Drive, angle: f64) -> CycleMotion {
+        CycleMotion::ClosedPath(ClosedPath {
+            drive,
+            amplitude: [1.0, 0.0],
+            angle,
+            increments: 1,
+            resolved_cycles: None,
+        })
+    }
+
+    /// Truth: a motion or force keeps a plane where it has no part along its normal, a rotation or moment where it has no other part.
+    #[test]
+    fn controls_across_a_plane() {
+        let y = Vector3::y();
+        assert_eq!(control_across_plane(&step(), &y), None);
+        let zero = Step { spin: Some(Spin::Twist(0.0)), tilt: Some(Tilt::Moment([0.0, 1.0])), ..step() };
+        assert_eq!(control_across_plane(&zero, &y), None);
+        let cases = [
+            (Step { tangential: Some(Tangential::Shift([1.0, 1e-6])), ..step() }, "shift"),
+            (Step { tangential: Some(Tangential::Force([0.0, 1.0])), ..step() }, "tangential_force"),
+            (Step { tilt: Some(Tilt::Rotation([1.0, 0.0])), ..step() }, "rotation"),
+            (Step { tilt: Some(Tilt::Moment([1.0, 1.0])), ..step() }, "moment"),
+            (Step { spin: Some(Spin::Twist(1.0)), ..step() }, "twist"),
+            (Step { spin: Some(Spin::Moment(1.0)), ..step() }, "spin_moment"),
+            (Step { cycles: cycles(closed(Drive::Shift, 0.5)), ..step() }, "cycles"),
+            (Step { cycles: cycles(closed(Drive::Force, 0.5)), ..step() }, "cycles"),
+            (Step { cycles: cycles(CycleMotion::Sliding { angle: 0.5 }), ..step() }, "sliding"),
+        ];
+        for (step, key) in cases {
+            assert_eq!(control_across_plane(&step, &y).map(|found| found.0), Some(key));
+        }
+        let keeps = Step { cycles: cycles(closed(Drive::Shift, 0.0)), ..step() };
+        assert_eq!(control_across_plane(&keeps, &y), None);
+        let inclined = Vector3::new(0.0, 0.6, 0.8);
+        assert_eq!(control_across_plane(&step(), &inclined).map(|found| found.0), Some("approach"));
+    }
+}

@@ -1,0 +1,209 @@
+//! Numbers out of the results of a run, by paths like `fretting.worn_volume`.
+
+use serde_json::Value;
+
+use crate::evolution::records::{IncrementRecord, JumpRecord, Resultants, RollingRecord};
+use crate::output::summary::Units;
+use crate::scene::document::key_segments;
+
+/// A number of the entries of a step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CollectedQuantity {
+    /// As it is written: step, then the field of its entries.
+    pub path: String,
+    /// Name of the step.
+    pub step: String,
+    /// Fields, outermost first.
+    fields: Vec<String>,
+}
+
+impl CollectedQuantity {
+    /// The quantity of a path.
+    ///
+    /// # Errors
+    /// If there is no such number in the entries of a step; the message, and how to mend it.
+    pub fn parse(path: &str) -> Result<Self, (String, String)> {
+        let parts: Vec<String> = key_segments(path).map(str::to_owned).collect();
+        let Some((step, fields)) = parts.split_first() else {
+            return Err(("the path is empty".to_owned(), EXAMPLE.to_owned()));
+        };
+        let template = template();
+        let mut at = &template;
+        for (i, field) in fields.iter().enumerate() {
+            let Some(inner) = child(at, field) else {
+                let place =
+                    if i == 0 { "entries of steps".to_owned() } else { format!("`{}`", fields[i - 1]) };
+                return Err((format!("{place} have no `{field}`"), format!("there is {}", names(at))));
+            };
+            at = inner;
+        }
+        match at {
+            Value::Number(_) | Value::Bool(_) => {
+                Ok(Self { path: path.to_owned(), step: step.clone(), fields: fields.to_vec() })
+            }
+            Value::Object(_) | Value::Array(_) => {
+                Err((format!("`{path}` is no number"), format!("add one of {}", names(at))))
+            }
+            _ => Err((format!("`{path}` is no number"), EXAMPLE.to_owned())),
+        }
+    }
+
+    /// The number in an entry; `None` where it has none.
+    pub fn value_in(&self, record: &IncrementRecord) -> Option<f64> {
+        let entry = serde_json::to_value(record).ok()?;
+        let found = self.fields.iter().try_fold(&entry, |at, field| child(at, field))?;
+        found.as_f64().or(found.as_bool().map(|b| if b { 1.0 } else { 0.0 }))
+    }
+
+    /// The number at the end of the step.
+    pub fn final_value(&self, records: &[IncrementRecord]) -> Option<f64> {
+        self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
+    }
+
+    /// The numbers of all entries of the step, over the cycles or the distance slid if it wears in jumps, else over the
+    /// increments. In the first case what adds up in the course of a run starts from the entry before, or from 0.
+    pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
+        let entries = || records.iter().filter(|record| record.name == self.step);
+        let cycles = entries().any(|record| record.stroke_ends.is_some());
+        let jumps = cycles || entries().any(|record| record.jump.is_some());
+        let x = |record: &IncrementRecord| match (cycles, jumps) {
+            (true, _) => record.cycles_done as f64,
+            (false, true) => record.distance_slid,
+            (false, false) => record.increment as f64,
+        };
+        let first = records.iter().position(|record| record.name == self.step).unwrap_or(0);
+        let start = match records[..first].last() {
+            Some(before) => self.value_in(before).map(|value| [x(before), value]),
+            None => Some([0.0; 2]),
+        };
+        let adds_up = self.fields.first().is_some_and(|field| CUMULATIVE_FIELDS.contains(&field.as_str()));
+        let start = start.filter(|_| jumps && adds_up);
+        start
+            .into_iter()
+            .chain(entries().filter_map(|record| Some([x(record), self.value_in(record)?])))
+            .collect()
+    }
+
+    /// Its name with the unit: "worn volume, mm^{3}".
+    pub fn label(&self, units: &Units) -> String {
+        let (length, force) = (&units.length, &units.force);
+        let name = self.fields.iter().find(|field| field.parse::<usize>().is_err());
+        let unit = match self
+            .fields
+            .iter()
+            .rev()
+            .find(|field| field.parse::<usize>().is_err())
+            .map(String::as_str)
+        {
+            Some(
+                "approach" | "shift" | "max_wear_depth" | "wear_depth_error" | "depth_error" | "distance"
+                | "distance_slid",
+            ) => length.clone(),
+            Some("normal_force" | "tangential_force") => force.clone(),
+            Some("moment" | "dissipation") => format!("{force} {length}"),
+            Some("contact_area" | "stick_area") => format!("{length}^{{2}}"),
+            Some(
+                "worn_volume"
+                | "worn_volume_by_body"
+                | "worn_volume_by_energy"
+                | "worn_volume_error"
+                | "volume_error",
+            ) => format!("{length}^{{3}}"),
+            Some("peak_pressure") => units.stress(),
+            Some("rotation" | "twist") => "degrees".to_owned(),
+            Some("seconds") => "s".to_owned(),
+            _ => String::new(),
+        };
+        let words = self.fields.join(" ").replace('_', " ");
+        let comma = if unit.is_empty() || name.is_none() { "" } else { ", " };
+        format!("{words}{comma}{unit}")
+    }
+}
+
+/// Fields that count from the start of a run.
+const CUMULATIVE_FIELDS: [&str; 8] = [
+    "worn_volume",
+    "worn_volume_by_body",
+    "worn_volume_by_energy",
+    "worn_volume_error",
+    "max_wear_depth",
+    "wear_depth_error",
+    "dissipation",
+    "distance_slid",
+];
+
+const EXAMPLE: &str =
+    "name a step and a number of its entries, as in \"fretting.worn_volume\" (docs/results.md)";
+
+/// An entry that has all fields.
+fn template() -> Value {
+    let mut record = IncrementRecord {
+        stroke_ends: Some([Resultants::default(); 2]),
+        rolling: Some(RollingRecord::default()),
+        jump: Some(JumpRecord { critical_length: Some(0.0), ..JumpRecord::default() }),
+        worn_volume_by_energy: Some(0.0),
+        ..Default::default()
+    };
+    record.certificate.operator_defect = Some(0.0);
+    serde_json::to_value(record).unwrap_or_default()
+}
+
+fn child<'a>(value: &'a Value, field: &str) -> Option<&'a Value> {
+    match value {
+        Value::Object(fields) => fields.get(field),
+        Value::Array(items) => items.get(field.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+fn names(value: &Value) -> String {
+    let names: Vec<String> = match value {
+        Value::Object(fields) => fields.keys().map(|name| format!("`{name}`")).collect(),
+        Value::Array(items) => (0..items.len()).map(|i| format!("`{i}`")).collect(),
+        _ => vec!["nothing inside".to_owned()],
+    };
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the entry's own fields; the last entry of a step is its result.
+    #[test]
+    fn paths_lead_to_numbers() {
+        let entry = |increment: usize, volume: f64| IncrementRecord {
+            name: "rub".into(),
+            increment,
+            worn_volume: volume,
+            tangential_force: [volume, -2.0],
+            cycles_done: 10 * increment as u64,
+            stroke_ends: Some([Resultants::default(); 2]),
+            ..Default::default()
+        };
+        let records = [IncrementRecord::default(), entry(1, 3.0), entry(2, 4.0)];
+        let quantity = |path| CollectedQuantity::parse(path).expect("a quantity");
+        assert_eq!(quantity("rub.worn_volume").final_value(&records), Some(4.0));
+        assert_eq!(quantity("rub.tangential_force.1").final_value(&records), Some(-2.0));
+        assert_eq!(quantity("rub.worn_volume").curve(&records), [[0.0, 0.0], [10.0, 3.0], [20.0, 4.0]]);
+        assert_eq!(quantity("rub.tangential_force.0").curve(&records), [[10.0, 3.0], [20.0, 4.0]]);
+        assert_eq!(quantity("rub.rolling.spin").final_value(&records), None);
+        assert_eq!(quantity("rest.worn_volume").final_value(&records), None);
+        assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "worn volume, mm^{3}");
+    }
+
+    /// Truth: what is no number of an entry is refused with what there is.
+    #[test]
+    fn other_paths_are_refused() {
+        for (path, message, mend) in [
+            ("rub.worn_volum", "have no `worn_volum`", "`worn_volume`"),
+            ("rub.tangential_force", "is no number", "`0`, `1`"),
+            ("rub.method", "is no number", "fretting.worn_volume"),
+            ("rub", "is no number", "`normal_force`"),
+            ("", "empty", "fretting.worn_volume"),
+        ] {
+            let (found, help) = CollectedQuantity::parse(path).expect_err("no number");
+            assert!(found.contains(message) && help.contains(mend), "{path}: {found}: {help}");
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Studies: a scene run for all combinations of some of its values.
+//!
+//! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
+//! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
+//! `images` finds runs that are images of each other; [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
+
+pub mod axes;
+pub mod collect;
+mod images;
+mod parts;
+pub mod plots;
+mod range;
+mod require;
+mod sample;
+mod scenes;
+pub mod share;
+pub mod table;
+pub mod read;
+pub mod run;
+pub mod spec;
+pub(crate) mod queue;
+pub(crate) mod shared_beginnings;
+
+pub use crate::sweep::axes::Axis;
+pub use crate::sweep::read::{ImageOf, RunSpec, Sweep, read};
+pub use crate::sweep::parts::parts;

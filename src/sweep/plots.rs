@@ -1,0 +1,295 @@
+//! The pictures of a study: families of curves over the cycles, results over one axis with another as family or over two, and over the keys of a
+//! sample.
+
+use std::collections::HashMap;
+
+use crate::sweep::axes::Axis;
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::read::Sweep;
+use crate::sweep::table::{StudyResult, StudyRun};
+use crate::output::plot::axis::Scale;
+use crate::output::plot::chart::{Chart, Series};
+use crate::output::plot::heat_map::HeatMap;
+use crate::output::plot::{Canvas, PANEL, arrange_panels};
+use crate::output::summary::Status;
+
+/// Most panels of a picture.
+const MOST_PANELS: usize = 12;
+
+/// Pictures with the names of their files; runs that did not converge are left out.
+pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
+    let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
+    let study = StudyPlots { sweep, result, places };
+    let mut pictures = Vec::new();
+    let mut keep = |name: String, panels: Vec<Canvas>| {
+        if !panels.is_empty() {
+            let shown: Vec<Canvas> = panels.into_iter().take(MOST_PANELS).collect();
+            pictures
+                .push((format!("{}.svg", plain(&name)), arrange_panels(&shown, PANEL, 3.min(shown.len()))));
+        }
+    };
+    for quantity in &sweep.curves {
+        keep(format!("curves-{}", quantity.path), study.curves(quantity));
+    }
+    for quantity in &sweep.collect {
+        keep(quantity.path.clone(), study.results(quantity));
+        keep(format!("heat-{}", quantity.path), study.heats(quantity));
+    }
+    pictures
+}
+
+/// Letters that every file system takes.
+fn plain(name: &str) -> String {
+    let fine = |c: &char| c.is_ascii_alphanumeric() || "-_.".contains(*c);
+    name.chars().filter(|c| *c != '"').map(|c| if fine(&c) { c } else { '-' }).collect()
+}
+
+struct StudyPlots<'a> {
+    sweep: &'a Sweep,
+    result: &'a StudyResult,
+    /// Numbers of the runs by what they choose.
+    places: HashMap<&'a [usize], usize>,
+}
+
+impl StudyPlots<'_> {
+    fn axes(&self) -> &[Axis] {
+        &self.sweep.axes
+    }
+
+    /// Axes with something to compare; the first one if none has.
+    fn varied(&self) -> Vec<usize> {
+        let varied: Vec<usize> =
+            (0..self.axes().len()).filter(|&i| self.axes()[i].values.len() > 1).collect();
+        if varied.is_empty() { vec![0] } else { varied }
+    }
+
+    /// Whether an axis is worth a side of a heat map.
+    fn is_side(&self, i: usize) -> bool {
+        let axis = &self.axes()[i];
+        !axis.is_sample && axis.values.len() > 2
+    }
+
+    /// Results over two axes, a panel for each combination of the others.
+    fn heats(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
+        let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
+        let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
+        let mut panels = Vec::new();
+        for [x, y] in pairs {
+            for choice in self.combinations_of_other_axes(&[x, y]) {
+                let places = [x, y].map(|i| self.in_order(i));
+                let cells =
+                    places[1].iter().flat_map(|&row| places[0].iter().map(move |&column| (column, row)));
+                let number = |(column, row): (usize, usize)| {
+                    let mut choice = choice.clone();
+                    (choice[x], choice[y]) = (column, row);
+                    self.run(&choice)?.result(&quantity.path)
+                };
+                let values: Vec<Option<f64>> = cells.map(number).collect();
+                if values.iter().all(Option::is_none) {
+                    continue;
+                }
+                let words = |i: usize| self.axes()[i].name.clone();
+                let names = [0, 1].map(|k| {
+                    let axis = &self.axes()[[x, y][k]];
+                    places[k].iter().map(|&value| axis.label(value)).collect()
+                });
+                let labels = [words(x), words(y), quantity.label(&self.sweep.units)];
+                let title = self.title(quantity, &[x, y], &choice);
+                panels.push(HeatMap { title, labels, names, values }.panel());
+            }
+        }
+        panels
+    }
+
+    /// The values of an axis, numbers in rising order.
+    fn in_order(&self, i: usize) -> Vec<usize> {
+        let axis = &self.axes()[i];
+        let mut order: Vec<usize> = (0..axis.values.len()).collect();
+        if axis.is_numeric() {
+            order.sort_by(|&a, &b| {
+                let number = |value| axis.number(value).unwrap_or(0.0);
+                number(a).total_cmp(&number(b))
+            });
+        }
+        order
+    }
+
+    /// Results over each key of the sample, with each other axis as family.
+    fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Vec<Canvas> {
+        let axis = &self.axes()[sample];
+        let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
+        let families: Vec<Option<usize>> =
+            if others.is_empty() { vec![None] } else { others.into_iter().map(Some).collect() };
+        let mut panels = Vec::new();
+        for (k, key) in axis.keys.iter().enumerate() {
+            for &family in &families {
+                let free: Vec<usize> = family.into_iter().chain([sample]).collect();
+                for choice in self.combinations_of_other_axes(&free) {
+                    let points = |choice: &[usize]| {
+                        let point = |value: usize| {
+                            let mut choice = choice.to_vec();
+                            choice[sample] = value;
+                            Some([axis.value_of_key(value, k)?, self.run(&choice)?.result(&quantity.path)?])
+                        };
+                        (0..axis.values.len()).filter_map(point).collect()
+                    };
+                    let series = self.family(family, &choice, points);
+                    if series.iter().all(|series| series.points.is_empty()) {
+                        continue;
+                    }
+                    let title = self.title(quantity, &free, &choice);
+                    let labels = [key.clone(), quantity.label(&self.sweep.units)];
+                    let chart = Chart { title, labels, scales: [Scale::Linear; 2], series };
+                    panels.push(chart.scattered_panel());
+                }
+            }
+        }
+        panels
+    }
+
+    /// The converged run with these values.
+    fn run(&self, choice: &[usize]) -> Option<&StudyRun> {
+        self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
+    }
+
+    /// All combinations of the axes that are not `free`; the free ones stay at their first value.
+    fn combinations_of_other_axes(&self, free: &[usize]) -> Vec<Vec<usize>> {
+        let mut choices = vec![vec![0; self.axes().len()]];
+        for (i, axis) in self.axes().iter().enumerate().filter(|(i, _)| !free.contains(i)) {
+            let with = |choice: &Vec<usize>| {
+                let choice = choice.clone();
+                (0..axis.values.len()).map(move |value| {
+                    let mut choice = choice.clone();
+                    choice[i] = value;
+                    choice
+                })
+            };
+            choices = choices.iter().flat_map(with).collect();
+        }
+        choices
+    }
+
+    /// What a panel has in common: "; angle = 45".
+    fn title(&self, quantity: &CollectedQuantity, free: &[usize], choice: &[usize]) -> String {
+        let words = quantity.label(&self.sweep.units);
+        let name = words.split(',').next().unwrap_or("");
+        let mut title = format!("{}: {name}", quantity.step);
+        for (i, axis) in self.axes().iter().enumerate() {
+            if !free.contains(&i) && axis.values.len() > 1 {
+                title += &format!(", {} = {}", axis.name, axis.label(choice[i]));
+            }
+        }
+        title
+    }
+
+    /// Curves over the cycles: for each axis a family of its values, a panel for each combination of the others.
+    fn curves(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
+        let mut panels = Vec::new();
+        if self.axes().iter().any(|axis| axis.is_sample) {
+            // As many lines as points.
+            return panels;
+        }
+        for family in self.varied() {
+            for choice in self.combinations_of_other_axes(&[family]) {
+                let series = self.family(Some(family), &choice, |choice| {
+                    self.run(choice).map_or(Vec::new(), |run| run.curve(&quantity.path))
+                });
+                let (x, scale) = match self.sweep.curve_abscissa.get(&quantity.step) {
+                    Some(&"cycles") => ("cycles".to_owned(), Scale::Linear),
+                    Some(other) => (format!("{other}, {}", self.sweep.units.length), Scale::Linear),
+                    None => ("increment".to_owned(), Scale::Whole),
+                };
+                let title = self.title(quantity, &[family], &choice);
+                panels.extend(self.chart(quantity, title, (x, scale), series));
+            }
+        }
+        panels
+    }
+
+    /// Results over each axis, with each other one as family.
+    fn results(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
+        let mut panels = Vec::new();
+        let varied = self.varied();
+        if let Some(sample) = varied.iter().copied().find(|&i| self.axes()[i].is_sample) {
+            return self.scattered(sample, quantity);
+        }
+        for &over in &varied {
+            let mut families: Vec<Option<usize>> =
+                varied.iter().copied().filter(|i| *i != over).map(Some).collect();
+            if families.is_empty() {
+                families.push(None);
+            }
+            for family in families {
+                let free: Vec<usize> = family.into_iter().chain([over]).collect();
+                for choice in self.combinations_of_other_axes(&free) {
+                    let series = self.family(family, &choice, |choice| self.over(over, choice, quantity));
+                    let axis = &self.axes()[over];
+                    let scale = if axis.is_numeric() { Scale::Linear } else { Scale::Whole };
+                    let title = self.title(quantity, &free, &choice);
+                    panels.extend(self.chart(quantity, title, (axis_words(axis), scale), series));
+                }
+            }
+        }
+        panels
+    }
+
+    /// A result over the values of an axis, numbers in rising order, others by their place.
+    fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
+        let axis = &self.axes()[over];
+        let numeric = axis.is_numeric();
+        let point = |value: usize| {
+            let mut choice = choice.to_vec();
+            choice[over] = value;
+            let place = if numeric { axis.number(value)? } else { value as f64 + 1.0 };
+            Some([place, self.run(&choice)?.result(&quantity.path)?])
+        };
+        let mut points: Vec<[f64; 2]> = (0..axis.values.len()).filter_map(point).collect();
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        points
+    }
+
+    /// A series for each value of the family's axis.
+    fn family(
+        &self,
+        family: Option<usize>,
+        choice: &[usize],
+        points: impl Fn(&[usize]) -> Vec<[f64; 2]>,
+    ) -> Vec<Series> {
+        let Some(family) = family else {
+            return vec![Series { name: String::new(), points: points(choice) }];
+        };
+        let axis = &self.axes()[family];
+        let series = |value: usize| {
+            let mut choice = choice.to_vec();
+            choice[family] = value;
+            Series { name: format!("{} = {}", axis.name, axis.label(value)), points: points(&choice) }
+        };
+        (0..axis.values.len()).map(series).filter(|series| !series.points.is_empty()).collect()
+    }
+
+    fn chart(
+        &self,
+        quantity: &CollectedQuantity,
+        title: String,
+        (x, scale): (String, Scale),
+        series: Vec<Series>,
+    ) -> Option<Canvas> {
+        if series.iter().all(|series| series.points.is_empty()) {
+            return None;
+        }
+        let labels = [x, quantity.label(&self.sweep.units)];
+        Some(Chart { title, labels, scales: [scale, Scale::Linear], series }.panel())
+    }
+}
+
+/// The name of an axis with its key; with the names of its values where they are no numbers.
+fn axis_words(axis: &Axis) -> String {
+    let key = axis.keys.first().filter(|key| **key != axis.name);
+    let key = key.map(|key| format!(" ({key})")).unwrap_or_default();
+    if axis.is_numeric() {
+        return format!("{}{key}", axis.name);
+    }
+    let names: Vec<String> =
+        (0..axis.values.len()).map(|value| format!("{} {}", value + 1, axis.label(value))).collect();
+    format!("{}: {}", axis.name, names.join("; "))
+}

@@ -1,0 +1,277 @@
+//! Reads a study file: its axes, its runs, and everything wrong with it or with the scenes it makes.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+
+use crate::sweep::axes::{Axis, axes};
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::images::Shape;
+use crate::sweep::spec::StudyFile;
+use crate::sweep::require::{Requirement, combinations};
+use crate::sweep::scenes::{RunScene, SceneReader};
+use crate::geometry::GridSymmetry;
+use crate::linalg::memory::MemoryLimit;
+use crate::output::summary::Units;
+use crate::scene::document::Document;
+use crate::scene::plan::Plan;
+use crate::scene::schema::json_schema_of;
+use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
+
+/// Most runs of a study.
+pub(crate) const MOST_RUNS: usize = 10_000;
+/// Most combinations of values of which some are left out.
+const MOST_COMBINATIONS: usize = 1_000_000;
+/// Longest name of a folder.
+const LONGEST: usize = 80;
+
+/// A run of the study.
+#[derive(Debug, Clone)]
+pub struct RunSpec {
+    /// By axis, which of its values.
+    pub choice: Vec<usize>,
+    /// What is laid over the scene, `key.path=value`.
+    pub overrides: Vec<String>,
+    /// Name of its folder.
+    pub folder: String,
+    /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
+    pub prefix_keys: Vec<(usize, String)>,
+    /// The run that it is an image of, if it is one of an earlier run and images are wanted.
+    pub image_of: Option<ImageOf>,
+    /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
+    pub memory: MemoryLimit,
+}
+
+/// That a run is the image of another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageOf {
+    /// Number of that run, from 0.
+    pub run: usize,
+    /// What makes the image.
+    pub symmetry: GridSymmetry,
+}
+
+/// A study that can be run.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// Its file.
+    pub document: Document,
+    /// Title.
+    pub title: String,
+    /// The scene's file.
+    pub scene: PathBuf,
+    /// Units of the scene.
+    pub units: Units,
+    /// The axes.
+    pub axes: Vec<Axis>,
+    /// What is collected at the end of each run.
+    pub collect: Vec<CollectedQuantity>,
+    /// What is collected of all entries.
+    pub curves: Vec<CollectedQuantity>,
+    /// Number of combinations that `require` leaves out.
+    pub left_out: usize,
+    /// The runs: all other combinations, the last axis fastest.
+    pub runs: Vec<RunSpec>,
+    /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
+    pub curve_abscissa: BTreeMap<String, &'static str>,
+    /// The plan of the first run.
+    pub first: Plan,
+}
+
+impl Sweep {
+    /// Gives all runs another memory limit, if there is one.
+    pub fn set_memory_limit(&mut self, limit: Option<MemoryLimit>) {
+        let Some(limit) = limit else { return };
+        self.runs.iter_mut().for_each(|run| run.memory = limit);
+        self.first.memory_limit = limit;
+    }
+}
+
+/// The study of the file at `path`; `overrides` are laid over the scene of every run.
+///
+/// # Errors
+/// Everything wrong with the study file and with its scene under each combination of values, by file.
+pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
+    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
+    if document.get("study").is_none() && document.get("body1").is_some() {
+        let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
+        let mend =
+            format!("run it with `orthowear run {}`, or write a study of it (docs/study.md)", path.display());
+        return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
+    }
+    let (mut mistakes, unknown) =
+        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
+    let mut known = document.clone();
+    unknown.iter().for_each(|key| known.remove(key));
+    let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
+        Ok(keys) => keys,
+        Err(error) => {
+            if mistakes.is_empty() {
+                let place = error.path().to_string();
+                mistakes.push(Diagnostic::at(&document, &place, error.inner().to_string()));
+            }
+            return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
+        }
+    };
+    let axes = axes(&document, &keys, overrides, &mut mistakes);
+    let choices = choices(&document, &keys, &axes, &mut mistakes);
+    let mut quantities = |list: &[String], key: &str| -> Vec<CollectedQuantity> {
+        let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {
+            Ok(quantity) => Some(quantity),
+            Err((message, mend)) => {
+                mistakes.push(Diagnostic::at(&document, &format!("output.{key}.{i}"), message).help(mend));
+                None
+            }
+        };
+        list.iter().enumerate().filter_map(parse).collect()
+    };
+    let collect = quantities(&keys.output.collect, "collect");
+    let curves = quantities(&keys.output.curves, "curves");
+    let here = document.folder == Path::new(".");
+    let scene = if here { PathBuf::from(&keys.study.scene) } else { document.folder.join(&keys.study.scene) };
+    if !scene.is_file() {
+        let message = format!("there is no scene file {}", scene.display());
+        let mend = "give the path of a scene (.toml), relative to the study file";
+        mistakes.push(Diagnostic::at(&document, "study.scene", message).label("no such file").help(mend));
+    }
+    if !mistakes.is_empty() {
+        return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
+    }
+    let all: usize = axes.iter().map(|axis| axis.values.len()).product();
+    let left_out = all - choices.len();
+    let mut reader = SceneReader::new(&document, &scene, keys.study.symmetry);
+    let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
+    reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
+    let SceneReader {
+        study_diagnostics: mistakes, scene_diagnostics, first, jumping: curve_abscissa, ..
+    } = reader;
+    let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
+        let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
+        return Err(study.map(reworded_for_study).into_iter().chain(scene_diagnostics).collect());
+    };
+    let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
+    let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
+    let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
+    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, curve_abscissa, first })
+}
+
+/// Mistakes of a study file, where the words are those of a scene.
+fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
+    for mistake in &mut mistakes.list {
+        for words in ["the scene lacks", "the scene has no key"] {
+            if let Some(rest) = mistake.message.strip_prefix(words) {
+                mistake.message = format!("{}{rest}", words.replace("scene", "study"));
+            }
+        }
+    }
+    mistakes
+}
+
+/// The combinations of values that meet what the study requires; what is wrong with that is added to `mistakes`.
+fn choices(
+    document: &Document,
+    keys: &StudyFile,
+    axes: &[Axis],
+    mistakes: &mut Vec<Diagnostic>,
+) -> Vec<Vec<usize>> {
+    let mut requirements = Vec::new();
+    for (i, text) in keys.study.require.iter().enumerate() {
+        match Requirement::parse(text, axes) {
+            Ok(requirement) => requirements.push(requirement),
+            Err((message, mend)) => {
+                mistakes.push(Diagnostic::at(document, &format!("study.require.{i}"), message).help(mend));
+            }
+        }
+    }
+    let count = axes.iter().fold(1_usize, |n, axis| n.saturating_mul(axis.values.len()));
+    let (most, what) = match requirements.is_empty() {
+        true => (MOST_RUNS, "runs"),
+        false => (MOST_COMBINATIONS, "combinations"),
+    };
+    let mut refuse = |place: &str, message: String, mend: &str| {
+        mistakes.push(Diagnostic::at(document, place, message).help(mend));
+        Vec::new()
+    };
+    if count > most {
+        let message = format!("the axes make {count} {what} (at most {most})");
+        return refuse("axes", message, "give fewer values, or split the study");
+    }
+    let choices = combinations(axes, &requirements);
+    if choices.is_empty() && count > 0 {
+        let message = format!("none of the {count} combinations meets all of `require`");
+        return refuse("study.require", message, "relax what is required, or give the axes other values");
+    }
+    if choices.len() > MOST_RUNS {
+        let message = format!("the axes make {} runs (at most {MOST_RUNS})", choices.len());
+        return refuse("axes", message, "give fewer values, or split the study");
+    }
+    choices
+}
+
+/// The runs of all combinations; `read` hears of each and says what it found.
+fn runs(
+    axes: &[Axis],
+    choices: Vec<Vec<usize>>,
+    overrides: &[String],
+    mut read: impl FnMut(&[usize], &[String]) -> Option<RunScene>,
+) -> Vec<RunSpec> {
+    let mut runs: Vec<RunSpec> = Vec::new();
+    let mut folders = BTreeSet::new();
+    let mut shapes: HashMap<String, (usize, Shape)> = HashMap::new();
+    for (number, choice) in choices.into_iter().enumerate() {
+        let mut own = overrides.to_vec();
+        for (axis, &value) in axes.iter().zip(&choice) {
+            let lines = axis.keys.iter().zip(&axis.values[value]);
+            own.extend(lines.map(|(key, node)| format!("{key}={}", node.to_toml())));
+        }
+        let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
+        folders.insert(folder.clone());
+        let Some(RunScene { memory, beginnings: prefix_keys, shape }) = read(&choice, &own) else { continue };
+        let run = runs.len();
+        let image_of = shape.and_then(|shape| {
+            let (run, first) = shapes.entry(shape.text.clone()).or_insert_with(|| (run, shape.clone()));
+            Some(ImageOf { run: *run, symmetry: shape.from(first)? })
+        });
+        let image_of = image_of.filter(|image| image.run != run);
+        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys, image_of, memory });
+    }
+    runs
+}
+
+/// A name that is not too long and not taken: with the number of the run where it has to be.
+fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
+    if name.len() <= LONGEST && !taken.contains(&name) {
+        return name;
+    }
+    // By plain letters alone, so that any place is one between them.
+    let mut short = format!("{}-{}", &name[..name.len().min(LONGEST)], number + 1);
+    while taken.contains(&short) {
+        short.push('-');
+    }
+    short
+}
+
+/// Names of the axes with their values, as far as every file system takes them: `tilt-30_angle-45`.
+fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
+    let plain = |text: String| -> String {
+        text.chars().map(|c| if c.is_ascii_alphanumeric() || "+-._".contains(c) { c } else { '-' }).collect()
+    };
+    let part = |(axis, value): (&Axis, &usize)| plain(format!("{}-{}", axis.name, axis.label(*value)));
+    axes.iter().zip(choice).map(part).collect::<Vec<_>>().join("_")
+}
+
+/// Quantities of the last step, where the study names none.
+fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
+    let Some(last) = plan.steps.last() else { return Vec::new() };
+    let names = [
+        "normal_force",
+        "tangential_force.0",
+        "tangential_force.1",
+        "contact_area",
+        "peak_pressure",
+        "worn_volume",
+    ];
+    let plain = last.name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c));
+    let step = if plain { last.name.clone() } else { format!("\"{}\"", last.name) };
+    let quantity = |name: &&str| CollectedQuantity::parse(&format!("{step}.{name}")).ok();
+    names.iter().filter_map(quantity).collect()
+}

@@ -1,0 +1,373 @@
+//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once, and what is the image of
+//! another run is made of that one.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::time::Instant;
+
+use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
+use crate::sweep::shared_beginnings::{PrefixRecorder, SharedWork};
+use crate::simulation::image::{ForImages, Original, most_bytes};
+use crate::sweep::queue::{ClaimedRun, Known, Queue};
+use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
+use crate::adaptive::run::run;
+use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
+use crate::error::{Error, Result, exit};
+use crate::fem::FlexibilityCache;
+use crate::evolution::image::Recording;
+use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
+use crate::report::remove_stale_report;
+use crate::output::summary::{Status, Summary};
+use crate::scene::{self, Plan};
+use crate::omitted::OmissionKind;
+use crate::sweep::plots::pictures;
+use crate::sweep::share::{Concurrency, plan_concurrency};
+use crate::sweep::table::{StudyResult, StudyRun};
+use crate::sweep::{ImageOf, RunSpec, Sweep};
+use crate::estimate::estimate;
+use crate::simulation::SceneError;
+
+/// Why a folder does not count.
+const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
+
+/// A study and how it is run.
+pub struct StudyRunner<'a> {
+    /// The study.
+    pub sweep: &'a Sweep,
+    /// Where the folders of the runs are.
+    pub directory: &'a Path,
+    /// Flexibilities of meshed bodies that are kept.
+    pub cache: Option<&'a FlexibilityCache>,
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+    /// Whether to leave what has converged, and to go on with what is unfinished.
+    pub resume: bool,
+}
+
+/// What the runs of a study came to.
+#[derive(Debug, Default)]
+pub struct StudyOutcome {
+    /// All of its runs, in its order; those that were not run have no status.
+    pub runs: Vec<StudyRun>,
+    /// The gravest exit code.
+    pub code: u8,
+    /// Number of runs that were left as they were.
+    pub reused: usize,
+    /// Number of runs that were made of those that they are images of.
+    pub images: usize,
+    /// Why runs could not be begun.
+    pub problems: Vec<String>,
+}
+
+/// A run that ended.
+struct FinishedRun {
+    number: usize,
+    result: StudyRun,
+    code: u8,
+    kept: bool,
+    image: bool,
+}
+
+/// What a worker says.
+enum WorkerMessage {
+    Ended(Box<FinishedRun>),
+    Problem(String),
+}
+
+impl StudyRunner<'_> {
+    /// How the runs of these numbers share `threads` and what memory there is.
+    pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
+        let runs = &self.sweep.runs;
+        // Images are made one after the other from what is computed.
+        let computed = numbers.iter().map(|&number| runs[number].image_of.map_or(number, |image| image.run));
+        let computed: BTreeSet<usize> = computed.collect();
+        let images = numbers.iter().any(|&number| runs[number].image_of.is_some());
+        let entries = runs.first().filter(|_| images).map_or(0, |run| most_bytes(&run.memory));
+        let needed = estimate(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes + entries as f64);
+        let free = runs.first().and_then(|run| run.memory.remaining());
+        plan_concurrency(computed.len(), threads, needed, free)
+    }
+
+    /// Runs those of these numbers; `show` hears of each that ends how many have.
+    pub fn run(&self, numbers: &[usize], shared: Concurrency, show: &mut dyn FnMut(usize)) -> StudyOutcome {
+        let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(self.sweep, number)).collect();
+        let mut ended = StudyOutcome { runs, ..StudyOutcome::default() };
+        let queue = Queue::new(&self.sweep.runs, numbers);
+        let (sender, receiver) = channel();
+        std::thread::scope(|scope| {
+            for _ in 0..shared.parallel_runs {
+                let (sender, queue) = (sender.clone(), &queue);
+                let builder = std::thread::Builder::new().stack_size(THREAD_STACK_BYTES);
+                let work = move || self.worker(shared.threads_per_run, queue, &sender);
+                if let Err(error) = builder.spawn_scoped(scope, work) {
+                    ended.problems.push(format!("no thread for a run: {error}"));
+                }
+            }
+            drop(sender);
+            let mut done = 0;
+            for said in &receiver {
+                match said {
+                    WorkerMessage::Problem(problem) => ended.problems.push(problem),
+                    WorkerMessage::Ended(one) => {
+                        let FinishedRun { number, result, code, kept, image } = *one;
+                        ended.runs[number] = result;
+                        ended.code = exit::worse(ended.code, code);
+                        ended.reused += usize::from(kept);
+                        ended.images += usize::from(image);
+                        done += 1;
+                        show(done);
+                    }
+                }
+            }
+        });
+        let unknown = numbers.iter().any(|&number| ended.runs[number].status.is_none());
+        if self.stop.load(Ordering::Relaxed) {
+            ended.code = exit::INTERRUPTED;
+        } else if unknown {
+            ended.code = exit::worse(ended.code, exit::FAILED);
+        }
+        ended
+    }
+
+    /// Takes one run after the other until there is none left.
+    fn worker(&self, threads: usize, queue: &Queue, said: &Sender<WorkerMessage>) {
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
+        let pool = match pool {
+            Ok(pool) => pool,
+            Err(error) => {
+                // Whoever listens has gone only with the study.
+                let _ = said.send(WorkerMessage::Problem(format!("no threads for a run: {error}")));
+                return;
+            }
+        };
+        while let Some(taken) = queue.claim(self.stop) {
+            let ended = pool.install(|| match taken.hidden {
+                true => {
+                    self.hidden(&taken);
+                    None
+                }
+                false => Some(self.run_one(&taken)),
+            });
+            drop(taken);
+            let Some(ended) = ended else { continue };
+            if said.send(WorkerMessage::Ended(Box::new(ended))).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn run_one(&self, taken: &ClaimedRun<'_>) -> FinishedRun {
+        let started = Instant::now();
+        let number = taken.number;
+        let mut result = StudyRun::new(self.sweep, number);
+        let mut summary = Summary::new(&self.sweep.title, "", self.sweep.units.clone());
+        let mut kept = false;
+        let code = self.compute(taken, &mut summary, &mut kept).unwrap_or_else(|failed| {
+            if summary.error.is_none() {
+                summary.set_failure(&failed.error);
+            }
+            failed.error.exit_code()
+        });
+        let seconds = if kept { summary.timings.sum() } else { started.elapsed().as_secs_f64() };
+        result.fill_from(self.sweep, &summary, seconds);
+        let image = summary.skipped.iter().any(|entry| entry.kind == OmissionKind::Image);
+        FinishedRun { number, result, code, kept, image }
+    }
+
+    fn compute(
+        &self,
+        taken: &ClaimedRun<'_>,
+        summary: &mut Summary,
+        kept: &mut bool,
+    ) -> std::result::Result<u8, SceneError> {
+        let spec = &self.sweep.runs[taken.number];
+        let unkeyed = |error: Error| SceneError { error, key: String::new() };
+        let plan = self.plan(taken.queue, spec).map_err(unkeyed)?;
+        *summary = crate::simulation::job::new_summary(&plan);
+        let directory = self.directory.join(&spec.folder);
+        if self.resume && load_finished_run(&plan, &directory, &[Status::Converged], summary) {
+            *kept = true;
+            return Ok(exit::DONE);
+        }
+        let mut output = OutputDir::open(&directory).map_err(unkeyed)?;
+        let mut checkpoints = CheckpointSettings::for_new_run(&plan).map_err(unkeyed)?;
+        if self.resume && plan.accuracy.is_none() {
+            let begun = decide_resume(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
+            if let ResumeDecision::FromCheckpoint(resumed) = begun.map_err(unkeyed)? {
+                checkpoints.from = Some(resumed);
+            }
+        }
+        let anew = checkpoints.from.is_none();
+        let recording = spec.image_of.filter(|_| anew).and_then(|image| self.recording(taken, image));
+        let original = spec.image_of.zip(recording.as_deref()).map(|(image, recording)| {
+            let folder = self.sweep.runs[image.run].folder.as_str();
+            Original { recording, symmetry: image.symmetry, folder }
+        });
+        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
+        let mut for_images = taken.records.then(|| ForImages::within(&plan.memory_limit));
+        let from = taken.from.as_deref();
+        let shares =
+            SharedWork { from, recorder: Some(&mut forks), for_images: for_images.as_mut(), original };
+        let code = self.run_silently(&plan, (Some(output), Some(checkpoints)), summary, shares);
+        taken.publish(forks.recorded, for_images);
+        code
+    }
+
+    /// A run that is not wanted but for its images: without files.
+    fn hidden(&self, taken: &ClaimedRun<'_>) {
+        if self.resume && taken.images().all(|number| self.is_done(number)) {
+            return;
+        }
+        let Ok(plan) = self.plan(taken.queue, &self.sweep.runs[taken.number]) else { return };
+        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
+        let mut for_images = ForImages::within(&plan.memory_limit);
+        let from = taken.from.as_deref();
+        let shares = SharedWork {
+            from,
+            recorder: Some(&mut forks),
+            for_images: Some(&mut for_images),
+            original: None,
+        };
+        // What is wrong with it is told by its images.
+        let _ = self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
+        taken.publish(forks.recorded, Some(for_images));
+    }
+
+    /// Whether a run has converged before.
+    fn is_done(&self, number: usize) -> bool {
+        let spec = &self.sweep.runs[number];
+        let directory = self.directory.join(&spec.folder);
+        plan(self.sweep, spec).is_ok_and(|plan| {
+            load_finished_run(&plan, &directory, &[Status::Converged], &mut crate::simulation::job::new_summary(&plan))
+        })
+    }
+
+    /// Runs a plan of which nobody hears before it ends.
+    fn run_silently(
+        &self,
+        plan: &Plan,
+        (output, checkpoints): (Option<OutputDir>, Option<CheckpointSettings>),
+        summary: &mut Summary,
+        shared_work: SharedWork<'_>,
+    ) -> std::result::Result<u8, SceneError> {
+        let on_progress = &mut |_: &str, _: f64, _: Option<f64>| {};
+        let (observer, on_end) = (&mut NullObserver, &mut keep_files);
+        let job = RunOptions {
+            frame: None,
+            on_progress,
+            observer,
+            stop: self.stop,
+            checkpoints,
+            shared_work,
+            on_end,
+        };
+        run(plan, output, summary, job)
+    }
+
+    /// The plan of a run, with what all runs share.
+    fn plan(&self, queue: &Queue, spec: &RunSpec) -> Result<Plan> {
+        let mut plan = plan(self.sweep, spec)?;
+        plan.flexibility_cache = self.cache.cloned();
+        plan.kernel_cache = Some(queue.kernels.clone());
+        Ok(plan)
+    }
+
+    /// What a run is an image of: that run's results, which are computed once more where it was left as it was or went on from a checkpoint; `None`
+    /// where there are none.
+    fn recording(&self, taken: &ClaimedRun<'_>, image: ImageOf) -> Option<Arc<Recording>> {
+        match &taken.original {
+            Known::Recording(recording) => return Some(recording.clone()),
+            Known::NoImages => return None,
+            Known::Nothing => {}
+        }
+        let plan = self.plan(taken.queue, &self.sweep.runs[image.run]).ok()?;
+        let mut for_images = ForImages::within(&plan.memory_limit);
+        let shares = SharedWork { for_images: Some(&mut for_images), ..SharedWork::default() };
+        // What is wrong with it is told by its own run, and by this one.
+        let _ = self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
+        taken.queue.keep(image.run, for_images.made()?)
+    }
+
+    /// Collects the runs from their folders, whatever made them; none is begun.
+    pub fn collect(&self) -> StudyOutcome {
+        let mut ended = StudyOutcome::default();
+        for (number, spec) in self.sweep.runs.iter().enumerate() {
+            let mut result = StudyRun::new(self.sweep, number);
+            let folder = self.directory.join(&spec.folder);
+            let found = plan(self.sweep, spec).ok().and_then(|plan| {
+                let mut summary = new_summary(&plan);
+                load_finished_run(&plan, &folder, &Status::ALL, &mut summary).then_some(summary)
+            });
+            if found.is_none() && folder.join(SUMMARY_FILE).exists() {
+                result.reason = Some(STALE_FOLDER.to_owned());
+            }
+            let code = match found {
+                None => exit::FAILED,
+                Some(summary) => {
+                    result.fill_from(self.sweep, &summary, summary.timings.sum());
+                    ended.reused += 1;
+                    match summary.status {
+                        Status::Converged => exit::DONE,
+                        Status::NotConverged => exit::NOT_CONVERGED,
+                        Status::Failed => exit::FAILED,
+                        Status::Interrupted => exit::INTERRUPTED,
+                    }
+                }
+            };
+            ended.code = exit::worse(ended.code, code);
+            ended.runs.push(result);
+        }
+        ended
+    }
+
+    /// Writes the table and the pictures of the study; `study.json` last.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be written.
+    pub fn write(&self, result: &StudyResult) -> Result<()> {
+        let json = result.to_json()?;
+        write_atomically(&self.directory.join("study.csv"), result.to_csv().as_bytes())?;
+        write_atomically(&self.directory.join("study.npz"), &result.to_npz()?)?;
+        for (name, picture) in pictures(self.sweep, result) {
+            write_atomically(&self.directory.join(name), picture.as_bytes())?;
+        }
+        remove_stale_report(self.directory);
+        write_atomically(&self.directory.join("study.json"), json.as_bytes())
+    }
+
+    /// Looks for the directory.
+    ///
+    /// # Errors
+    /// Input, if there is none.
+    pub fn find_directory(&self) -> Result<()> {
+        let place = self.directory.display();
+        let none = || Error::input(format!("there is no folder {place}; name that of the runs with --out"));
+        self.directory.is_dir().then_some(()).ok_or_else(none)
+    }
+
+    /// Makes the directory.
+    ///
+    /// # Errors
+    /// Input, if it is a file; resources, if it cannot be made.
+    pub fn make_directory(&self) -> Result<()> {
+        let place = self.directory;
+        if place.exists() && !place.is_dir() {
+            return Err(Error::input(format!(
+                "the output directory {} is a file; name a directory with --out",
+                place.display()
+            )));
+        }
+        std::fs::create_dir_all(place).map_err(|e| file_error("cannot make the output directory", place, &e))
+    }
+}
+
+/// The plan of a run. Its scene was right when the study was read; what has changed since then is told.
+fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
+    let mut plan = scene::read(&sweep.scene, &spec.overrides).map_err(|mistakes| mistakes.to_error())?;
+    plan.memory_limit = spec.memory;
+    Ok(plan)
+}

@@ -1,0 +1,210 @@
+//! Reads the scenes that the runs of a study make.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use crate::sweep::axes::Axis;
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::images::Shape;
+use crate::evolution::PrefixKey;
+use crate::evolution::step::{CycleMotion, Step};
+use crate::linalg::memory::MemoryLimit;
+use crate::output::atomic_file::hexadecimal;
+use crate::scene::diagnostic::Location;
+use crate::scene::plan::Plan;
+use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
+
+/// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
+fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
+    let mut scene = plan.document.root.to_serde_json();
+    // Runs from coarse to fine choose what they compute by their ends.
+    let (Some(steps), true) = (scene["steps"].as_array().cloned(), plan.accuracy.is_none()) else {
+        return Vec::new();
+    };
+    if let Some(keys) = scene.as_object_mut() {
+        keys.retain(|key, _| key != "title" && key != "steps");
+    }
+    let whole = serde_json::json!([scene, PrefixKey::of(&plan.friction, &plan.steps)]).to_string();
+    let mut hash = Sha256::new_with_prefix(whole);
+    // A step that the scene has as a table of rows is as many.
+    let is_first = |step: &Step| step.history_row.is_none_or(|row| row.index == 0);
+    let starts = plan.steps.iter().enumerate().filter(|(_, step)| is_first(step)).map(|(i, _)| i).skip(1);
+    let mut beginning = |(step, n): (&serde_json::Value, usize)| {
+        hash.update(step.to_string());
+        (n, hexadecimal(&hash.clone().finalize()))
+    };
+    steps.iter().zip(starts).map(&mut beginning).collect()
+}
+
+/// What was found of a run.
+pub(crate) struct RunScene {
+    /// The memory that it may take.
+    pub memory: MemoryLimit,
+    /// Its beginnings.
+    pub beginnings: Vec<(usize, String)>,
+    /// What it has in common with its images, where these are wanted.
+    pub shape: Option<Shape>,
+}
+
+/// Reads the scene of each run and gathers what is wrong with them.
+pub(crate) struct SceneReader<'a> {
+    document: &'a Document,
+    scene: &'a Path,
+    /// Whether runs may be made of those that they are images of.
+    symmetry: bool,
+    /// What is wrong with the study file.
+    pub study_diagnostics: Vec<Diagnostic>,
+    /// What is wrong with the scene itself.
+    pub scene_diagnostics: Option<Diagnostics>,
+    /// The plan of the first run.
+    pub first: Option<Plan>,
+    steps: BTreeSet<String>,
+    /// What steps that wear in jumps have along their curves, by name.
+    pub jumping: BTreeMap<String, &'static str>,
+}
+
+impl<'a> SceneReader<'a> {
+    /// Nothing read yet.
+    pub fn new(document: &'a Document, scene: &'a Path, symmetry: bool) -> Self {
+        let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
+        Self {
+            document,
+            scene,
+            symmetry,
+            study_diagnostics: Vec::new(),
+            scene_diagnostics: None,
+            first: None,
+            steps,
+            jumping,
+        }
+    }
+
+    /// Reads the scene of a run; `None` if it is wrong.
+    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<RunScene> {
+        match scene::read(self.scene, overrides) {
+            Ok(plan) => {
+                self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
+                for (step, cycles) in plan.steps.iter().filter_map(|step| Some((step, step.cycles?))) {
+                    let along = match cycles.motion {
+                        CycleMotion::ClosedPath(_) => "cycles",
+                        CycleMotion::Sliding { .. } => "distance slid",
+                    };
+                    self.jumping.insert(step.name.clone(), along);
+                }
+                let (memory, beginnings) = (plan.memory_limit, prefix_keys(&plan));
+                let shape = self.symmetry.then(|| Shape::of(&plan)).flatten();
+                if let Some(first) = &self.first {
+                    // Of all runs the memory that was free before any of them.
+                    let given = plan.solver.memory_limit.is_some();
+                    let memory = if given { memory } else { first.memory_limit };
+                    if first.units != plan.units {
+                        let message = "the units of the scene differ from run to run";
+                        self.add(
+                            Diagnostic::at(self.document, "axes", message).help("vary values, not units"),
+                        );
+                    }
+                    return Some(RunScene { memory, beginnings, shape });
+                }
+                self.first = Some(plan);
+                Some(RunScene { memory, beginnings, shape })
+            }
+            Err(mistakes) => {
+                // A key that leads nowhere hides what else is wrong.
+                let lost = |mistake: &Diagnostic| match &mistake.location {
+                    Location::SetOption(option) if mistake.kind == DiagnosticKind::BadOverride => {
+                        Some(option.clone())
+                    }
+                    _ => None,
+                };
+                let lost: Vec<String> = mistakes.list.iter().filter_map(lost).collect();
+                self.sort_diagnostics(mistakes, axes, choice);
+                if !lost.is_empty() {
+                    let others: Vec<String> =
+                        overrides.iter().filter(|line| !lost.contains(line)).cloned().collect();
+                    if let Err(mistakes) = scene::read(self.scene, &others) {
+                        self.sort_diagnostics(mistakes, axes, choice);
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    fn add(&mut self, mistake: Diagnostic) {
+        if !self.study_diagnostics.contains(&mistake) {
+            self.study_diagnostics.push(mistake);
+        }
+    }
+
+    /// Sorts mistakes into those that a value of the study made, and those of the scene itself.
+    fn sort_diagnostics(&mut self, mistakes: Diagnostics, axes: &[Axis], choice: &[usize]) {
+        let mut remaining = mistakes.clone();
+        remaining.list.clear();
+        for mistake in mistakes.list {
+            match self.study_key_of(&mistake, axes, choice) {
+                Some(place) => {
+                    let key =
+                        if mistake.key.is_empty() { String::new() } else { format!("{}: ", mistake.key) };
+                    let message = format!("{key}{}", mistake.message);
+                    let label =
+                        if mistake.label.is_empty() { "no such key".to_owned() } else { mistake.label };
+                    self.add(Diagnostic {
+                        message,
+                        label,
+                        key: String::new(),
+                        location: self.document.location(&place),
+                        ..mistake
+                    });
+                }
+                None => remaining.list.push(mistake),
+            }
+        }
+        if remaining.list.is_empty() {
+            return;
+        }
+        match &mut self.scene_diagnostics {
+            None => self.scene_diagnostics = Some(remaining),
+            Some(known) => {
+                for mistake in remaining.list {
+                    if !known.list.contains(&mistake) {
+                        known.list.push(mistake);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The key in the study file that made a mistake of a scene, if one did.
+    fn study_key_of(&self, mistake: &Diagnostic, axes: &[Axis], choice: &[usize]) -> Option<String> {
+        let Location::SetOption(option) = &mistake.location else { return None };
+        let (key, _) = option.split_once('=')?;
+        for (axis, &value) in axes.iter().zip(choice) {
+            let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
+            // Where the key is wrong, none of its values can be right.
+            let of_key = matches!(mistake.kind, DiagnosticKind::UnknownKey | DiagnosticKind::BadOverride);
+            return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
+        }
+        None
+    }
+
+    /// Refuses quantities of steps that no run has.
+    pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
+        if self.first.is_none() {
+            return;
+        }
+        let names = self.steps.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        for (quantities, key) in lists {
+            for (i, quantity) in quantities.iter().enumerate() {
+                if !self.steps.contains(&quantity.step) {
+                    let message = format!("the scene has no step \"{}\"", quantity.step);
+                    let place = format!("output.{key}.{i}");
+                    let mistake = Diagnostic::at(self.document, &place, message);
+                    self.study_diagnostics
+                        .push(mistake.label("no such step").help(format!("its steps are {names}")));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! The results of a study: `study.json`, `study.csv` and `study.npz` (docs/results.md).
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::sweep::axes::Axis;
+use crate::sweep::read::Sweep;
+use crate::error::{Error, Result};
+use crate::npy::NpzWriter;
+use crate::output::summary::{Status, Summary, Units};
+
+/// The fields of `study.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyResult {
+    /// Name of the program.
+    pub program: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Title of the study.
+    pub title: String,
+    /// SHA-256 of the study file.
+    pub study_sha256: String,
+    /// Units of all numbers.
+    pub units: Units,
+    /// The axes.
+    pub axes: Vec<AxisResult>,
+    /// Paths of what is collected at the end of each run.
+    pub collect: Vec<String>,
+    /// Paths of what is collected of all entries.
+    pub curves: Vec<String>,
+    /// Number of combinations of values that `require` leaves out.
+    pub left_out: usize,
+    /// The runs: all other combinations, the last axis fastest.
+    pub runs: Vec<StudyRun>,
+}
+
+/// An axis as `study.json` has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct AxisResult {
+    /// Its name.
+    pub name: String,
+    /// Keys of the scene that it sets.
+    pub keys: Vec<String>,
+    /// Its values; a list of one for each key where there are several.
+    pub values: Vec<Value>,
+}
+
+/// A run.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyRun {
+    /// Folder of its results, beside `study.json`.
+    pub folder: String,
+    /// The values of the scene's keys that make it.
+    pub values: Map<String, Value>,
+    /// How it ended; `None` if the study was interrupted before.
+    pub status: Option<Status>,
+    /// Why it did not converge, or failed.
+    pub reason: Option<String>,
+    /// SHA-256 of the scene file and of what was laid over it.
+    pub scene_sha256: String,
+    /// Seconds for everything, writing included.
+    pub seconds: f64,
+    /// Largest natural residual of its entries.
+    pub natural_residual: Option<f64>,
+    /// By path, the numbers at its end; null where it has none.
+    pub results: Map<String, Value>,
+    /// By path, (cycles or increment, number) of all entries.
+    #[serde(rename = "curves")]
+    pub curve_points: Map<String, Value>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+fn number(value: Option<f64>) -> Value {
+    value.map_or(Value::Null, Value::from)
+}
+
+impl AxisResult {
+    fn new(axis: &Axis) -> Self {
+        let json = |value: &Vec<crate::scene::document::TomlNode>| match value.as_slice() {
+            [one] => one.to_serde_json(),
+            several => several.iter().map(|node| node.to_serde_json()).collect(),
+        };
+        Self {
+            name: axis.name.clone(),
+            keys: axis.keys.clone(),
+            values: axis.values.iter().map(json).collect(),
+        }
+    }
+}
+
+impl StudyRun {
+    /// Run `number` of a study, not begun.
+    pub fn new(sweep: &Sweep, number: usize) -> Self {
+        let run = &sweep.runs[number];
+        let pairs = sweep.axes.iter().zip(&run.choice).flat_map(|(axis, &value)| {
+            axis.keys.iter().cloned().zip(axis.values[value].iter().map(|node| node.to_serde_json()))
+        });
+        Self {
+            folder: run.folder.clone(),
+            values: pairs.collect(),
+            status: None,
+            reason: None,
+            scene_sha256: String::new(),
+            seconds: 0.0,
+            natural_residual: None,
+            results: Map::new(),
+            curve_points: Map::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Takes over what the summary of the run says.
+    pub fn fill_from(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
+        self.status = Some(summary.status);
+        self.reason = summary.error.clone().or(summary.reason.clone());
+        self.scene_sha256.clone_from(&summary.scene_sha256);
+        self.seconds = seconds;
+        let residuals = summary.steps.iter().map(|record| record.certificate.natural_residual);
+        self.natural_residual = residuals.reduce(f64::max);
+        let collected = sweep.collect.iter().map(|q| (q.path.clone(), number(q.final_value(&summary.steps))));
+        self.results = collected.collect();
+        let curve = |points: Vec<[f64; 2]>| Value::from_iter(points.into_iter().map(Value::from_iter));
+        let curves = sweep.curves.iter().map(|q| (q.path.clone(), curve(q.curve(&summary.steps))));
+        self.curve_points = curves.collect();
+        self.warnings.clone_from(&summary.warnings);
+    }
+
+    /// The number of a path at its end.
+    pub fn result(&self, path: &str) -> Option<f64> {
+        self.results.get(path)?.as_f64()
+    }
+
+    /// The points of a curve.
+    pub fn curve(&self, path: &str) -> Vec<[f64; 2]> {
+        let points = self.curve_points.get(path).and_then(Value::as_array).into_iter().flatten();
+        points.filter_map(|point| Some([point.get(0)?.as_f64()?, point.get(1)?.as_f64()?])).collect()
+    }
+}
+
+impl StudyResult {
+    /// The results of `runs`, in the order of the study's runs.
+    pub fn new(sweep: &Sweep, runs: Vec<StudyRun>) -> Self {
+        let paths =
+            |list: &[crate::sweep::collect::CollectedQuantity]| list.iter().map(|q| q.path.clone()).collect();
+        Self {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            title: sweep.title.clone(),
+            study_sha256: sweep.document.sha256.clone(),
+            units: sweep.units.clone(),
+            axes: sweep.axes.iter().map(AxisResult::new).collect(),
+            collect: paths(&sweep.collect),
+            curves: paths(&sweep.curves),
+            left_out: sweep.left_out,
+            runs,
+        }
+    }
+
+    /// The JSON text.
+    ///
+    /// # Errors
+    /// If it cannot be written as such, which numbers that are not finite never cause: they are null.
+    pub fn to_json(&self) -> Result<String> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|error| Error::numerical(format!("the results of the study: {error}")))?;
+        Ok(text + "\n")
+    }
+
+    /// The numbers as NumPy arrays (.npz), one for each column of the table with a number for each run, NaN where there is none: what the axes set, by
+    /// key, `converged`, `natural_residual`, and what is collected, by path; curves as `[runs, points, 2]`, padded with NaN.
+    ///
+    /// # Errors
+    /// If an array cannot be written.
+    pub fn to_npz(&self) -> Result<Vec<u8>> {
+        let mut archive = NpzWriter::new();
+        let mut add_column = |name: &str, of: &dyn Fn(&StudyRun) -> Option<f64>| {
+            let values: Vec<f64> = self.runs.iter().map(|run| of(run).unwrap_or(f64::NAN)).collect();
+            archive.add(name, &[values.len()], &values)
+        };
+        for key in self.axes.iter().flat_map(|axis| &axis.keys) {
+            add_column(key, &|run| run.values.get(key)?.as_f64())?;
+        }
+        let is_converged = |run: &StudyRun| f64::from(u8::from(run.status == Some(Status::Converged)));
+        add_column("converged", &|run| Some(is_converged(run)))?;
+        add_column("natural_residual", &|run| run.natural_residual)?;
+        for path in &self.collect {
+            add_column(path, &|run| run.result(path))?;
+        }
+        for path in &self.curves {
+            let curves: Vec<Vec<[f64; 2]>> = self.runs.iter().map(|run| run.curve(path)).collect();
+            let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
+            let padded = curves.iter().flat_map(|curve| {
+                (0..longest).flat_map(move |point| curve.get(point).copied().unwrap_or([f64::NAN; 2]))
+            });
+            archive.add(
+                &format!("curves/{path}"),
+                &[curves.len(), longest, 2],
+                &padded.collect::<Vec<_>>(),
+            )?;
+        }
+        archive.finish()
+    }
+
+    /// A table with a row for each run: values of the keys, status, what was collected. It has no times, so that it is the same
+    /// for any number of threads.
+    pub fn to_csv(&self) -> String {
+        let keys: Vec<&String> = self.axes.iter().flat_map(|axis| &axis.keys).collect();
+        let fixed = ["status", "reason", "folder", "natural_residual"].map(str::to_owned);
+        let heads = keys.iter().map(|key| (*key).clone()).chain(fixed).chain(self.collect.iter().cloned());
+        let mut text = heads.map(|head| cell(&head)).collect::<Vec<_>>().join(",") + "\n";
+        for run in &self.runs {
+            let mut cells: Vec<String> =
+                keys.iter().map(|key| run.values.get(*key).map_or(String::new(), plain)).collect();
+            let status = run.status.and_then(|status| serde_json::to_value(status).ok());
+            cells.push(status.as_ref().map_or("not-run".to_owned(), plain));
+            cells.push(run.reason.clone().unwrap_or_default());
+            cells.push(run.folder.clone());
+            cells.push(run.natural_residual.map_or(String::new(), |r| format!("{r:?}")));
+            let results = self.collect.iter().map(|path| run.result(path));
+            cells.extend(results.map(|value| value.map_or(String::new(), |v| format!("{v:?}"))));
+            text += &(cells.iter().map(|text| cell(text)).collect::<Vec<_>>().join(",") + "\n");
+        }
+        text
+    }
+}
+
+/// A value without the quotes of JSON.
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// A cell of a CSV table (RFC 4180).
+fn cell(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
