@@ -312,9 +312,9 @@ impl<'p> AccuracySearch<'p> {
         let tried = |sample: &MeasuredRun| {
             let plan = self.plan(&sample.levels);
             RefinementRun {
-                cells: ladder::cells(&plan),
+                cells: levels::cells(&plan),
                 increment_factor: sample.levels.increments(),
-                jump_setting: ladder::jumps(&plan),
+                jump_setting: levels::jumps(&plan),
                 seconds: sample.seconds,
                 values: sample.values.iter().map(|value| value.value).collect(),
             }

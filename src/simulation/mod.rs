@@ -1,6 +1,6 @@
 //! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
 
-mod failure;
+pub(crate) mod failure;
 pub mod growth;
 pub mod job;
 pub mod mesh_motion;
@@ -10,7 +10,7 @@ pub(crate) mod build;
 pub(crate) mod image;
 pub(crate) mod omitted;
 pub(crate) mod rebuild;
-pub(crate) mod segments;
+pub mod segments;
 
 pub use crate::simulation::failure::SceneError;
 pub use crate::estimate::{RunEstimate, estimate};
@@ -21,6 +21,6 @@ pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with
 /// # Errors
 /// If they do not fit.
 pub fn fit_warnings(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, SceneError> {
-    let frame = bodies::contact_frame(plan)?;
-    fit::check(plan, &frame, &near_field::choose_near_fields(plan, &frame)?)
+    let frame = build::bodies::contact_frame(plan)?;
+    validate::fit::check(plan, &frame, &build::near_field::choose_near_fields(plan, &frame)?)
 }

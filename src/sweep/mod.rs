@@ -19,7 +19,7 @@ pub mod read;
 pub mod run;
 pub mod spec;
 pub(crate) mod queue;
-pub(crate) mod shared_beginnings;
+pub mod shared_beginnings;
 
 pub use crate::sweep::axes::Axis;
 pub use crate::sweep::read::{ImageOf, RunSpec, Sweep, read};
