@@ -13,15 +13,15 @@ use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::error::{Error, Result};
-use orthowear::fem::{FeSpec, HexFormulation, Support};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use orthowear::evolution::step::{Normal, Step};
 use orthowear::evolution::{Model, run};
+use orthowear::fem::{FeSpec, HexFormulation, Support};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
-use orthowear::laws::wear::WearLaw;
 
 /// Half of the frame's side, mm, and its cells along it.
 const FRAME: (f64, usize) = (1.2, 24);

@@ -1,8 +1,8 @@
 //! Fields on the frame as NumPy arrays.
 
 use numpy::{PyArray1, PyArrayMethods};
-use orthowear::frame::ContactFrame;
 use orthowear::evolution::records::FrameState;
+use orthowear::frame::ContactFrame;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

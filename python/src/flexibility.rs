@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
-use orthowear::frame::ContactFrame;
 use orthowear::evolution::Model;
+use orthowear::frame::ContactFrame;
 use orthowear::scene::Plan;
 use orthowear::simulation::{self, SceneError};
 use pyo3::prelude::*;

@@ -5,18 +5,18 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
-use orthowear::error::{Error, Result};
-use orthowear::frame::ContactFrame;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use orthowear::cancel;
-use orthowear::simulation::resume::CheckpointSettings;
-use orthowear::simulation::job;
-use orthowear::simulation::segments::{RunOptions, keep_files};
-use orthowear::sweep::shared_beginnings::SharedWork;
+use orthowear::error::{Error, Result};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::frame::ContactFrame;
 use orthowear::output::output_dir::OutputDir;
 use orthowear::output::summary::Summary;
 use orthowear::scene::Plan;
 use orthowear::simulation::SceneError;
+use orthowear::simulation::job;
+use orthowear::simulation::resume::CheckpointSettings;
+use orthowear::simulation::segments::{RunOptions, keep_files};
+use orthowear::sweep::shared_beginnings::SharedWork;
 
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;

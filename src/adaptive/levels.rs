@@ -1,14 +1,14 @@
 //! The settings that runs get finer by.
 
-use crate::simulation::build::bodies::contact_frame;
-use crate::simulation::failure::SceneError;
-use crate::simulation::build::near_field::choose_near_fields;
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::frame::GapShape;
 use crate::laws::friction::FrictionLaw;
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::laws::wear::WearLaw;
 use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
 use crate::scene::spec::accuracy::RefinementParameter;
-use crate::laws::wear::WearLaw;
+use crate::simulation::build::bodies::contact_frame;
+use crate::simulation::build::near_field::choose_near_fields;
+use crate::simulation::failure::SceneError;
 
 /// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];

@@ -14,12 +14,12 @@ pub use crate::adaptive::levels::Levels;
 use crate::adaptive::levels::RefinementLadder;
 use crate::adaptive::values::{TargetValue, min_contact_cells, values};
 
-use crate::simulation::failure::SceneError;
 use crate::error::Error;
 use crate::evolution::records::IncrementRecord;
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};
 use crate::scene::plan::{AccuracyPlan, Plan};
 use crate::scene::spec::accuracy::RefinementParameter;
+use crate::simulation::failure::SceneError;
 
 /// Share of the accuracy that increments and jumps may each take where cells follow.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
-use crate::sweep::shared_beginnings::SharedWork;
+use crate::adaptive::{AccuracySearch, Levels, NextRun};
 use crate::error::exit;
 use crate::evolution::records::IncrementRecord;
 use crate::output::output_dir::OutputDir;
@@ -12,7 +11,8 @@ use crate::output::summary::{Status, Summary};
 use crate::scene::Plan;
 use crate::scene::spec::solver::Output;
 use crate::simulation::SceneError;
-use crate::adaptive::{AccuracySearch, Levels, NextRun};
+use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
+use crate::sweep::shared_beginnings::SharedWork;
 
 /// Why a run of which the estimates stay above the accuracy did not converge.
 pub const ACCURACY_NOT_REACHED: &str = "accuracy";

@@ -2,9 +2,9 @@
 
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::{CycleMotion, Drive, Normal, Step, Tangential};
+use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
-use crate::laws::wear::WearLaw;
 
 /// Share of the largest value of all steps that the error of a small one is relative to at least.
 const LEAST: f64 = 0.01;

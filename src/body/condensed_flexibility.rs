@@ -6,11 +6,11 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::{EntryAccess, Flexibility};
 use crate::frame::FaceMap;
 use crate::geometry::Point;
-use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::cell_matrix::CellMatrix;
-use crate::flexibility::{EntryAccess, Flexibility};
 use crate::linalg::packed::PackedSymmetric;
 
 /// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.

@@ -11,9 +11,9 @@ use crate::error::{Context, Error, Result};
 use crate::fem::{
     CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery, surface_stress_points,
 };
+use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
-use crate::flexibility::Flexibility;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};

@@ -11,15 +11,15 @@ use crate::bem::half_space::{
     CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, KernelCache, PeriodicFlexibility,
     PointForceField, SubsurfaceField, SurfaceGreen,
 };
+use crate::cancel;
 use crate::error::{Error, Result};
+use crate::flexibility::Flexibility;
+use crate::flexibility::composed::SharedFlexibility;
+use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_point};
-use crate::cancel;
 use crate::linalg::cache::Cache;
-use crate::flexibility::composed::SharedFlexibility;
 use crate::linalg::memory::MemoryLimit;
-use crate::flexibility::Flexibility;
-use crate::flexibility::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 
 /// Largest angle (radians) between a cell's axes and the plane's.

@@ -12,12 +12,12 @@ use nalgebra::Matrix3;
 use super::condensed_flexibility::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
-use crate::frame::FaceMap;
-use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
-use crate::linalg::dense::SymmetricDense;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility};
+use crate::frame::FaceMap;
+use crate::linalg::dense::SymmetricDense;
 
 /// S = I F I^T A on some of the cells.
 pub struct LazyFlexibility {

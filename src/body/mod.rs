@@ -14,9 +14,9 @@ pub mod worn_mesh;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
+use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, MeshedSurface};
 use crate::geometry::Point;
-use crate::flexibility::Flexibility;
 
 pub use crate::bem::PointState;
 pub use boundary_elements::{BeBody, BeSpec, FrameFit};

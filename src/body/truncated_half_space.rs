@@ -13,13 +13,13 @@ use crate::bem::full_space::FullSpaceField;
 use crate::bem::half_space::{CrossBlocks, DenseFlexibility};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
+use crate::flexibility::Flexibility;
+use crate::flexibility::composed::SharedFlexibility;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side, format_number};
 use crate::linalg::cache::Cache;
-use crate::flexibility::composed::SharedFlexibility;
 use crate::linalg::dense_lu;
 use crate::linalg::memory::MemoryLimit;
-use crate::flexibility::Flexibility;
 use crate::material::Stiffness;
 
 /// Accuracy of the integrals, over the largest values.

@@ -4,15 +4,17 @@ use super::progress::format_duration;
 use super::run::{print_error, show_failure};
 use super::table::{align_columns, five_digits};
 use super::{SceneArgs, exit, print_diagnostics, to_stdout, with_severity};
-use crate::fem::FlexibilityCache;
-use crate::laws::friction::FrictionLaw;
-use crate::evolution::step::{Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt};
-use crate::scene::plan::{FramePlan, Plan};
-use crate::scene::spec::frame::FramePoints;
 use crate::adaptive::AccuracySearch;
 use crate::estimate::RunEstimate;
-use crate::simulation::{self, mesh_motion};
+use crate::evolution::step::{
+    Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
+};
+use crate::fem::FlexibilityCache;
+use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
+use crate::scene::plan::{FramePlan, Plan};
+use crate::scene::spec::frame::FramePoints;
+use crate::simulation::{self, mesh_motion};
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
 const LISTED_DEFAULTS: [(&str, &str); 12] = [
@@ -40,7 +42,8 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
         Ok(cache) => cache,
         Err(error) => return print_error(&error),
     };
-    let looked = || Ok((simulation::estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
+    let looked =
+        || Ok((simulation::estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
     match looked() {
         Ok((forecast, notes, search)) => {
             to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));

@@ -9,21 +9,21 @@ use super::progress::{ProgressDisplay, format_duration};
 use super::run::{explain_reason, print_error, show_failure};
 use super::table::{align_columns, five_digits};
 use super::{CompareArgs, exit, print_diagnostics, signal, to_stderr, to_stdout, with_severity};
+use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
+use crate::compare::step_ends::{StepEndStates, VariantStates};
+use crate::compare::{Variant, variants};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
+use crate::output::output_dir::{OutputDir, file_error, write_atomically};
+use crate::output::peak_memory::{peak_bytes, restart_peak};
+use crate::output::summary::{Status, Summary};
+use crate::output::vtu::pvd_collection;
+use crate::report::remove_stale_report;
+use crate::scene::{Diagnostics, Plan};
 use crate::simulation::job::units;
 use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
 use crate::sweep::shared_beginnings::SharedWork;
-use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
-use crate::output::peak_memory::{peak_bytes, restart_peak};
-use crate::output::output_dir::{OutputDir, file_error, write_atomically};
-use crate::report::remove_stale_report;
-use crate::compare::step_ends::{StepEndStates, VariantStates};
-use crate::output::summary::{Status, Summary};
-use crate::output::vtu::pvd_collection;
-use crate::scene::{Diagnostics, Plan};
-use crate::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {

@@ -27,9 +27,9 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::WARNING_PREFIX;
 pub use crate::error::exit;
-use crate::simulation::job::THREAD_STACK_BYTES;
 use crate::scene::variant::DiscretisationPair;
 use crate::scene::{self, Diagnostics, Plan};
+use crate::simulation::job::THREAD_STACK_BYTES;
 pub use allocator::Allocator;
 pub use max_memory::{MaxMemory, parse_max_memory};
 pub use render::render;

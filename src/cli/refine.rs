@@ -8,16 +8,16 @@ use clap::Args;
 use super::progress::ProgressDisplay;
 use super::run::{explain_reason, print_error, show_failure};
 use super::{SceneArgs, exit, print_diagnostics, signal, to_stderr, to_stdout};
+use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
 use crate::error::{Error, ErrorKind, Result};
-use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
 use crate::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
 use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
 use crate::output::body_peaks::ErrorRecord;
 use crate::scene::Plan;
-use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::simulation::{self, Simulation};
 
 /// Options of `orthowear refine`.

@@ -8,10 +8,6 @@ use super::progress::{ProgressDisplay, format_duration};
 use super::{RunArgs, exit, print_diagnostics, resume, signal, table, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
-use crate::simulation::job;
-use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
-use crate::sweep::shared_beginnings::SharedWork;
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
 use crate::output::summary::{Status, Summary, Units};
@@ -19,6 +15,10 @@ use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::{self, Diagnostics, Plan};
 use crate::simulation::SceneError;
+use crate::simulation::job;
+use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
+use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
+use crate::sweep::shared_beginnings::SharedWork;
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {

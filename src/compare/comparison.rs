@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::output::summary::{Status, Summary, Units};
 use crate::error::{Error, Result, warning};
 use crate::evolution::records::IncrementRecord;
+use crate::output::summary::{Status, Summary, Units};
 
 /// The variants of one scene: the fields of `compare.json` (docs/results.md).
 #[derive(Debug, Clone, Serialize)]

@@ -3,16 +3,16 @@
 pub mod comparison;
 pub mod step_ends;
 pub(crate) mod variants;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, contact_frame, face_map, surface_distances};
-use crate::simulation::failure::SceneError;
-use crate::simulation::validate::fit;
-use crate::estimate::estimate_on_frame;
-use crate::simulation::build::near_field::choose_near_fields;
 use crate::compare::variants::replace_body;
 use crate::error::{Error, Result};
+use crate::estimate::estimate_on_frame;
 use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::variant::{Discretisation, DiscretisationPair};
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, contact_frame, face_map, surface_distances};
+use crate::simulation::build::near_field::choose_near_fields;
+use crate::simulation::failure::SceneError;
+use crate::simulation::validate::fit;
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 

@@ -1,5 +1,8 @@
 //! The states at the ends of the steps of the variants of a scene, on each other and against each other.
 
+use crate::error::Result;
+use crate::evolution::records::{FrameState, IncrementRecord, Observer};
+use crate::frame::ContactFrame;
 use crate::output::frame_fields::{FRAME_COMPONENTS, FrameMesh, planes_to_triples};
 use crate::output::line_profile::{ProfileLine, profile_along};
 use crate::output::plot::axis::Scale;
@@ -7,9 +10,6 @@ use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::{PANEL, arrange_panels};
 use crate::output::summary::Units;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
-use crate::error::Result;
-use crate::frame::ContactFrame;
-use crate::evolution::records::{FrameState, IncrementRecord, Observer};
 
 /// Keeps the state of the frame at the end of each step.
 #[derive(Debug, Clone, Default)]

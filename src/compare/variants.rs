@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
 use crate::error::{Context, Error, Result, warning};
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, format_point};
@@ -13,6 +12,7 @@ use crate::scene::mean_material::{MeanMaterial, mean_material_of_body, mean_mate
 use crate::scene::plan::{BeBodyPlan, BodyMaterial, BodyPlan, MeshedBodyPlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::body::NearField;
 use crate::scene::variant::Discretisation;
+use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
 
 /// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;

@@ -7,10 +7,10 @@ use super::contact_state::ContactState;
 use super::control::{NormalControl, PathPoint, Pressures, SlipReference, TangentialControl};
 use super::scales::{ContactScales, FrictionScaling};
 use crate::error::Result;
-use crate::laws::friction::FrictionEllipse;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
-use crate::omitted::{AllowedOmissions, OmittableWork};
+use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
+use crate::omitted::{AllowedOmissions, OmittableWork};
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
 const STICK_MARGIN: f64 = 1e-6;

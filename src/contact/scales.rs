@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::laws::friction::FrictionEllipse;
 use crate::flexibility::Flexibility;
+use crate::laws::friction::FrictionEllipse;
 
 /// Rotates the tangential components of a vector into the friction axes and scales them by the coefficients.
 #[derive(Debug, Clone, Copy)]

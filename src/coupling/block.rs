@@ -22,9 +22,9 @@ use nalgebra::Matrix3;
 use super::block_rows::{BodyRows, LoadTerms};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
-use crate::frame::{ContactFrame, Side};
-use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::Flexibility;
+use crate::flexibility::per_cell::PerCell;
+use crate::frame::{ContactFrame, Side};
 use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 
 /// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.

@@ -9,8 +9,8 @@ use crate::bem::half_space::DenseFlexibility;
 use crate::body::half_space::half_space_matrix;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::error::{Error, Result};
-use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::flexibility::Flexibility;
+use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::sparse::SymmetricSparse;
 
 /// Which forces a right-hand side holds.

@@ -13,10 +13,10 @@ use crate::body::hybrid::FarField;
 use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
 use crate::body::{ElasticBody, UnconstrainedModes};
 use crate::error::{Error, Result};
-use crate::frame::{ContactFrame, GapShape, InitialGap};
-use crate::flexibility::composed::SumFlexibility;
-use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::flexibility::Flexibility;
+use crate::flexibility::composed::SumFlexibility;
+use crate::frame::{ContactFrame, GapShape, InitialGap};
+use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;

@@ -6,24 +6,26 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES, configured_half_space, 
 use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::validate::controls::refuse_impossible_controls;
 
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::validate::flat_faces::max_curvature_correction;
-use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
-use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
-use crate::estimate::saved::Spent;
-use crate::simulation::omitted::{expected_omitted_work, needs_factor_after_condensation, omitted_factorisation};
 use crate::bem::finite::SolutionMethod;
 use crate::body::hybrid::{Correction, HalfSpaceFit};
 use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
+use crate::estimate::saved::Spent;
 use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
+use crate::omitted::OmittedWork;
 use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
 use crate::scene::spec::solver::Coupling;
-use crate::omitted::OmittedWork;
+use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
+use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::omitted::{
+    expected_omitted_work, needs_factor_after_condensation, omitted_factorisation,
+};
+use crate::simulation::validate::flat_faces::max_curvature_correction;
 
 /// Floating-point operations per second that factorisations reach on one core.
 pub(crate) const FLOPS_PER_SECOND: f64 = 2.8e10;

@@ -1,11 +1,11 @@
 //! Time that was not spent, estimated from the time of what was done.
 
 use crate::estimate::{FLOPS_PER_SECOND, dense_matrix_seconds};
-use crate::frame::ContactFrame;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::{CycleMotion, Step};
-use crate::scene::plan::{BodyPlan, Plan};
+use crate::frame::ContactFrame;
 use crate::omitted::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
+use crate::scene::plan::{BodyPlan, Plan};
 
 /// Time of contact problems without the skip over that with it: medians over the scenes of docs/skips.md.
 const TANGENTIAL_UNKNOWNS: f64 = 1.9;

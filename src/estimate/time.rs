@@ -1,17 +1,17 @@
 //! Expected time of contact problems and of what is evaluated after them.
 
-use crate::simulation::build::bodies::SIDES;
 use crate::estimate::BodyEstimate;
-use crate::simulation::build::memory::is_compressed;
-use crate::simulation::build::near_field::NearFieldModel;
 use crate::estimate::saved::StepTime;
-use crate::simulation::omitted::on_grid;
-use crate::frame::ContactFrame;
 use crate::evolution::step::Step;
+use crate::frame::ContactFrame;
 use crate::mesh::faces::outer_faces;
+use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+use crate::simulation::build::bodies::SIDES;
+use crate::simulation::build::memory::is_compressed;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::omitted::on_grid;
 
 /// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];

@@ -12,10 +12,12 @@ use nalgebra::{Matrix2, Vector2};
 use crate::evolution::RunResult;
 use crate::evolution::balance::names_direction;
 use crate::evolution::model::Model;
-use crate::evolution::records::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, Resultants, RollingRecord};
+use crate::evolution::records::{
+    FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, Resultants, RollingRecord,
+};
 use crate::frame::ContactFrame;
-use crate::laws::friction::FrictionEllipse;
 use crate::geometry::GridSymmetry;
+use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 
 /// Largest difference of what the image has from what its model gives, relative.

@@ -24,22 +24,24 @@ pub(crate) mod wear_integrator;
 
 use std::time::Instant;
 
+pub use crate::evolution::checkpoint::RunCheckpoint;
 pub use crate::evolution::model::Model;
 pub use crate::evolution::transfer::PreviousModel;
-pub use crate::evolution::checkpoint::RunCheckpoint;
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
-use crate::laws::friction::{FrictionEllipse, FrictionLaw};
-use crate::flexibility::Flexibility;
-use crate::omitted::OmittedWork;
-use crate::evolution::controls::ActiveControls;
-use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
-use crate::evolution::model::PreparedModel;
-use crate::evolution::records::{CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome};
 use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::controls::ActiveControls;
+use crate::evolution::model::PreparedModel;
+use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
+use crate::evolution::records::{
+    CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome,
+};
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Normal, Step};
+use crate::flexibility::Flexibility;
+use crate::laws::friction::{FrictionEllipse, FrictionLaw};
+use crate::omitted::OmittedWork;
 
 /// How a run ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");

@@ -9,10 +9,10 @@ use crate::body::rigid_body_modes::unconstrained_translations;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactScales, ContactState};
 use crate::error::{Error, Result};
-use crate::frame::ContactFrame;
-use crate::laws::friction::{FrictionEllipse, FrictionLaw};
-use crate::geometry::Triad;
 use crate::flexibility::Flexibility;
+use crate::frame::ContactFrame;
+use crate::geometry::Triad;
+use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::laws::wear::{SpecificWearRate, WearLaw};
 
 use crate::evolution::step::Step;

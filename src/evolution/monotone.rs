@@ -10,11 +10,11 @@ use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReferenc
 use crate::error::{Error, Result};
 use crate::omitted::OmittableWork;
 
+use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
-use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::evolution::{Run, state};
 

@@ -1,9 +1,9 @@
 //! What to say of an increment in which nothing is in contact.
 
+use crate::error::warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
-use crate::error::warning;
 
 impl PreparedModel<'_> {
     /// Nothing is in contact although `record` converged; `left` is the smallest gap, in the scene's length.

@@ -1,12 +1,12 @@
 //! What the contact stage leaves out.
 
-use crate::evolution::model::Model;
-use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
 use crate::contact::solver::{LawAxes, has_no_component_across, is_even, on_halves, solves_windows};
 use crate::contact::{Method, SolverOptions};
+use crate::evolution::model::Model;
+use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
 use crate::laws::friction::FrictionLaw;
-use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 use crate::laws::wear::WearLaw;
+use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 
 /// What the operator allows to leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! A state carried over to other operators: those of a frame with more cells, where contact has outgrown the one that it was found
 //! on, or of bodies that have changed under it.
 
-use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
-use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
-use crate::evolution::state::RunState;
-use crate::evolution::step::Step;
 use crate::contact::ContactState;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
+use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
+use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
+use crate::evolution::state::RunState;
+use crate::evolution::step::Step;
 use crate::frame::grid::extend_field;
 
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};

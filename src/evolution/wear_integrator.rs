@@ -9,10 +9,12 @@ use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, PathPoint, SlipReference};
 use crate::error::Result;
 
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
-use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check};
-use crate::evolution::records::Observer;
 use crate::evolution::fretting::cycle_state::is_periodic;
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::monotone::{
+    ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
+};
+use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, Step};
 use crate::evolution::{Run, state};
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use crate::linalg::dense::try_zeroed;
 use crate::error::Result;
+use crate::linalg::dense::try_zeroed;
 
 /// S between m cells. The column of the traction component b on cell k is the column 3 k + b; the gap component a of cell i
 /// is its row a m + i (by planes).

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::per_cell::PerCell;
+use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Defect, EntryAccess, Flexibility, TangentialFlexibility};
-use crate::error::Result;
 
 /// An operator that is used in several places.
 pub struct SharedFlexibility(pub Arc<dyn Flexibility>);

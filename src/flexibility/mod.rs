@@ -14,10 +14,10 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::per_cell::PerCell;
+use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
-use crate::error::Result;
+use crate::flexibility::per_cell::PerCell;
 
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
 ///

@@ -5,11 +5,11 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::per_cell::PerCell;
+use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Defect, EntryAccess, Flexibility};
-use crate::error::Result;
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {

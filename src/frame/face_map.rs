@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use super::cell_coverage::{CellCoverage, FacetIndex, is_covered, refuse_uncovered};
 use super::{ContactFrame, Side};
 use crate::error::Result;
-use crate::geometry::{Point, Triad};
 use crate::flexibility::per_cell::PerCell;
+use crate::geometry::{Point, Triad};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 

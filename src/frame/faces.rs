@@ -7,8 +7,8 @@ use super::facets::face_polygon;
 use super::symmetry::reflect_cell;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
-use crate::geometry::{Point, Triad};
 use crate::flexibility::per_cell::PerCell;
+use crate::geometry::{Point, Triad};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 

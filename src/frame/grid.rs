@@ -2,8 +2,8 @@
 
 use super::{ContactFrame, Grid};
 use crate::error::{Error, Result};
-use crate::geometry::{Point, Triad};
 use crate::flexibility::per_cell::PerCell;
+use crate::geometry::{Point, Triad};
 use crate::linalg::memory;
 
 /// Bytes of one cell: centre and area.

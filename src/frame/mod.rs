@@ -22,8 +22,8 @@ mod initial_contact;
 
 use std::borrow::Cow;
 
-use crate::geometry::{Point, Triad};
 use crate::flexibility::per_cell::PerCell;
+use crate::geometry::{Point, Triad};
 
 pub use crate::geometry::Side;
 pub use face_curvature::{EdgeSagitta, edge_sagittas};

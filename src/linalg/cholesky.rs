@@ -10,8 +10,8 @@ use super::dense::{SymmetricDense, try_zeroed};
 use super::fronts::{Front, FrontTree};
 use super::multifrontal::{self, FactorisationFailure};
 use super::sparse::SymmetricSparse;
-use crate::error::{Error, Result};
 use crate::cancel;
+use crate::error::{Error, Result};
 
 /// A relative residual above this is not rounding: the factor is wrong.
 const RESIDUAL_LIMIT: f64 = 1e-8;

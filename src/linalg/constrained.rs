@@ -4,11 +4,11 @@ use std::sync::{Mutex, MutexGuard};
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::per_cell::PerCell;
+use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility};
-use crate::error::Result;
 
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {

@@ -6,8 +6,8 @@
 
 use super::dense_matrix::DenseMatrix;
 use super::gmres::{Hessenberg, KrylovOptions, KrylovReport, axpy, dot};
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 
 /// A linear system by what Krylov methods for several right sides ask of it.
 pub trait MultiRhsSystem {

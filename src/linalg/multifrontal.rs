@@ -19,8 +19,8 @@ use super::front_elimination;
 use super::fronts::{Front, FrontTree};
 use super::schedule::FactorisationSchedule;
 use super::sparse::SymmetricSparse;
-use crate::error::{Error, Result};
 use crate::cancel;
+use crate::error::{Error, Result};
 
 /// Why a factor was not made.
 pub(super) enum FactorisationFailure {

@@ -5,9 +5,9 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Context, Result};
-use crate::frame::grid::extend_field;
 use crate::evolution::records::IncrementRecord;
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::frame::grid::extend_field;
 use crate::output::checkpoint;
 use crate::output::field_writer::WrittenFields;
 use crate::output::output_dir::{OutputDir, StagedFile};

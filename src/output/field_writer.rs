@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::{ErrorEstimation, PointState};
 use crate::error::{Context, Result};
-use crate::frame::ContactFrame;
 use crate::evolution::records::{FrameState, IncrementRecord};
+use crate::frame::ContactFrame;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
 use crate::output::body_peaks::BodyRecord;
 use crate::output::frame_fields::{FrameMesh, frame_grid, planes_to_triples};

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
+use crate::evolution::records::FrameState;
 use crate::frame::ContactFrame;
 use crate::geometry::Point;
-use crate::evolution::records::FrameState;
 use crate::output::surface_properties::SurfaceProperties;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
+use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::frame::ContactFrame;
 use crate::frame::grid::extend_field;
-use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::output::line_profile::{ProfileLine, profile_along};
 use crate::output::output_dir::{OutputDir, write_error};
 use crate::output::plot::axis::Scale;

@@ -6,15 +6,15 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::frame::Grid;
 use crate::evolution::records::{FrettingLoop, IncrementRecord, Outcome};
+use crate::frame::Grid;
+use crate::omitted::OmittedWork;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::body_peaks::BodyRecord;
 use crate::output::boundary_elements::BoundaryElementRecord;
 use crate::output::condensation::CondensationRecord;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
-use crate::omitted::OmittedWork;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

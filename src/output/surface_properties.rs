@@ -1,7 +1,7 @@
 //! What plots and field files need to know of the surface under the frame: its axes, its fibres, who wears.
 
-use crate::laws::friction::FrictionLaw;
 use crate::geometry::Side;
+use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 
 /// Direction of the fibres of a body under the frame.

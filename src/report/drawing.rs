@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-use crate::report::value_text::{UnitNames, with_unit};
 use crate::output::plot::colour::SERIES_COLOURS;
 use crate::output::plot::{Anchor, Canvas};
+use crate::report::value_text::{UnitNames, with_unit};
 
 /// Width and height of the drawing from the side, and from above.
 const SIDE_VIEW_PX: [f64; 2] = [560.0, 360.0];

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
+use crate::error::Result;
+use crate::output::number_format::five_digits;
 use crate::report::page::{Page, Table};
 use crate::report::result_directory::{ResultDirectory, ResultKind};
 use crate::report::run_page::{add_figures, format_quantity};
 use crate::report::value_text::{UnitNames, key_to_words, to_line};
-use crate::error::Result;
-use crate::output::number_format::five_digits;
 
 /// The page of a comparison or a study.
 ///

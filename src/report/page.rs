@@ -4,10 +4,10 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::error::{Error, Result};
 use crate::report::encode::base64;
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::UnitNames;
-use crate::error::{Error, Result};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLE: &str = include_str!("assets/page.css");

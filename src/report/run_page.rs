@@ -2,16 +2,16 @@
 
 use serde_json::{Value, json};
 
+use crate::error::Result;
+use crate::output::number_format::five_digits;
+use crate::output::plot::axis::Scale;
+use crate::output::plot::chart::{Chart, Series};
 use crate::report::body_surfaces::Bodies;
 use crate::report::drawing;
 use crate::report::frame_maps::Frames;
 use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{self, UnitNames, key_to_words, to_line, with_unit};
-use crate::error::Result;
-use crate::output::number_format::five_digits;
-use crate::output::plot::axis::Scale;
-use crate::output::plot::chart::{Chart, Series};
 
 /// Longer tables show their first and last rows only.
 const MAX_TABLE_ROWS: usize = 2000;

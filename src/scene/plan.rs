@@ -17,17 +17,17 @@ use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
 use crate::bem::half_space::KernelCache;
 use crate::body;
+use crate::evolution::step::Step;
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
-use crate::laws::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
-use crate::evolution::step::Step;
+use crate::laws::friction::FrictionLaw;
+use crate::laws::wear::WearLaw;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::MaterialStrength;
 use crate::material::{RegionMaterial, Stiffness};
 use crate::mesh::Mesh;
 use crate::output::interior_points::InteriorPointRequest;
-use crate::laws::wear::WearLaw;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
 #[derive(Debug, Clone)]

@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 
 use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use super::spec::body::NearField;
-use crate::frame::GapShape;
 use crate::evolution::step::{Normal, Tangential};
+use crate::frame::GapShape;
 use crate::material::{PlacedMaterial, Stiffness};
 
 /// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.

@@ -3,18 +3,18 @@
 //! A quarter of the cells that the frame began with are added on each side, twice at most, so that the largest frame has four times
 //! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`RunCheckpoint::transfer_to`]).
 
-use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
-use crate::simulation::failure::SceneError;
-use crate::simulation::mesh_motion;
-use crate::simulation::build::near_field;
-use crate::simulation::build::Simulation;
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
+use crate::evolution::RunCheckpoint;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
-use crate::evolution::RunCheckpoint;
-use crate::scene::plan::{FramePlan, Plan};
 use crate::omitted::{OmissionKind, OmittedWork};
+use crate::scene::plan::{FramePlan, Plan};
+use crate::simulation::build::Simulation;
+use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
+use crate::simulation::build::near_field;
+use crate::simulation::failure::SceneError;
+use crate::simulation::mesh_motion;
 
 /// A frame is enlarged so often at most.
 pub const MAX_GROWTHS: usize = 2;

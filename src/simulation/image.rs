@@ -1,10 +1,10 @@
 //! Runs that are images of another one: what that one leaves for them, and what they are made of.
 
 use crate::error::Result;
-use crate::geometry::GridSymmetry;
 use crate::evolution::RunResult;
 use crate::evolution::image::{Entries, Recording};
 use crate::evolution::records::Observer;
+use crate::geometry::GridSymmetry;
 use crate::linalg::memory::MemoryLimit;
 use crate::omitted::{Basis, OmissionKind, OmittedWork, Saved};
 use crate::simulation::Simulation;

@@ -5,19 +5,19 @@
 
 use std::sync::Arc;
 
-use crate::simulation::build::bodies::{self, BODY_KEYS, SIDES};
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::build::Simulation;
 use crate::body::FeBody;
 use crate::body::worn_mesh::{element_height_at_nodes, worn_mesh};
 use crate::error::{Error, Result};
+use crate::evolution::{PreviousModel, RunCheckpoint};
 use crate::frame::ContactFrame;
 use crate::geometry::format_number;
-use crate::evolution::{PreviousModel, RunCheckpoint};
 use crate::mesh::Mesh;
+use crate::omitted::{OmissionKind, OmittedWork};
 use crate::output::checkpoint_writer::MeshUpdates;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
-use crate::omitted::{OmissionKind, OmittedWork};
+use crate::simulation::build::Simulation;
+use crate::simulation::build::bodies::{self, BODY_KEYS, SIDES};
+use crate::simulation::failure::{AtKey, SceneError};
 
 /// Meshes of the two bodies, where they have moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];

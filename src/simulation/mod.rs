@@ -12,9 +12,9 @@ pub(crate) mod omitted;
 pub(crate) mod rebuild;
 pub mod segments;
 
-pub use crate::simulation::failure::SceneError;
 pub use crate::estimate::{RunEstimate, estimate};
 pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};
+pub use crate::simulation::failure::SceneError;
 
 /// What the user should know of how bodies and frame of a plan fit.
 ///

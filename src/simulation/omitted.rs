@@ -1,14 +1,5 @@
 //! The skips of a run, known before its operators are made.
 
-use crate::simulation::build::bodies::SIDES;
-use crate::simulation::build::bodies::bare_half_space;
-use crate::simulation::build::candidate_cells;
-use crate::simulation::failure::SceneError;
-use crate::simulation::growth;
-use crate::simulation::build::memory::is_compressed;
-use crate::simulation::mesh_motion;
-use crate::simulation::build::near_field::NearFieldModel;
-use crate::simulation::build::settings::{cross_blocks, options};
 use crate::bem::half_space::plane::compressed::MAX_DENSE_CELLS;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
@@ -16,12 +7,21 @@ use crate::body::{ElasticBody, ErrorEstimation};
 use crate::contact::Method;
 use crate::contact::solver::{is_even, on_halves, solves_windows};
 use crate::coupling;
-use crate::frame::ContactFrame;
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
+use crate::frame::ContactFrame;
+use crate::omitted::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
 use crate::output::field_writer::FieldKind;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::solver::Coupling;
-use crate::omitted::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
+use crate::simulation::build::bodies::SIDES;
+use crate::simulation::build::bodies::bare_half_space;
+use crate::simulation::build::candidate_cells;
+use crate::simulation::build::memory::is_compressed;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::build::settings::{cross_blocks, options};
+use crate::simulation::failure::SceneError;
+use crate::simulation::growth;
+use crate::simulation::mesh_motion;
 
 /// The ledger that the run of `plan` on `frame` will have, in its order.
 ///

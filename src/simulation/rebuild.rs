@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::error::ErrorKind;
-use crate::frame::ContactFrame;
 use crate::evolution::{RunCheckpoint, RunResult};
+use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::MeshUpdates;
 use crate::scene::Plan;
 use crate::simulation::growth;
@@ -61,8 +61,11 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         stage: &RebuildState,
     ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
-        let larger =
-            if stage.frame_growths > 0 { Some(growth::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let larger = if stage.frame_growths > 0 {
+            Some(growth::grown_frame(plan, stage.frame_growths)?)
+        } else {
+            None
+        };
         let frame = larger.as_ref().or(self.frame);
         let meshes = mesh_motion::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
@@ -99,8 +102,11 @@ impl SimulationBuilder<'_> {
     ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
         let stage =
             RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
-        let larger =
-            if stage.frame_growths > 0 { Some(growth::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let larger = if stage.frame_growths > 0 {
+            Some(growth::grown_frame(plan, stage.frame_growths)?)
+        } else {
+            None
+        };
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);

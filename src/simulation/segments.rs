@@ -6,15 +6,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use crate::sweep::shared_beginnings::{PrefixRecorder, RestoredPrefix, SharedPrefix, SharedWork};
-use crate::simulation::resume::CheckpointSettings;
-use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
 use crate::error::{Error, ErrorKind, Result, exit};
-use crate::frame::ContactFrame;
+use crate::estimate::saved::{self, Spent};
 use crate::evolution::image::Entries;
 use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
 use crate::output::field_writer::{FieldKind, FieldWriter, WrittenFields};
 use crate::output::output_dir::OutputDir;
@@ -22,8 +20,10 @@ use crate::output::recorder::{Recorder, RecorderParts};
 use crate::output::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
 use crate::simulation::mesh_motion::WearBudget;
-use crate::estimate::saved::{self, Spent};
+use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
+use crate::simulation::resume::CheckpointSettings;
 use crate::simulation::{SceneError, Simulation};
+use crate::sweep::shared_beginnings::{PrefixRecorder, RestoredPrefix, SharedPrefix, SharedWork};
 
 /// How a plan is run.
 pub struct RunOptions<'a> {

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::sweep::read::MOST_RUNS;
-use crate::sweep::spec::{AxisKeys, SampleKeys, StudyFile};
-use crate::sweep::range;
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue, key_segments};
+use crate::sweep::range;
+use crate::sweep::read::MOST_RUNS;
+use crate::sweep::spec::{AxisKeys, SampleKeys, StudyFile};
 
 /// An axis: keys of the scene and the values that they take together.
 #[derive(Debug, Clone)]

@@ -22,5 +22,5 @@ pub(crate) mod queue;
 pub mod shared_beginnings;
 
 pub use crate::sweep::axes::Axis;
-pub use crate::sweep::read::{ImageOf, RunSpec, Sweep, read};
 pub use crate::sweep::parts::parts;
+pub use crate::sweep::read::{ImageOf, RunSpec, Sweep, read};

@@ -3,15 +3,15 @@
 
 use std::collections::HashMap;
 
-use crate::sweep::axes::Axis;
-use crate::sweep::collect::CollectedQuantity;
-use crate::sweep::read::Sweep;
-use crate::sweep::table::{StudyResult, StudyRun};
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::heat_map::HeatMap;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Status;
+use crate::sweep::axes::Axis;
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::read::Sweep;
+use crate::sweep::table::{StudyResult, StudyRun};
 
 /// Most panels of a picture.
 const MOST_PANELS: usize = 12;

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::sweep::shared_beginnings::SharedPrefix;
-use crate::simulation::image::ForImages;
 use crate::bem::half_space::KernelCache;
 use crate::evolution::image::Recording;
+use crate::simulation::image::ForImages;
 use crate::sweep::RunSpec;
+use crate::sweep::shared_beginnings::SharedPrefix;
 
 /// The runs that are left, and what they are made from.
 pub(crate) struct Queue {

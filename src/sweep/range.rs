@@ -1,8 +1,8 @@
 //! Ranges of numbers: 0, 15, 30 and not 14.999999999999998.
 
-use crate::sweep::spec::{Range, Spacing};
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
+use crate::sweep::spec::{Range, Spacing};
 
 /// Most powers of ten between numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;

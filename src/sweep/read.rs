@@ -3,12 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-use crate::sweep::axes::{Axis, axes};
-use crate::sweep::collect::CollectedQuantity;
-use crate::sweep::images::Shape;
-use crate::sweep::spec::StudyFile;
-use crate::sweep::require::{Requirement, combinations};
-use crate::sweep::scenes::{RunScene, SceneReader};
 use crate::geometry::GridSymmetry;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
@@ -16,6 +10,12 @@ use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
 use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
+use crate::sweep::axes::{Axis, axes};
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::images::Shape;
+use crate::sweep::require::{Requirement, combinations};
+use crate::sweep::scenes::{RunScene, SceneReader};
+use crate::sweep::spec::StudyFile;
 
 /// Most runs of a study.
 pub(crate) const MOST_RUNS: usize = 10_000;

@@ -1,7 +1,7 @@
 //! What combinations of values have to meet: `tilt + 'sliding angle' <= 120`.
 
-use crate::sweep::axes::Axis;
 use crate::scene::suggest::{closest, quoted_list};
+use crate::sweep::axes::Axis;
 
 /// Numbers that agree to this share of the terms they come from are equal: 0.1 + 0.2 is 0.3.
 const SAME: f64 = 1e-12;

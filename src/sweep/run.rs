@@ -8,27 +8,27 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
-use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
-use crate::sweep::shared_beginnings::{PrefixRecorder, SharedWork};
-use crate::simulation::image::{ForImages, Original, most_bytes};
-use crate::sweep::queue::{ClaimedRun, Known, Queue};
-use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
 use crate::adaptive::run::run;
-use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
 use crate::error::{Error, Result, exit};
-use crate::fem::FlexibilityCache;
+use crate::estimate::estimate;
 use crate::evolution::image::Recording;
-use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
-use crate::report::remove_stale_report;
-use crate::output::summary::{Status, Summary};
-use crate::scene::{self, Plan};
+use crate::fem::FlexibilityCache;
 use crate::omitted::OmissionKind;
+use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
+use crate::output::summary::{Status, Summary};
+use crate::report::remove_stale_report;
+use crate::scene::{self, Plan};
+use crate::simulation::SceneError;
+use crate::simulation::image::{ForImages, Original, most_bytes};
+use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
+use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
+use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
 use crate::sweep::plots::pictures;
+use crate::sweep::queue::{ClaimedRun, Known, Queue};
 use crate::sweep::share::{Concurrency, plan_concurrency};
+use crate::sweep::shared_beginnings::{PrefixRecorder, SharedWork};
 use crate::sweep::table::{StudyResult, StudyRun};
 use crate::sweep::{ImageOf, RunSpec, Sweep};
-use crate::estimate::estimate;
-use crate::simulation::SceneError;
 
 /// Why a folder does not count.
 const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
@@ -233,7 +233,8 @@ impl StudyRunner<'_> {
             original: None,
         };
         // What is wrong with it is told by its images.
-        let _ = self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
+        let _ =
+            self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
         taken.publish(forks.recorded, Some(for_images));
     }
 
@@ -242,7 +243,12 @@ impl StudyRunner<'_> {
         let spec = &self.sweep.runs[number];
         let directory = self.directory.join(&spec.folder);
         plan(self.sweep, spec).is_ok_and(|plan| {
-            load_finished_run(&plan, &directory, &[Status::Converged], &mut crate::simulation::job::new_summary(&plan))
+            load_finished_run(
+                &plan,
+                &directory,
+                &[Status::Converged],
+                &mut crate::simulation::job::new_summary(&plan),
+            )
         })
     }
 
@@ -288,7 +294,8 @@ impl StudyRunner<'_> {
         let mut for_images = ForImages::within(&plan.memory_limit);
         let shares = SharedWork { for_images: Some(&mut for_images), ..SharedWork::default() };
         // What is wrong with it is told by its own run, and by this one.
-        let _ = self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
+        let _ =
+            self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
         taken.queue.keep(image.run, for_images.made()?)
     }
 

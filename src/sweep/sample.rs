@@ -1,8 +1,8 @@
 //! Points of a sample: spread evenly over the ranges of several keys together.
 
-use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
+use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 
 /// Digits of sampled numbers after the first one.
 const DIGITS: usize = 11;

@@ -5,9 +5,6 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::sweep::axes::Axis;
-use crate::sweep::collect::CollectedQuantity;
-use crate::sweep::images::Shape;
 use crate::evolution::PrefixKey;
 use crate::evolution::step::{CycleMotion, Step};
 use crate::linalg::memory::MemoryLimit;
@@ -15,6 +12,9 @@ use crate::output::atomic_file::hexadecimal;
 use crate::scene::diagnostic::Location;
 use crate::scene::plan::Plan;
 use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
+use crate::sweep::axes::Axis;
+use crate::sweep::collect::CollectedQuantity;
+use crate::sweep::images::Shape;
 
 /// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
 fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {

@@ -2,18 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::simulation::image::{ForImages, Original};
 use crate::error::Result;
-use crate::frame::ContactFrame;
 use crate::evolution::RunCheckpoint;
 use crate::evolution::image::Entries;
 use crate::evolution::records::CheckpointEvent;
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::frame::ContactFrame;
+use crate::omitted::{Basis, OmissionKind, OmittedWork, Saved};
 use crate::output::field_writer::WrittenFields;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::output_dir::{OutputDir, StagedFile};
-use crate::omitted::{Basis, OmissionKind, OmittedWork, Saved};
 use crate::simulation::Simulation;
+use crate::simulation::image::{ForImages, Original};
 
 /// Where a run stood after the steps that others have in common with it.
 pub struct SharedPrefix {

@@ -3,11 +3,11 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::sweep::axes::Axis;
-use crate::sweep::read::Sweep;
 use crate::error::{Error, Result};
 use crate::npy::NpzWriter;
 use crate::output::summary::{Status, Summary, Units};
+use crate::sweep::axes::Axis;
+use crate::sweep::read::Sweep;
 
 /// The fields of `study.json`.
 #[derive(Debug, Clone, Serialize)]

@@ -156,8 +156,7 @@ fn other_scenes_are_refused() {
     let found = orthowear::output::checkpoint::read(&job.out).unwrap().unwrap();
     let mut origin = found.provenance.clone();
     origin.version = "0.0.9".to_owned();
-    orthowear::output::checkpoint::write(&job.out, found.number + 1, &origin, &"of another version")
-        .unwrap();
+    orthowear::output::checkpoint::write(&job.out, found.number + 1, &origin, &"of another version").unwrap();
     let (code, text) = job.run(&["--resume"]);
     assert!(code == Some(2) && text.contains("orthowear 0.0.9 then, "), "{text}");
 

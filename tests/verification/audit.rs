@@ -1,7 +1,7 @@
 //! Audits states cell by cell, from the fields alone.
 
-use orthowear::laws::friction::FrictionEllipse;
 use orthowear::evolution::records::FrameState;
+use orthowear::laws::friction::FrictionEllipse;
 
 /// Largest violations of the laws, cell by cell.
 #[derive(Debug)]

@@ -3,14 +3,16 @@
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::FrictionLaw;
-use orthowear::geometry::fibre_axes;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
-use orthowear::evolution::step::{ClosedPath, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, Tangential};
+use orthowear::evolution::step::{
+    ClosedPath, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, Tangential,
+};
 use orthowear::evolution::{Model, RunResult, run};
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::frame::ContactFrame;
+use orthowear::geometry::fibre_axes;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::{Orthotropic, Stiffness};
 
 /// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise; docs/tests.md says what that leaves out.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {

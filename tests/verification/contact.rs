@@ -1,11 +1,11 @@
 //! Contact of half-spaces: closed forms and an independent program.
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::precision::Precision;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 use orthowear::omitted::AllowedOmissions;
 
@@ -418,7 +418,8 @@ fn a_tangential_force_needs_friction() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
     let model = half_spaces(&steel, None, (0.5, 8), sphere(10.0));
     let pull = Step { tangential: Some(Tangential::Force([1.0, 0.0])), ..step("pull") };
-    let error = orthowear::evolution::run(&model, &[press(10.0), pull], &SolverOptions::default(), &mut Silent)
-        .expect_err("nothing carries the force");
+    let error =
+        orthowear::evolution::run(&model, &[press(10.0), pull], &SolverOptions::default(), &mut Silent)
+            .expect_err("nothing carries the force");
     assert!(error.to_string().contains("friction"), "{error}");
 }

@@ -1,9 +1,9 @@
 //! Controls at the border of what makes sense: nothing prescribed, one cell, two spots.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Spin, Step, Tilt};
+use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 

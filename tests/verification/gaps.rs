@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use orthowear::frame::height_table::HeightTable;
-use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::evolution::records::{IncrementRecord, Outcome};
 use orthowear::evolution::{Model, RunResult};
+use orthowear::frame::height_table::HeightTable;
+use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 
 use crate::common::{half_spaces, indent, press, relative, solve, steel};
 

@@ -4,10 +4,10 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::geometry::GridSymmetry;
 use orthowear::evolution::RunResult;
 use orthowear::evolution::image::{Entries, Recording};
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::geometry::GridSymmetry;
 use orthowear::simulation::build;
 
 const SCENE: &str = r#"

@@ -1,12 +1,12 @@
 //! Halves of increments that are their own mirror images: the same answers as of all cells.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Integrator, Rolling, Step};
 use orthowear::evolution::{Model, RunResult};
-use orthowear::omitted::{AllowedOmissions, OmittableWork};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::omitted::{AllowedOmissions, OmittableWork};
 
 use crate::common::{
     fretting, frp_friction, frp_wear, half_spaces, indent, path_of, press, shift, solve_with, sphere,

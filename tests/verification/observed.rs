@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::frame::ContactFrame;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult, run};
+use orthowear::frame::ContactFrame;
 
 pub use crate::audit::audit;
 use crate::common::step;

@@ -4,13 +4,13 @@ use std::f64::consts::PI;
 
 use orthowear::bem::half_space::{CrossBlocks, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
-use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Step, Tangential};
 use orthowear::evolution::{Model, RunResult};
-use orthowear::material::Stiffness;
+use orthowear::frame::{ContactFrame, GapShape, InitialGap};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, press, relative, solve, solve_with, sphere, steel, step};
 

@@ -1,11 +1,11 @@
 //! Solvers of pressures alone: projected conjugate gradients against Barzilai-Borwein projection.
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::frame::ContactFrame;
 use orthowear::evolution::Model;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::Step;
 use orthowear::flexibility::Flexibility;
+use orthowear::frame::ContactFrame;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 

@@ -6,14 +6,14 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap, Outline, Side};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::Model;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
 use orthowear::evolution::step::{Spin, Step, Tilt};
 use orthowear::flexibility::Flexibility;
-use orthowear::material::Stiffness;
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Outline, Side};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
 
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
 use crate::observed::pull;

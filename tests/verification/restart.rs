@@ -5,11 +5,11 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::frame::ContactFrame;
 use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer};
 use orthowear::evolution::{RunCheckpoint, RunResult};
-use orthowear::flexibility::operator_history::OperatorHistory;
 use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::operator_history::OperatorHistory;
+use orthowear::frame::ContactFrame;
 use orthowear::output::checkpoint;
 use orthowear::output::provenance::Provenance;
 use orthowear::scene::Plan;

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Rolling, Step};
 use orthowear::evolution::{Model, RunResult};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::omitted::AllowedOmissions;
-use orthowear::laws::wear::WearLaw;
 
 use crate::common::{half_spaces, im7, press, rectangle, relative, solve, solve_with, sphere, steel, step};
 use crate::periodic::repeated;

@@ -1,10 +1,10 @@
 //! Rotations of body 2 and the moments that turn it.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
 use orthowear::evolution::step::{Integrator, Spin, Step, Tangential, Tilt};
 use orthowear::evolution::{RunResult, run};
+use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{
     Silent, fretting, half_spaces, im7, indent, press, relative, shift, solve, sphere, steel, step,

@@ -9,11 +9,11 @@ mod resolved;
 mod sliding;
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Integrator, JumpPolicy, Step};
-use orthowear::omitted::AllowedOmissions;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::omitted::AllowedOmissions;
 
 use crate::common::{
     fretting, frp_wear, half_spaces, im7, indent, path_of, press, reference, relative, shift, solve,

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::elements::BoundaryElements;
 use super::interpolation::Interpolation;
+use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
-use crate::cancel;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 

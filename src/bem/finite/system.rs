@@ -14,10 +14,10 @@ use super::compressed::{CompressedEquations, CompressionReport};
 use super::elements::BoundaryElements;
 use super::solution::BoundarySolution;
 pub(super) use super::solution::SurfaceState;
+use crate::cancel;
 use crate::error::{Error, Result};
 use crate::fem::RigidBodyModes;
 use crate::geometry::Point;
-use crate::cancel;
 use crate::linalg::dense_lu::{self, DenseLu};
 use crate::linalg::dense_matrix::DenseMatrix;
 

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::barnett::BarnettField;
 use crate::bem::green_tensor::GreenTensor;
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 use crate::linalg::simd::wide;
 
 /// Total degree of the polynomials of a patch.

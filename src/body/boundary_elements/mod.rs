@@ -26,11 +26,11 @@ use crate::bem::finite::{
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::RigidBodyModes;
+use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
-use crate::flexibility::Flexibility;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};

@@ -10,11 +10,11 @@ use crate::bem::finite::{
     SolutionMethod,
 };
 use crate::bem::full_space::FullSpaceField;
+use crate::cancel;
 use crate::error::{Context, Error, Result};
 use crate::fem::{RigidBodyModes, Support};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::geometry::{Point, format_point};
-use crate::cancel;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::BeBody;
 use crate::bem::finite::Domain;
 use crate::body::{PointState, StressField};
+use crate::cancel;
 use crate::error::Result;
 use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
 use crate::geometry::Point;
-use crate::cancel;
 use crate::mesh::faces::outer_faces;
 
 /// Points evaluated between two looks at whether to stop.

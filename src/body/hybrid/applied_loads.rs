@@ -29,11 +29,11 @@ use super::patch::ContactPatch;
 use crate::bem::green_tensor::{GreenTensor, TractionOperator};
 use crate::bem::half_space::SurfaceGreen;
 use crate::bem::half_space::integrals::polygon;
+use crate::cancel;
 use crate::error::Result;
 use crate::fem::{FeModel, RecoveryPoints};
 use crate::frame::Grid;
 use crate::geometry::{Point, Side};
-use crate::cancel;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 

@@ -8,11 +8,11 @@ use nalgebra::Matrix3;
 use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch};
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, KernelCache, SurfaceGreen};
 use crate::error::Result;
-use crate::frame::Grid;
-use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::Flexibility;
+use crate::flexibility::operator_history::OperatorHistory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::subset::SubsetFlexibility;
+use crate::frame::Grid;
 
 /// S = S_hs + Σ Φ Ĉ Φᵀ A over the bodies, on a whole grid.
 pub struct CorrectedFlexibility {

@@ -8,9 +8,9 @@ use super::half_space_fit::HalfSpaceFit;
 use super::patch::ContactPatch;
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
+use crate::flexibility::Flexibility;
 use crate::geometry::Side;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::flexibility::Flexibility;
 
 /// Cells along each side of the patch that the half-space is compared on.
 const COMPARISON_CELLS: usize = 24;

@@ -17,11 +17,11 @@ use super::polynomial_order::{self, PatchHalfSpace};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::{Context, Error, Result};
 use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery};
+use crate::flexibility::Flexibility;
+use crate::flexibility::per_cell::PerCell;
 use crate::frame::{ContactFrame, Grid, Side};
 use crate::geometry::{Point, format_number};
-use crate::flexibility::per_cell::PerCell;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::flexibility::Flexibility;
 
 /// Where a body may come into contact.
 #[derive(Clone, Copy)]

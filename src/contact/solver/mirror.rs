@@ -9,8 +9,8 @@ use super::super::{
 };
 use super::{IterationCallback, Method, SolveReport, SolverOptions};
 use crate::laws::friction::FrictionEllipse;
-use crate::omitted::OmittableWork;
 use crate::laws::wear::SpecificWearRate;
+use crate::omitted::OmittableWork;
 
 /// What differs from its mirror image by this share of the largest is rounding: of transforms, of sums over increments.
 const EXACT: f64 = 1e-13;

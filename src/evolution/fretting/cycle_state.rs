@@ -13,8 +13,10 @@ use crate::error::Result;
 use crate::omitted::OmittableWork;
 
 use crate::evolution::controls::PrescribedLoads;
-use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check};
 use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::monotone::{
+    ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check,
+};
 use crate::evolution::records::{Observer, Outcome};
 use crate::evolution::step::{ClosedPath, Drive, Step, Tangential};
 use crate::evolution::{Run, state};

@@ -7,9 +7,9 @@ use crate::error::Result;
 
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::increment_record;
-use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::records::{JumpRecord, Observer, Outcome, Resultants};
 use crate::evolution::step::{Cycles, Spin, Step};
+use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {

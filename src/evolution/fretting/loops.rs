@@ -7,11 +7,11 @@ use crate::error::Result;
 
 use crate::evolution::Run;
 use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::records::Outcome;
 use crate::evolution::records::{FrettingLoop, Observer};
-use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, Step};
 
 /// Increments per stroke, at least.

@@ -6,12 +6,12 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result};
 
 use crate::evolution::Run;
+use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal, Step};
-use crate::evolution::fretting::jump_trial::Tried;
+use crate::evolution::wear_integrator::WearJump;
 
 /// Worn depth over the approach below which errors do not count.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;

@@ -7,9 +7,9 @@ use crate::error::Result;
 use crate::evolution::Run;
 use crate::evolution::fretting::wear_step::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, Step};
+use crate::evolution::wear_integrator::WearJump;
 
 impl Run<'_> {
     /// Ends and rates at the worn depth of the state; `false` where they do not converge.

@@ -9,11 +9,11 @@ use crate::error::Result;
 use crate::frame::grid::extend_field;
 
 use crate::evolution::Run;
+use crate::evolution::fretting::cycle_state::FrettingPath;
+use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ProgressSpan, root_mean_square};
-use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::records::Observer;
-use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
 
 /// Increments of a stroke, at most, or four times those between the ends.

@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
 use crate::error::Result;
 
-use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
-use crate::evolution::step_controller::StepController;
-use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
-use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
-use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::checkpoint::StepProgress;
-use crate::evolution::step::{CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
+use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::fretting::jump_trial::Tried;
+use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
+use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
+use crate::evolution::step::{CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
 
 /// Worn depth over the approach that the first controlled jump aims at.

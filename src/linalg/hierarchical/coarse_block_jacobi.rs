@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::collocation_matrix::{CollocationLayout, CollocationMatrix};
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 

@@ -12,8 +12,8 @@ use super::coarse_block_jacobi::RigidGroup;
 use super::collocation_block::{CollocationBlock, CollocationKernel, ElementNumbering};
 use super::cross_approximation::approximate;
 use super::low_rank::LowRank;
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.

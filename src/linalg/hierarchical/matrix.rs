@@ -9,8 +9,8 @@ use super::block_partition::{ClusterPair, symmetric_partition};
 use super::cluster_tree::ClusterTree;
 use super::cross_approximation::{ComponentLines, KernelBlock, KernelEntries, approximate};
 use super::low_rank::LowRank;
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
 const CROSS_ERROR_SHARE: f64 = 0.3;

@@ -3,8 +3,8 @@
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
 use super::{MAX_ENERGY_ERROR, TwoLevelSolver};
-use crate::error::{Error, Result};
 use crate::cancel;
+use crate::error::{Error, Result};
 
 /// Most iterations; a preconditioner that needs more is of no use.
 const MAX_ITERATIONS: usize = 2000;

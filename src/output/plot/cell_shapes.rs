@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use crate::output::plot::axis::Axis;
 use crate::frame::ContactFrame;
+use crate::output::plot::axis::Axis;
 
 /// Grids with more cells along a side are drawn in blocks, each with the mean of its cells.
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;

@@ -3,13 +3,13 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::evolution::records::FrameState;
+use crate::frame::ContactFrame;
+use crate::frame::grid::extend_field;
 use crate::output::plot::axis::Axis;
 use crate::output::plot::bar::draw_bar;
 use crate::output::plot::cell_shapes::CellShapes;
 use crate::output::plot::{Anchor, Canvas, arrange_panels, colour, fibres};
-use crate::frame::ContactFrame;
-use crate::frame::grid::extend_field;
-use crate::evolution::records::FrameState;
 use crate::output::summary::Units;
 use crate::output::surface_properties::SurfaceProperties;
 

@@ -1,7 +1,7 @@
 //! Heat maps: numbers over two axes of a few values each.
 
-use crate::output::plot::{Anchor, Canvas, PANEL, colour};
 use crate::output::number_format::five_digits;
+use crate::output::plot::{Anchor, Canvas, PANEL, colour};
 
 /// A table of numbers, drawn as coloured fields.
 #[derive(Debug, Clone, PartialEq)]

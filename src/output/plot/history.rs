@@ -1,10 +1,10 @@
 //! The course of a run: resultants over the entries of the summary, wear over the cycles.
 
+use crate::evolution::records::IncrementRecord;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Band, Chart, Series};
 use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
-use crate::evolution::records::IncrementRecord;
 use crate::output::summary::Units;
 
 /// Forces and areas over the entries; with cycles or sliding, worn volume, load and wear depth over cycles or distance. One

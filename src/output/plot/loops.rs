@@ -1,8 +1,8 @@
 //! Fretting loops: tangential force over shift, with the energy that each cycle dissipates.
 
+use crate::evolution::records::FrettingLoop;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
-use crate::evolution::records::FrettingLoop;
 use crate::output::summary::Units;
 
 /// One cycle of a fretting contact.

@@ -3,8 +3,10 @@
 use super::Resolver;
 use super::laws::Laws;
 use super::steps::prescribed_controls;
+use crate::evolution::step::{
+    ClosedPath, Correction, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, ResolvedCycleSettings,
+};
 use crate::laws::friction::FrictionLaw;
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, ResolvedCycleSettings};
 use crate::scene::spec::{
     self,
     step::{AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements},

@@ -4,8 +4,8 @@ use super::Resolver;
 use super::laws::Laws;
 use super::load_points::LoadPoint;
 use super::steps::NumberedStep;
-use crate::laws::friction::FrictionLaw;
 use crate::evolution::step::{Spin, Step, Tangential};
+use crate::laws::friction::FrictionLaw;
 use crate::scene::spec::step::Step as Keys;
 
 /// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.

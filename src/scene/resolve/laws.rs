@@ -2,11 +2,11 @@
 
 use super::Resolver;
 use crate::laws::friction::FrictionLaw;
+use crate::laws::wear::WearLaw;
 use crate::scene::mean_material::mean_material_under_frame;
 use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::laws::{Friction, Integrator, Wear, WearTolerance};
-use crate::laws::wear::WearLaw;
 
 /// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
 const MAX_FRICTION_RATIO: f64 = 1e6;

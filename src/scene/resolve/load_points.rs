@@ -1,8 +1,8 @@
 //! Load histories from CSV files: a row is a load point, reached from the one before.
 
 use super::Resolver;
-use crate::frame::height_file::split_fields;
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
+use crate::frame::height_file::split_fields;
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 

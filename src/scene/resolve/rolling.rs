@@ -2,8 +2,8 @@
 
 use super::Resolver;
 use super::laws::Laws;
-use crate::laws::friction::FrictionLaw;
 use crate::evolution::step::Rolling;
+use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 

@@ -4,8 +4,8 @@ use super::Resolver;
 use super::friction_loads;
 use super::laws::Laws;
 use super::load_points;
-use crate::laws::friction::FrictionLaw;
 use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
+use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::bem::half_space::plane::compressed::DEFAULT_TOLERANCE;
-use crate::output::field_writer::FieldKind;
 use crate::omitted::{AllowedOmissions, OmittableWork};
+use crate::output::field_writer::FieldKind;
 
 /// How the contact problem is solved.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -2,13 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::validate::flat_faces;
-use crate::simulation::build::memory;
-use crate::simulation::build::near_field::NearFieldModel;
-use crate::simulation::validate::symmetry_planes;
-use crate::simulation::build::settings::cross_blocks;
-use crate::simulation::omitted::needs_factor_after_condensation;
 use crate::body::hybrid::{HalfSpaceFit, Indicators};
 use crate::body::{
     BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
@@ -26,6 +19,13 @@ use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyMaterial, BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::frame::FramePoints;
+use crate::simulation::build::memory;
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::build::settings::cross_blocks;
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::omitted::needs_factor_after_condensation;
+use crate::simulation::validate::flat_faces;
+use crate::simulation::validate::symmetry_planes;
 
 /// Keys of the two bodies in the scene.
 pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];

@@ -4,14 +4,14 @@
 //! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
 //! it is nearly always right.
 
-use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::build::near_field::NearFieldModel;
-use crate::frame::{ContactFrame, GapShape};
 use crate::evolution::step::{Cycles, Normal, Step, Tangential};
+use crate::frame::{ContactFrame, GapShape};
+use crate::omitted::{OmittableWork, OmittedWork};
 use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::solver::Coupling;
-use crate::omitted::{OmittableWork, OmittedWork};
+use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::failure::{AtKey, SceneError};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
 const MARGIN: f64 = 1.25;

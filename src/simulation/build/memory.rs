@@ -1,7 +1,5 @@
 //! What is taken of the memory that a run may have.
 
-use crate::simulation::build::bodies::SIDES;
-use crate::simulation::build::settings::{cross_blocks, options};
 use crate::bem::half_space::plane::compressed::MEMORY_HELP;
 use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
@@ -9,13 +7,15 @@ use crate::body::half_space::uses_compression;
 use crate::body::{ElasticBody, HalfSpaceBody, PointState};
 use crate::contact::solver::{self, solves_windows};
 use crate::error::Result;
-use crate::frame::ContactFrame;
 use crate::evolution::step::Tilt;
+use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
+use crate::omitted::OmittableWork;
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::solver::{Coupling, Method};
-use crate::omitted::OmittableWork;
+use crate::simulation::build::bodies::SIDES;
+use crate::simulation::build::settings::{cross_blocks, options};
 
 /// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
 const PROGRAM: usize = 14_500_000;

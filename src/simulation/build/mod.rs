@@ -9,25 +9,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
 use crate::simulation::build::candidate_cells::with_active_cells;
-use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::validate::flat_faces;
 use crate::simulation::growth::{self, FrameGrowth};
+use crate::simulation::validate::controls::refuse_impossible_controls;
+use crate::simulation::validate::flat_faces;
 
-use crate::simulation::mesh_motion::{self, WornMeshes};
-use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
-use crate::simulation::build::settings::{coupling_method, operators, options};
-use crate::simulation::omitted::{needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields};
 use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::coupling::{couple, surface_distance};
 use crate::error::{Error, Result, warning};
-use crate::frame::ContactFrame;
-use crate::laws::friction::FrictionLaw;
-use crate::geometry::Side;
 use crate::evolution::records::Observer;
 use crate::evolution::{self, Model, RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
+use crate::frame::ContactFrame;
+use crate::geometry::Side;
+use crate::laws::friction::FrictionLaw;
+use crate::omitted::OmittedWork;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
 use crate::output::boundary_elements::BoundaryElementRecord;
 use crate::output::condensation::CondensationRecord;
@@ -37,7 +34,12 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::body::NearField;
-use crate::omitted::OmittedWork;
+use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::simulation::build::settings::{coupling_method, operators, options};
+use crate::simulation::mesh_motion::{self, WornMeshes};
+use crate::simulation::omitted::{
+    needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields,
+};
 
 /// What to do about a half-space that is not good enough.
 const NEAR_FIELD_REMEDIES: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";

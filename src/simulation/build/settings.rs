@@ -3,11 +3,11 @@
 use crate::bem::half_space::CrossBlocks;
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, HalfSpaceOperators};
-use crate::frame::ContactFrame;
 use crate::flexibility::precision::Precision;
+use crate::frame::ContactFrame;
+use crate::omitted::OmittableWork;
 use crate::scene::plan::Plan;
 use crate::scene::spec::solver;
-use crate::omitted::OmittableWork;
 
 /// How the bodies are tied to the frame.
 pub(crate) fn coupling_method(plan: &Plan) -> coupling::Coupling {

@@ -2,16 +2,16 @@
 
 use nalgebra::Vector3;
 
+use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
+use crate::error::Error;
+use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
+use crate::fem::RigidBodyModes;
+use crate::frame::ContactFrame;
+use crate::scene::plan::Plan;
+use crate::scene::spec::solver::Coupling;
 use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::symmetry_planes;
-use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
-use crate::error::Error;
-use crate::fem::RigidBodyModes;
-use crate::frame::ContactFrame;
-use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
-use crate::scene::plan::Plan;
-use crate::scene::spec::solver::Coupling;
 
 /// Share of a displacement along a free direction that is rounding.
 pub(crate) const ROUNDING_SHARE: f64 = 1e-9;

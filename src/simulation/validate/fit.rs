@@ -2,26 +2,26 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, face_map, surface_distances};
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::validate::flat_faces;
-use crate::simulation::validate::inside;
-use crate::simulation::validate::locking;
-use crate::simulation::build::near_field::NearFieldModel;
-use crate::simulation::validate::periodic;
 use crate::element::ElementKind;
 use crate::error::{Error, warning};
+use crate::evolution::step::Normal;
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
-use crate::laws::friction::FrictionLaw;
 use crate::geometry::{Point, format_number};
-use crate::evolution::step::Normal;
+use crate::laws::friction::FrictionLaw;
+use crate::laws::wear::WearLaw;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
 use crate::scene::spec::frame::FramePoints;
-use crate::laws::wear::WearLaw;
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, face_map, surface_distances};
+use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::flat_faces;
+use crate::simulation::validate::inside;
+use crate::simulation::validate::locking;
+use crate::simulation::validate::periodic;
 
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;

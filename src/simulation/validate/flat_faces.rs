@@ -4,15 +4,15 @@
 //! the near field is that of a half-space the faces are bowed, and what the curvatures at the two ends of an edge do not agree on
 //! is left.
 
-use crate::simulation::build::bodies::{BODY_KEYS, face_map};
-use crate::simulation::failure::{AtKey, SceneError};
 use crate::error::warning;
-use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
-use crate::geometry::format_number;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
+use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
+use crate::geometry::format_number;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
+use crate::simulation::build::bodies::{BODY_KEYS, face_map};
+use crate::simulation::failure::{AtKey, SceneError};
 
 /// More than this share of the approach cut off by flat faces puts loads in doubt. Tried with a cap of R = 20 mm as condensed mesh
 /// (docs/theory-coupling.md): the load errs by one to two times the share.

@@ -1,14 +1,14 @@
 //! Whether the points that `output.inside` asks for lie in their bodies.
 
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::build::memory;
 use crate::body::half_space::first_point_above_surface;
 use crate::error::Error;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, format_number, format_point};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
+use crate::simulation::build::memory;
+use crate::simulation::failure::{AtKey, SceneError};
 
 /// Refuses points outside of their bodies.
 ///

@@ -1,12 +1,12 @@
 //! Whether gap and steps of a plan suit a frame that repeats itself.
 
-use crate::simulation::validate::controls::step_key;
-use crate::simulation::failure::{AtKey, SceneError};
 use crate::error::Error;
+use crate::evolution::step::Normal;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
-use crate::evolution::step::Normal;
 use crate::scene::plan::Plan;
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::validate::controls::step_key;
 
 /// Steps of the gap across the seam that are this many times those between neighbours are noted.
 const MAX_SEAM_STEP_RATIO: f64 = 5.0;

@@ -5,18 +5,18 @@
 
 use nalgebra::Vector3;
 
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
-use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
-use crate::simulation::failure::SceneError;
 use crate::error::Error;
+use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::fem::symmetry_component;
 use crate::frame::ContactFrame;
 use crate::frame::symmetry::SymmetryNodes;
 use crate::geometry::{Point, Triad, format_number};
-use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::frame::FramePoints;
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
+use crate::simulation::failure::SceneError;
+use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
 
 /// Names of the global axes.
 const AXES: [&str; 3] = ["x", "y", "z"];

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use orthowear::frame::{GapShape, Outline};
 use orthowear::evolution::records::Outcome;
+use orthowear::frame::{GapShape, Outline};
 
 use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;

@@ -6,13 +6,13 @@ use nalgebra::Matrix3;
 use orthowear::bem::half_space::plane::compressed::TOLERANCE_RANGE;
 use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
 use orthowear::error::ErrorKind;
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::FrictionLaw;
-use orthowear::geometry::{Point, Triad};
 use orthowear::evolution::Model;
-use orthowear::flexibility::per_cell::PerCell;
-use orthowear::flexibility::cell_matrix::CellMatrix;
 use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::cell_matrix::CellMatrix;
+use orthowear::flexibility::per_cell::PerCell;
+use orthowear::frame::ContactFrame;
+use orthowear::geometry::{Point, Triad};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
 use super::{Random, green, pair, steel};

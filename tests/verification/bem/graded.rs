@@ -4,10 +4,10 @@ use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CompressedFlexibility, CrossBlocks, Side};
 use orthowear::body::{ElasticBody, HalfSpaceBody};
 use orthowear::error::ErrorKind;
-use orthowear::laws::friction::FrictionLaw;
-use orthowear::flexibility::cell_matrix::CellMatrix;
-use orthowear::linalg::memory::MemoryLimit;
 use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::cell_matrix::CellMatrix;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::linalg::memory::MemoryLimit;
 
 use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};

@@ -2,8 +2,10 @@
 
 use super::{Random, cfrp, green, pair, relative, steel};
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::{CrossBlocks, DenseFlexibility, FftFlexibility, PatchIntegrator, Side, SurfaceGreen};
 use orthowear::bem::half_space::integrals::polygon;
+use orthowear::bem::half_space::{
+    CrossBlocks, DenseFlexibility, FftFlexibility, PatchIntegrator, Side, SurfaceGreen,
+};
 use orthowear::error::ErrorKind;
 use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;

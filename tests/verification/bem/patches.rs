@@ -3,8 +3,8 @@
 use super::{Random, cfrp, green, pair, relative, steel};
 use crate::crystals::{cfrp_of_tables, with_ratio};
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side};
 use orthowear::bem::half_space::integrals::polygon;
+use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side};
 use orthowear::flexibility::Flexibility;
 use std::f64::consts::PI;
 

@@ -5,9 +5,9 @@ use crate::crystals::cfrp_of_tables;
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CrossBlocks, PatchIntegrator, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::error::ErrorKind;
-use orthowear::geometry::fibre_axes;
 use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::subset::SubsetFlexibility;
+use orthowear::geometry::fibre_axes;
 use std::f64::consts::PI;
 
 fn periodic(

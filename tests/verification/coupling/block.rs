@@ -8,8 +8,8 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{BodyField, ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use orthowear::coupling::{BlockSystem, CoupledBodies, Coupling, couple};
 use orthowear::error::{ErrorKind, Result};
-use orthowear::frame::{ContactFrame, Side};
 use orthowear::flexibility::Flexibility;
+use orthowear::frame::{ContactFrame, Side};
 
 fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")

@@ -9,14 +9,14 @@ use crate::common::{
 use orthowear::bem::half_space::{CrossBlocks, DenseFlexibility, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::coupling::{Coupling, surface_distance};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Integrator, Step};
 use orthowear::evolution::{Model, RunResult, run};
 use orthowear::flexibility::cell_matrix::CellMatrix;
-use orthowear::flexibility::{EntryAccess, Flexibility};
 use orthowear::flexibility::subset::SubsetFlexibility;
+use orthowear::flexibility::{EntryAccess, Flexibility};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap};
+use orthowear::laws::friction::FrictionLaw;
 
 /// Truth: the definition: columns are what the operator makes of unit tractions, here on every third cell, to rounding.
 fn entries_are_products(name: &str, operator: &dyn Flexibility) {

@@ -8,14 +8,14 @@ use nalgebra::{DMatrix, DVector};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::coupling::{Coupling, couple};
+use orthowear::evolution::Model;
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::Model;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::quadrature::gauss_legendre;
-use orthowear::laws::wear::WearLaw;
 
 fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
     let [lower, upper] = specs;

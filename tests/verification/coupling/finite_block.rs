@@ -7,13 +7,13 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::{Model, run};
 use orthowear::flexibility::Flexibility;
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
-use orthowear::laws::wear::WearLaw;
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {

@@ -7,17 +7,17 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
-use orthowear::fem::{FeModel, FeSpec};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult, run};
+use orthowear::fem::{FeModel, FeSpec};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::gmsh;
 use orthowear::omitted::AllowedOmissions;
-use orthowear::laws::wear::WearLaw;
 
 const TIGHT: SolverOptions = SolverOptions {
     tolerance: 1e-11,

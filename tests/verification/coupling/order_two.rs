@@ -10,12 +10,12 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::FeBody;
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
+use orthowear::evolution::Model;
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::Model;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
-use orthowear::laws::wear::WearLaw;
 
 /// A pattern turned by 17 degrees in the middle of the face, its outline kept.
 fn turned([x, y]: [f64; 2]) -> [f64; 2] {

@@ -6,14 +6,14 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
+use orthowear::evolution::step::Step;
+use orthowear::evolution::{Model, RunResult, run};
 use orthowear::fem::Support;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::step::Step;
-use orthowear::evolution::{Model, RunResult, run};
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
-use orthowear::laws::wear::WearLaw;
 
 /// A meshed body with its contact group and supports (group, components held).
 pub struct Part<'a> {

@@ -8,12 +8,12 @@ use nalgebra::DMatrix;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::coupling::{Coupling, couple};
+use orthowear::evolution::Model;
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::Model;
+use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::structured::GradedBlock;
-use orthowear::laws::wear::WearLaw;
 
 /// A block of 24 x 24 x 12 mm with `n` x `n` faces of equal size under the contact, 3 x 3 mm.
 fn block(n: usize) -> Mesh {

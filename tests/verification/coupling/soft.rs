@@ -7,11 +7,11 @@ use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{CoupledBodies, Coupling, couple};
+use orthowear::evolution::records::Outcome;
+use orthowear::evolution::{Model, run};
 use orthowear::fem::{Foundation, FoundationStiffness};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::records::Outcome;
-use orthowear::evolution::{Model, run};
 use orthowear::laws::wear::WearLaw;
 
 /// A thin plate on an elastic foundation that is soft against it.

@@ -5,9 +5,9 @@ use super::half_spaces::difference;
 use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, surface_distance};
-use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::evolution::step::Integrator;
 use orthowear::evolution::{Model, RunResult, run};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 
 /// Indentation, shift and worn fretting of a sphere's gap, solved to 1e-12.
 pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {

@@ -10,8 +10,8 @@ use super::grids::{boxes, steps};
 use crate::common::Silent;
 use crate::mesh::writer::{VARIANTS, write};
 use crate::stability::random::Random;
-use orthowear::geometry::Point;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::simulation::build;
 

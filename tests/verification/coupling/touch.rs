@@ -6,8 +6,8 @@ use crate::common::{indent, steel};
 use orthowear::coupling::mesh_distance;
 use orthowear::element::ElementKind;
 use orthowear::frame::{ContactFrame, FaceMap, MeshedSurface, Side, first_touch};
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::geometry::Point;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::{SurfaceFace, group_faces};
 

@@ -2,13 +2,13 @@
 
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult};
 use orthowear::flexibility::cell_matrix::CellMatrix;
 use orthowear::flexibility::{EntryAccess, Flexibility};
+use orthowear::frame::ContactFrame;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
 use crate::common::{press, relative, shift, solve, solve_with, step};

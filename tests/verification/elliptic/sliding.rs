@@ -1,7 +1,7 @@
 //! Gross sliding: the total friction depends on the direction of slip alone.
 
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, press, shift, solve};

@@ -1,9 +1,9 @@
 //! Whole states under elliptic friction: axes that do not see each other, and the laws cell by cell.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::Step;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, indent, press, shift, solve_with, sphere, sphere_on_frp, steel};

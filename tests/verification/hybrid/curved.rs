@@ -6,9 +6,9 @@ use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::body::{ElasticBody, FeBody};
 use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8};
+use orthowear::evolution::run;
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::evolution::run;
 use orthowear::mesh::faces::group_faces;
 
 use super::blocks::{frame, hybrid, mesh};

@@ -3,10 +3,10 @@
 use orthowear::body::{ElasticBody, FeBody};
 use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::Hex27;
-use orthowear::fem::HexFormulation;
-use orthowear::frame::{ContactFrame, Side};
 use orthowear::evolution::run;
 use orthowear::evolution::step::Integrator;
+use orthowear::fem::HexFormulation;
+use orthowear::frame::{ContactFrame, Side};
 use orthowear::mesh::structured::GradedBlock;
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};

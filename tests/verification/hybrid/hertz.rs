@@ -5,11 +5,11 @@ use orthowear::body::{ElasticBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
+use orthowear::evolution::{Model, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
-use orthowear::evolution::{Model, run};
-use orthowear::material::Stiffness;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
 
 use super::blocks::{body, cfrp, frame, hybrid};
 use crate::common::{Silent, indent, steel, usual_or_finest};

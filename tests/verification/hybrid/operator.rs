@@ -5,8 +5,8 @@ use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::{FeSpec, HexFormulation};
-use orthowear::frame::{ContactFrame, Side};
 use orthowear::flexibility::Flexibility;
+use orthowear::frame::{ContactFrame, Side};
 use orthowear::material::{PlacedMaterial, Ply, RegionMaterial, Stiffness};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};

@@ -6,8 +6,8 @@ use std::fs;
 use orthowear::body::BodyField;
 use orthowear::element::ElementKind;
 use orthowear::mesh::Mesh;
-use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 use orthowear::output::volume::volume_grid;
+use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
 use super::tools;
 use crate::fem_meshes::{block, rough};

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, SurfaceGreen};
 use orthowear::bem::half_space::integrals::polygon;
+use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, SurfaceGreen};
 use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 

@@ -1,10 +1,10 @@
 //! Noise in the gap, and the smallest numbers there are.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::run;
 use orthowear::evolution::step::{Normal, Step};
+use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
 
 use super::random::Random;
 use crate::common::{Silent, half_spaces, im7, indent, press, shift, solve, sphere, sphere_on_frp, step};

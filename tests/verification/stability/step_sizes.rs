@@ -5,8 +5,8 @@
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::records::Outcome;
-use orthowear::flexibility::per_cell::PerCell;
 use orthowear::flexibility::Flexibility;
+use orthowear::flexibility::per_cell::PerCell;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 

@@ -1,11 +1,11 @@
 //! Coefficients of friction from 0 to 2: a certified answer or a loud refusal.
 
 use orthowear::contact::SolverOptions;
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step};
 use orthowear::evolution::{Model, RunResult};
+use orthowear::frame::ContactFrame;
+use orthowear::laws::friction::{FrictionEllipse, FrictionLaw};
 use orthowear::material::Stiffness;
 
 use crate::common::{

@@ -1,10 +1,10 @@
 //! Hysteresis under a tangential force or shift that goes to and fro (Mindlin and Deresiewicz 1953).
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::{FrameState, Outcome};
 use orthowear::evolution::step::Step;
 use orthowear::evolution::{Model, RunResult};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, press, relative, shift, sphere};

@@ -1,8 +1,8 @@
 //! Partial slip with exact answers: forces raised together, and profiles other than spheres.
 
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::Step;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, press, relative, solve, sphere};

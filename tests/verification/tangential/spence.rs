@@ -1,8 +1,8 @@
 //! Frictional indentation: stick radius and stiffness (Spence 1968, 1975).
 
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step};
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};

@@ -2,12 +2,12 @@
 
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
 use orthowear::evolution::{Model, RunResult};
-use orthowear::material::Stiffness;
+use orthowear::frame::ContactFrame;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, press, solve_with, sphere, steel};
 use crate::observed::pull;

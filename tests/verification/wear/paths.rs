@@ -1,12 +1,12 @@
 //! Closed paths: under forces, round ellipses.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::evolution::step::{Drive, Integrator, JumpPolicy, Normal, Step};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::output::plot::loops::LoopCurve;
-use orthowear::laws::wear::WearLaw;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
@@ -78,7 +78,8 @@ fn loops_dissipate_what_they_enclose() {
     model.friction = FrictionLaw::Coulomb { mu };
     let mut cycles = fretting(10, x * mu * force, 1, Integrator::BackwardEuler);
     path_of(&mut cycles).drive = Drive::Force;
-    let run = orthowear::evolution::run(&model, &[press(force), cycles], &SolverOptions::default(), &mut Loops);
+    let run =
+        orthowear::evolution::run(&model, &[press(force), cycles], &SolverOptions::default(), &mut Loops);
     let run = run.expect("a run without errors");
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     assert_eq!(run.fretting_loops.len(), 2);

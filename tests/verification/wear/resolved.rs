@@ -1,11 +1,13 @@
 //! Resolved cycles, which show what wears between the reversal points that are solved together: corrected wear, measured errors.
 
 use orthowear::contact::SolverOptions;
-use orthowear::laws::friction::FrictionLaw;
-use orthowear::geometry::fibre_axes;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
-use orthowear::evolution::step::{Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential};
+use orthowear::evolution::step::{
+    Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential,
+};
 use orthowear::evolution::{Model, RunResult};
+use orthowear::geometry::fibre_axes;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
 use crate::common::{

@@ -2,15 +2,15 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::frame::ContactFrame;
-use orthowear::laws::friction::FrictionLaw;
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{CycleMotion, Cycles, Integrator, JumpPolicy, Normal, Step};
 use orthowear::evolution::{Model, RunResult};
-use orthowear::flexibility::per_cell::PerCell;
 use orthowear::flexibility::Flexibility;
-use orthowear::material::Stiffness;
+use orthowear::flexibility::per_cell::PerCell;
+use orthowear::frame::ContactFrame;
+use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, relative, solve, sphere, step};
 

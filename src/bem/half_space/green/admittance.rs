@@ -1,7 +1,7 @@
 //! The surface admittance W(m) / κ at any wavevector κ m, by interpolation in a table of directions.
 
-use crate::bem::half_space::green::angular_table::AngularTable;
 use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::green::angular_table::AngularTable;
 
 /// A Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(crate) type Hermitian = [f64; 9];

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
-use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::grid::grid_symbol::GridSymbol;
 use crate::bem::half_space::grid::half_grid::HalfGridFlexibility;
 use crate::bem::half_space::grid::kernel_cache::{GridKernel, KernelCache};
@@ -15,11 +15,11 @@ use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
 use crate::bem::half_space::grid::toeplitz_entries;
 use crate::error::{Error, Result};
-use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
-use crate::linalg::memory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
+use crate::linalg::memory;
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,12 +3,12 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::bem::half_space::Side;
-use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::grid::grid_symbol::GridSymbol;
 use crate::bem::half_space::grid::kernel_table::KernelTable;
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 use crate::material::Stiffness;
 
 /// Most bytes of all that is kept.

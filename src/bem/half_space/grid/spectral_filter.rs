@@ -7,7 +7,9 @@ use std::sync::Mutex;
 use nalgebra::Complex;
 
 use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridPlan};
-use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
+use crate::bem::half_space::grid::symbol::{
+    COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled,
+};
 
 /// Numbers compared side by side.
 const LANES: usize = 8;

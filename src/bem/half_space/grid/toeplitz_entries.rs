@@ -3,8 +3,8 @@
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 
 /// Influences K(d) for all offsets d = (dx, dy) with dx >= 0.
 struct Offsets {

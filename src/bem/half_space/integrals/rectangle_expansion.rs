@@ -6,8 +6,8 @@
 
 use nalgebra::Complex;
 
-use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
 use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
 
 /// Terms of the expansion, up to derivatives of order 2 (TERMS - 1).
 const TERMS: usize = 6;

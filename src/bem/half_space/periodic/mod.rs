@@ -19,21 +19,23 @@ use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Complex, Matrix3};
 
+use super::green::SurfaceGreen;
 use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::grid::fft::{CrossBlocks, validate_grid};
 use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
-use super::green::SurfaceGreen;
-use crate::bem::half_space::periodic::harmonic_check::{Harmonics, PeriodicState};
-use crate::bem::half_space::periodic::open_direction::OpenDirection;
-use crate::bem::half_space::periodic::periodic_symbol::{PLANES, doubly_periodic_symbol, singly_periodic_symbol};
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};
 use crate::bem::half_space::grid::toeplitz_entries;
-use crate::error::{Error, Result};
+use crate::bem::half_space::periodic::harmonic_check::{Harmonics, PeriodicState};
+use crate::bem::half_space::periodic::open_direction::OpenDirection;
+use crate::bem::half_space::periodic::periodic_symbol::{
+    PLANES, doubly_periodic_symbol, singly_periodic_symbol,
+};
 use crate::cancel;
-use crate::flexibility::per_cell::PerCell;
+use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Defect, EntryAccess, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.

@@ -5,20 +5,22 @@ use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bem::half_space::integrals::cell_influence::{Cell, CellInfluence, row_and_column, tolerance_shares};
-use crate::bem::half_space::plane::dense::validate_cells;
 use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::integrals::cell_influence::{
+    Cell, CellInfluence, row_and_column, tolerance_shares,
+};
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+use crate::bem::half_space::plane::dense::validate_cells;
 use crate::error::{Error, Result};
-use crate::flexibility::per_cell::PerCell;
-use crate::linalg::additive_schwarz::AdditiveSchwarz;
 use crate::flexibility::cell_matrix::CellMatrix;
+use crate::flexibility::per_cell::PerCell;
+use crate::flexibility::{EntryAccess, Flexibility};
+use crate::linalg::additive_schwarz::AdditiveSchwarz;
 use crate::linalg::hierarchical::{
     BlockLayout, BoundingBox, ClusterTree, ComponentProduct, HierarchicalMatrix,
 };
 use crate::linalg::memory::MemoryLimit;
-use crate::flexibility::{EntryAccess, Flexibility};
 
 /// Most cells of a leaf of the tree.
 const LEAF: usize = 48;

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
-use crate::error::{Error, Result};
 use crate::cancel;
-use crate::flexibility::per_cell::PerCell;
+use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
-use crate::linalg::memory;
+use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility};
+use crate::linalg::memory;
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///

@@ -13,8 +13,8 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
-use crate::bem::half_space::subsurface::point_force::PointForceField;
 use crate::bem::PointState;
+use crate::bem::half_space::subsurface::point_force::PointForceField;
 use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
 use crate::geometry::Point;
 use crate::material::Stiffness;

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::bem::half_space::subsurface::boussinesq::Boussinesq;
-use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::green_tensor::GreenTensor;
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::subsurface::boussinesq::Boussinesq;
 use crate::bem::half_space::subsurface::point_force_integral::PointForceIntegral;
 use crate::bem::half_space::subsurface::point_force_table::PointForceTable;
 use crate::bem::half_space::subsurface::surface_point_force::SurfacePointForce;

@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::bem::green_tensor::GreenTensor;
+use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
 use crate::bem::half_space::green::barnett_lothe::condition;
-use crate::bem::half_space::green::SurfaceGreen;
-use crate::bem::green_tensor::GreenTensor;
 use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
@@ -312,8 +312,8 @@ fn times_antisymmetric([x, y, z]: [f64; 3], [xy, xz, yz]: [f64; 3]) -> [f64; 3] 
 
 #[cfg(test)]
 mod tests {
-    use crate::bem::green_tensor::TractionOperator;
     use super::*;
+    use crate::bem::green_tensor::TractionOperator;
     use crate::geometry::Side;
 
     fn interior(stiffness: &Stiffness) -> PointForceIntegral {

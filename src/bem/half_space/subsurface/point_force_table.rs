@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use crate::bem::half_space::green::angular_table::{NODES, lagrange_over_distance, lagrange_with_derivative};
 use crate::bem::green_tensor::GreenTensor;
+use crate::bem::half_space::green::angular_table::{NODES, lagrange_over_distance, lagrange_with_derivative};
 use crate::bem::half_space::subsurface::point_force_integral::{DirectionRule, PointForceIntegral};
 use crate::bem::half_space::subsurface::surface_point_force::SurfacePointForce;
-use crate::error::Result;
 use crate::cancel;
+use crate::error::Result;
 use crate::linalg::simd::wide;
 
 /// First and largest number of angles of a turn; a third as many rows from the inner axis to the surface.
@@ -392,8 +392,8 @@ fn direction(phi: f64, t: f64) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::bem::half_space::green::SurfaceGreen;
     use super::*;
+    use crate::bem::half_space::green::SurfaceGreen;
     use crate::geometry::Side;
     use crate::material::Stiffness;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::Matrix3;
 
-use crate::bem::half_space::green::angular_table::AngularTable;
-use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::green_tensor::GreenTensor;
+use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::green::angular_table::AngularTable;
 use crate::material::Stiffness;
 
 /// Γ(φ) / r, its derivatives in the surface, and the one along the normal that leaves the surface without traction.

@@ -14,9 +14,9 @@ use super::super::{
     ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Unknowns,
 };
 use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
+use crate::flexibility::EntryAccess;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::linalg::memory;
-use crate::flexibility::EntryAccess;
 use sweeps::Sweeps;
 
 /// Cells that entries are formed between at most, and at first where nothing touches yet under a prescribed force.

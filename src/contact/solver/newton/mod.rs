@@ -17,8 +17,8 @@ mod unknowns;
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
-use crate::linalg::gmres::{Gmres, KrylovOptions};
 use crate::flexibility::precision::WithPrecision;
+use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.

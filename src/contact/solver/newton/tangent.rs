@@ -8,8 +8,8 @@ use super::super::super::scales::FrictionScaling;
 use super::super::super::{ContactState, Increment, Pressures};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions};
-use crate::linalg::gmres::LinearSystem;
 use crate::flexibility::precision::WithPrecision;
+use crate::linalg::gmres::LinearSystem;
 
 /// The linear system of a Newton step.
 pub(super) struct NewtonSystem<'s, 'p> {
