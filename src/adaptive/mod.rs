@@ -33,7 +33,7 @@ const UNCHANGED_SHARE: f64 = 0.05;
 struct MeasuredRun {
     levels: Levels,
     values: Vec<TargetValue>,
-    /// [`RefinementLadder::cut`].
+    /// [`RefinementLadder::outline_area_error`].
     outline_area_error: Option<f64>,
     seconds: f64,
 }

@@ -60,7 +60,7 @@ impl FeBody {
         Self::with_worn_mesh(spec, (contact, side), frame, resources, None)
     }
 
-    /// As [`Self::new_with`], with the stiffness of the mesh `worn` ([`super::worn::worn_mesh`]) where there is one; the gap and the
+    /// As [`Self::new_with`], with the stiffness of the mesh `worn` ([`super::worn_mesh::worn_mesh`]) where there is one; the gap and the
     /// map to the cells are those of the mesh as it was read.
     ///
     /// # Errors

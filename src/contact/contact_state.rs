@@ -57,7 +57,7 @@ pub struct ContactState {
     pub slip: Vec<f64>,
     /// |Δg|_i of each end, `[N]` per end, mm/MPa: depth worn per pressure, the diagonal that wear adds to S_nn.
     pub wear_path: Vec<f64>,
-    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `repeats`).
+    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `slip_repeats`).
     pub wear_rate: Vec<f64>,
     /// Hatted slip and normal gap, per end `[3, N]`.
     pub gradient: Vec<f64>,

@@ -19,7 +19,7 @@ const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 /// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d / n_I.n,
 /// point by point, in the cells that look along n ([`first_touch`]). The means of a condensed mesh are those of the faces as
 /// they are: the displacement of its contact surface is averaged with the same shape functions, and where it follows a curved
-/// surface its nodes do. Those of a body with the near field of a half-space are bowed ([`MeshedSurface::bowed_heights`]).
+/// surface its nodes do. Those of a body with the near field of a half-space are bowed ([`MeshedSurface::curved_heights`]).
 ///
 /// # Errors
 /// If the bodies overlap as they are meshed, or no motion along n separates them, or a plane is to meet cells that do

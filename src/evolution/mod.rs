@@ -1,8 +1,8 @@
 //! Load steps, cycles and cycle jumps: the main loop.
 //!
 //! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
-//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycling`).
-//! Progress, output and checkpoints hang on an [`record::Observer`].
+//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `fretting`).
+//! Progress, output and checkpoints hang on an [`records::Observer`].
 
 mod balance;
 pub mod image;
@@ -63,7 +63,7 @@ pub struct RunResult {
     pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`RunCheckpoint::onto`]).
+    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`RunCheckpoint::transfer_to`]).
     pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
     /// Where the run ends because the observer wants it ([`Observer::wants_rebuild`]): what it can be taken up from with other
     /// operators.

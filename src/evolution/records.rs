@@ -224,7 +224,7 @@ pub trait Observer: Send {
     /// If results cannot be written; the run stops.
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
 
-    /// Called where the run can be taken up again: after every entry, and where it ends before its time. `snapshot` makes what it
+    /// Called where the run can be taken up again: after every entry, and where it ends before its time. `checkpoint` makes what it
     /// goes on from.
     ///
     /// # Errors
@@ -232,7 +232,7 @@ pub trait Observer: Send {
     fn on_checkpoint(
         &mut self,
         _moment: CheckpointEvent,
-        _snapshot: &dyn Fn() -> RunCheckpoint,
+        _checkpoint: &dyn Fn() -> RunCheckpoint,
     ) -> crate::error::Result<()> {
         Ok(())
     }

@@ -248,7 +248,7 @@ impl Run<'_> {
         if all > 0.0 { lost / all } else { 0.0 }
     }
 
-    /// Solves the ends of a cycle, or steady sliding, at the depth `worn` with the wear of `repeats` cycles implicit in them,
+    /// Solves the ends of a cycle, or steady sliding, at the depth `worn` with the wear of `slip_repeats` cycles implicit in them,
     /// under what is prescribed at the part `at` of the step.
     ///
     /// # Errors

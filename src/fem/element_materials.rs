@@ -23,7 +23,7 @@ pub struct ElementMaterials {
     materials: Vec<PlacedMaterial>,
     /// Distinct pairs of a material and its axes.
     material_states: Vec<(usize, Matrix3<f64>)>,
-    /// Index into `states` of each cell, `[n_cells]`.
+    /// Index into `material_states` of each cell, `[n_cells]`.
     state_of_cell: Vec<u32>,
 }
 

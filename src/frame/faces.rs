@@ -57,7 +57,7 @@ impl ContactFrame {
         self.select(kept)
     }
 
-    /// As [`Self::keep`], but the grid stays, and with it what has the places of all of its cells.
+    /// As [`Self::retain_cells`], but the grid stays, and with it what has the places of all of its cells.
     pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();

@@ -67,10 +67,10 @@ pub struct ContactFrame {
     pub axes: Triad,
     /// The grid, if the frame is one or a part of one.
     pub grid: Option<Grid>,
-    /// Place in the grid of each cell, ascending, where an outline leaves some of them out ([`ContactFrame::within`]); `None`
+    /// Place in the grid of each cell, ascending, where an outline leaves some of them out ([`ContactFrame::clipped_to`]); `None`
     /// where all places have their cell.
     pub grid_indices: Option<Vec<usize>>,
-    /// Number of cells that were left out ([`ContactFrame::keep`]).
+    /// Number of cells that were left out ([`ContactFrame::retain_cells`]).
     pub n_excluded: usize,
     /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
     /// others when contact comes there.

@@ -155,7 +155,7 @@ impl std::fmt::Display for MemoryLimit {
     }
 }
 
-/// As [`MemoryLimit::ensure`], by what the machine has now.
+/// As [`MemoryLimit::ensure_available`], by what the machine has now.
 ///
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).

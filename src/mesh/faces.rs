@@ -1,5 +1,5 @@
 //! Faces of the solids: the outer skin, and the faces of a physical surface with outward normals. In a mesh without solids the surface
-//! cells are the skin, as they are oriented ([`super::surface::outward`]).
+//! cells are the skin, as they are oriented ([`super::closed_surface::orient_outward`]).
 
 use std::collections::HashMap;
 

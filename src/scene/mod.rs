@@ -1,6 +1,6 @@
 //! The scene a user writes (TOML), and the validated plan it becomes.
 //!
-//! [`keys`] are the keys as written; [`document`] holds the file with the place of every value; [`check`] finds
+//! [`spec`] are the keys as written; [`document`] holds the file with the place of every value; [`schema_check`] finds
 //! what the schema does not allow; `resolve` finds what makes no sense and builds the [`plan::Plan`]. Every
 //! mistake is collected, so that a user mends them all at once.
 

@@ -1,4 +1,4 @@
-//! The JSON Schema of a scene, generated from the [keys](super::keys).
+//! The JSON Schema of a scene, generated from the [keys](super::spec).
 
 use std::sync::LazyLock;
 

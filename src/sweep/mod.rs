@@ -1,6 +1,6 @@
 //! Studies: a scene run for all combinations of some of its values.
 //!
-//! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
+//! [`spec`] are the keys of a study file, [`mod@read`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
 //! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
 //! `images` finds runs that are images of each other; [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
 

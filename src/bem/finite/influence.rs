@@ -67,7 +67,7 @@ struct QuadraturePoint {
 #[derive(Debug)]
 pub(super) struct PreparedElement {
     pub panel: Panel,
-    /// Points of the rules with 1, 2, ... points along a side on all of it; none below `least`.
+    /// Points of the rules with 1, 2, ... points along a side on all of it; none below `min_points`.
     samples: [Vec<QuadraturePoint>; MAX_STORED_POINTS_PER_SIDE],
     /// Least number of points along a side.
     min_points: usize,

@@ -42,7 +42,7 @@ pub(super) type NumberedElements = (BoundaryElements, HashMap<CellRef, usize>, (
 pub struct BeSpec {
     /// What messages call it ("body1").
     pub name: String,
-    /// Its surface: closed, normals outward, without solids ([`crate::mesh::surface`]).
+    /// Its surface: closed, normals outward, without solids ([`crate::mesh::closed_surface`]).
     pub mesh: Arc<Mesh>,
     /// Its material, global axes.
     pub stiffness: Stiffness,

@@ -138,7 +138,7 @@ struct FaceLoads<'a> {
     forces: &'a PatchForces<'a>,
     /// Tractions on faces, global axes, by the outward normal: pressures, and the rest.
     loads: HashMap<FaceId, (f64, Point)>,
-    /// Of [`PrescribedMotion::rest`], by dofs.
+    /// Of [`PrescribedMotion::deformation`], by dofs.
     supports: HashMap<usize, f64>,
     /// Of the weight, axes of the patch: T⁻¹ b.
     weight: Point,

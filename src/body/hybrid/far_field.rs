@@ -246,7 +246,7 @@ impl FarFieldOnGrid {
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Gap of one cell by tractions on another, for polynomials of [`Self::at`].
+    /// Gap of one cell by tractions on another, for polynomials of [`Self::cell_weights`].
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =

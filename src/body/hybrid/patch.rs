@@ -14,7 +14,7 @@ pub struct ContactPatch {
 }
 
 impl ContactPatch {
-    /// The rectangle about `middle` with sides along the x and y of a frame, on the body at `side` of it. Body 2 sees the frame
+    /// The rectangle about `center` with sides along the x and y of a frame, on the body at `side` of it. Body 2 sees the frame
     /// turned about x.
     pub fn on_body(frame: &Triad, side: Side, center: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;

@@ -100,7 +100,7 @@ fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
 }
 
 /// Which elements stress is smooth over: those joined through faces between elements whose material goes on
-/// ([`crate::fem::Regions::is_continuous`]). The class is the first element of each such part, `[n_cells]`.
+/// ([`crate::fem::ElementMaterials::is_continuous`]). The class is the first element of each such part, `[n_cells]`.
 pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..elements.n_elements()).collect();
     for face in faces {

@@ -38,7 +38,7 @@ pub fn symmetric_partition(tree: &ClusterTree, admissibility: f64) -> Vec<Cluste
     blocks
 }
 
-/// Blocks that together hold every pair of places once, in both orders; far apart as in [`blocks`].
+/// Blocks that together hold every pair of places once, in both orders; far apart as in [`symmetric_partition`].
 pub fn full_partition<const D: usize>(tree: &ClusterTree<D>, admissibility: f64) -> Vec<ClusterPair> {
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {

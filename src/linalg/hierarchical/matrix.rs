@@ -88,7 +88,7 @@ pub struct BlockLayout {
 }
 
 impl BlockLayout {
-    /// See [`blocks`] for `admissibility`.
+    /// See [`symmetric_partition`](super::block_partition::symmetric_partition) for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
         let blocks = symmetric_partition(&tree, admissibility);
         let tolerance_shares = vec![1.0; tree.clusters.len()];

@@ -12,7 +12,7 @@ struct RawBlock {
     kind: ElementKind,
     nodes: Vec<u64>,
     tags: Vec<u64>,
-    /// Index into [`RawMesh::sets`] of each element.
+    /// Index into [`RawMesh::group_sets`] of each element.
     sets: Vec<u32>,
 }
 

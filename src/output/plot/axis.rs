@@ -99,7 +99,7 @@ impl Axis {
         self.scale.step((self.high - self.low) / 6.0)
     }
 
-    /// Values to mark, with their labels (without the [`Axis::power`]); minor marks have none.
+    /// Values to mark, with their labels (without the [`Axis::label_exponent`]); minor marks have none.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {

@@ -91,7 +91,7 @@ pub fn build_on_frame<'p>(
     build_with(plan, (given, [None, None]), progress, stop)
 }
 
-/// As [`build_on_frame`], with the stiffness of worn meshes ([`mesh_motion::meshes`]) where there are any.
+/// As [`build_on_frame`], with the stiffness of worn meshes ([`mesh_motion::worn_meshes`]) where there are any.
 ///
 /// # Errors
 /// As [`build`].

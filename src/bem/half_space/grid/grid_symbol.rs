@@ -24,7 +24,7 @@ pub(crate) struct GridSymbol {
 }
 
 impl GridSymbol {
-    /// Of the kernel in `table` on `cells` whose sides are `factor` of its own.
+    /// Of the kernel in `table` on `cells` whose sides are `coarsening` of its own.
     pub(crate) fn new(
         cells: [usize; 2],
         (table, coarsening): (Arc<KernelTable>, usize),

@@ -38,7 +38,7 @@ pub(crate) fn doubly_periodic_symbol(
     })
 }
 
-/// The symbol of a frame that is open along `axis` and periodic along the other; `clearance`: see [`OpenDirection`].
+/// The symbol of a frame that is open along `axis` and periodic along the other; `singularity_distance`: see [`OpenDirection`].
 pub(crate) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
