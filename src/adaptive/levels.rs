@@ -44,7 +44,7 @@ pub struct Levels {
 
 impl Levels {
     /// The next finer ones.
-    pub(crate) fn finer(self, knob: RefinementParameter) -> Self {
+    pub(super) fn finer(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => Self { cells: self.cells + 1, ..self },
             RefinementParameter::Increments => Self { increments: self.increments + 1, ..self },
@@ -53,7 +53,7 @@ impl Levels {
     }
 
     /// Those for what follows a knob that did not suffice.
-    pub(crate) fn coarser(self, knob: RefinementParameter) -> Self {
+    pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => self,
             RefinementParameter::Increments => {
@@ -64,13 +64,13 @@ impl Levels {
     }
 
     /// How many times the increments of the scene.
-    pub(crate) fn increments(self) -> usize {
+    pub(super) fn increments(self) -> usize {
         1 << self.increments
     }
 }
 
 /// What can be chosen of a plan, and how.
-pub(crate) struct RefinementLadder {
+pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are chosen.
     is_refined: [bool; 3],
@@ -314,7 +314,7 @@ pub(crate) fn cells(plan: &Plan) -> Option<[usize; 2]> {
 }
 
 /// Tolerance or number of jumps of the first step that has them.
-pub(crate) fn jumps(plan: &Plan) -> Option<f64> {
+pub(super) fn jumps(plan: &Plan) -> Option<f64> {
     plan.steps.iter().find_map(|step| step.cycles).map(|cycles| match cycles.jumps {
         JumpPolicy::Number(number) => number as f64,
         JumpPolicy::Tolerance(tolerance) => tolerance,

@@ -3,17 +3,16 @@
 //! Increments and jumps are refined first, on coarse cells, for their share of the error hardly depends on the cells; then the cells. Each share is
 //! estimated from how the values change; the sum of the shares is what is compared with the accuracy.
 
-mod values;
-pub mod size_field;
-pub(crate) mod convergence;
-pub(crate) mod levels;
+mod convergence;
+mod levels;
 pub(crate) mod run;
+pub mod size_field;
+mod values;
 
 use crate::adaptive::convergence::{Convergence, limit};
 pub use crate::adaptive::levels::Levels;
 use crate::adaptive::levels::RefinementLadder;
 use crate::adaptive::values::{TargetValue, min_contact_cells, values};
-
 use crate::error::Error;
 use crate::evolution::records::IncrementRecord;
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};

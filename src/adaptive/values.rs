@@ -14,7 +14,7 @@ const WORN: &str = "worn_volume";
 
 /// A value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TargetValue {
+pub(super) struct TargetValue {
     /// The step.
     pub step: String,
     /// What it is, as in `summary.steps`.
@@ -66,7 +66,7 @@ impl ForceControls {
 
 /// Least number of cells of the area `cell` in contact at the end of a step: none where bodies are brought closer than the first touch and no cell
 /// sees it.
-pub(crate) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
+pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
     for step in &plan.steps {
@@ -80,7 +80,7 @@ pub(crate) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: 
 }
 
 /// The values at the ends of the steps; `punch`: area of the cells within an outline.
-pub(crate) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
+pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
     let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
     let mut held = ForceControls::NOTHING;
     let mut found: Vec<TargetValue> = Vec::new();

@@ -34,7 +34,7 @@ impl TractionOperator {
 
 impl GreenTensor {
     /// That at distance 1 at another distance in the same direction.
-    pub(crate) fn at_distance(self, distance: f64) -> Self {
+    pub(super) fn at_distance(self, distance: f64) -> Self {
         let inverse = 1.0 / distance;
         Self { value: self.value * inverse, gradient: self.gradient.map(|part| part * (inverse * inverse)) }
     }

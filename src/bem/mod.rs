@@ -2,9 +2,9 @@
 
 pub mod finite;
 pub mod full_space;
+pub mod green_tensor;
 pub mod half_space;
 mod quadrature_order;
-pub mod green_tensor;
 
 use nalgebra::Matrix3;
 

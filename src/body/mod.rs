@@ -3,11 +3,11 @@
 pub mod boundary_elements;
 pub mod condensed_flexibility;
 pub mod finite_elements;
-pub mod rigid_body_modes;
 pub mod half_space;
 pub mod hybrid;
 mod lazy_flexibility;
 pub mod rigid;
+pub mod rigid_body_modes;
 pub mod stress;
 pub mod truncated_half_space;
 pub mod worn_mesh;

@@ -2,7 +2,8 @@
 
 pub mod comparison;
 pub mod step_ends;
-pub(crate) mod variants;
+mod variants;
+
 use crate::compare::variants::replace_body;
 use crate::error::{Error, Result};
 use crate::estimate::estimate_on_frame;

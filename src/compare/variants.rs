@@ -27,7 +27,7 @@ const ROUNDING_SPREAD_DEG: f64 = 1e-6;
 ///
 /// # Errors
 /// If it cannot be that.
-pub(crate) fn replace_body(
+pub(super) fn replace_body(
     plan: &Plan,
     index: usize,
     kind: Discretisation,
@@ -63,7 +63,7 @@ pub(crate) fn replace_body(
 }
 
 /// Whether all cells lie in one plane, as a half-space needs it.
-pub(crate) fn is_plane(frame: &ContactFrame) -> bool {
+pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     let (Some(axes), Some(first)) = (frame.triads.first(), frame.centers.first()) else { return false };
     let size = frame.areas.iter().sum::<f64>().sqrt();
     let level = frame.triads.distinct().iter().all(|triad| (triad.0 - axes.0).amax() < 1e-6);

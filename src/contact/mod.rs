@@ -9,9 +9,9 @@
 
 pub mod balance;
 pub mod certificate;
+mod contact_state;
 mod control;
 mod increment;
-mod contact_state;
 pub mod projection;
 mod residual;
 pub mod scales;

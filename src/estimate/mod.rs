@@ -1,10 +1,7 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
 pub mod saved;
-pub(crate) mod time;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, configured_half_space, contact_frame, face_map};
-use crate::simulation::build::candidate_cells::with_active_cells;
-use crate::simulation::validate::controls::refuse_impossible_controls;
+mod time;
 
 use crate::bem::finite::SolutionMethod;
 use crate::body::hybrid::{Correction, HalfSpaceFit};
@@ -19,16 +16,19 @@ use crate::mesh::faces::outer_faces;
 use crate::omitted::OmittedWork;
 use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
 use crate::scene::spec::solver::Coupling;
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES, configured_half_space, contact_frame, face_map};
+use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::omitted::{
     expected_omitted_work, needs_factor_after_condensation, omitted_factorisation,
 };
+use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces::max_curvature_correction;
 
 /// Floating-point operations per second that factorisations reach on one core.
-pub(crate) const FLOPS_PER_SECOND: f64 = 2.8e10;
+pub(super) const FLOPS_PER_SECOND: f64 = 2.8e10;
 
 /// Seconds per unknown of ordering and analysis.
 const PER_UNKNOWN: f64 = 5e-6;
@@ -121,7 +121,7 @@ pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
 }
 
 /// As [`estimate`], on a frame that may have been made for another plan.
-pub(crate) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
+pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
     refuse_impossible_controls(plan, &frame)?;
     memory::ensure_points_fit(plan, &frame).at("output.inside")?;
     let near = choose_near_fields(plan, &frame)?;
@@ -216,7 +216,7 @@ fn estimate_body(
 }
 
 /// Seconds for the matrix of a half-space's operator on `n_cells` polygons.
-pub(crate) fn dense_matrix_seconds(n_cells: usize) -> f64 {
+pub(super) fn dense_matrix_seconds(n_cells: usize) -> f64 {
     9.0 * (n_cells as f64).powi(2) * 2e-7
 }
 

@@ -31,7 +31,7 @@ const PRESSURES: f64 = 0.3;
 const MIRROR_HALF_FACTOR: f64 = 0.87;
 
 /// What the steps of a plan are expected to take, with the work left out that `ledger` says.
-pub(crate) fn step_times(
+pub(super) fn step_times(
     plan: &Plan,
     frame: &ContactFrame,
     (near, bodies): (&[NearFieldModel; 2], &[BodyEstimate; 2]),
@@ -68,7 +68,7 @@ pub(crate) fn step_times(
 }
 
 /// Contact problems of a step.
-pub(crate) fn contact_problems(step: &Step) -> usize {
+pub(super) fn contact_problems(step: &Step) -> usize {
     match &step.cycles {
         None => step.increments,
         // The ends of a cycle are solved together.
@@ -77,7 +77,7 @@ pub(crate) fn contact_problems(step: &Step) -> usize {
 }
 
 /// Seconds of the points inside bodies after each of `n_solves` contact problems, and of the tables for them.
-pub(crate) fn inside(plan: &Plan, n_solves: usize) -> f64 {
+pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     let points: f64 = plan.interior_requests.iter().map(|request| of_points(plan, request)).sum();
     inside_tables(plan) + n_solves as f64 * points
 }

@@ -8,12 +8,11 @@ use crate::contact::{
     Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
 };
 use crate::error::{Error, Result};
-use crate::geometry::Side;
-
 use crate::evolution::Run;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::Step;
+use crate::geometry::Side;
 
 /// Below this a direction, whose length is 1, has no part left.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
@@ -22,7 +21,7 @@ const MIN_DIRECTION_NORM: f64 = 1e-6;
 const UNRESISTED: &str = "nothing resists the";
 
 /// Whether what a run that converged tells names a direction.
-pub(crate) fn names_direction(warning: &str) -> bool {
+pub(super) fn names_direction(warning: &str) -> bool {
     warning.contains(UNRESISTED)
 }
 
@@ -31,7 +30,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
-    pub(crate) fn path_point(
+    pub(super) fn path_point(
         &mut self,
         step: &Step,
         loads: &PrescribedLoads,
@@ -183,7 +182,7 @@ impl PreparedModel<'_> {
     }
 
     /// Why no motion balances the prescribed forces.
-    pub(crate) fn loss_of_equilibrium_message(
+    pub(super) fn loss_of_equilibrium_message(
         &self,
         step: &str,
         number: usize,

@@ -11,22 +11,22 @@ use crate::evolution::state::RunState;
 /// Everything that the rest of a run follows from, between two entries.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunCheckpoint {
-    pub(crate) step_index: usize,
-    pub(crate) progress: StepProgress,
-    pub(crate) state: RunState,
-    pub(crate) controls: ActiveControls,
+    pub(super) step_index: usize,
+    pub(super) progress: StepProgress,
+    pub(super) state: RunState,
+    pub(super) controls: ActiveControls,
     /// Cells whose flexibility the run had formed, by the times it did.
-    pub(crate) formed_cells: Vec<Vec<usize>>,
+    pub(super) formed_cells: Vec<Vec<usize>>,
     #[serde(with = "as_text")]
-    pub(crate) records: Vec<IncrementRecord>,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) timings: Vec<(String, f64)>,
-    pub(crate) fretting_loops: Vec<FrettingLoop>,
+    pub(super) records: Vec<IncrementRecord>,
+    pub(super) warnings: Vec<String>,
+    pub(super) timings: Vec<(String, f64)>,
+    pub(super) fretting_loops: Vec<FrettingLoop>,
 }
 
 /// How far a step has come.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) enum StepProgress {
+pub(super) enum StepProgress {
     /// It has not begun.
     NotStarted,
     /// Some of its increments are done.
@@ -69,7 +69,7 @@ impl RunCheckpoint {
     }
 
     /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
-    pub(crate) fn charge_work(&mut self, lost: [usize; 3]) {
+    pub(super) fn charge_work(&mut self, lost: [usize; 3]) {
         if let StepProgress::WearStep(cycling) = &mut self.progress {
             cycling.cycle.uncharged_work.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
         }

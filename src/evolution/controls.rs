@@ -4,13 +4,12 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, TangentialControl};
-
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
 /// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ActiveControls {
+pub(super) struct ActiveControls {
     pub normal: Normal,
     pub tangential: Tangential,
     pub tilt: Tilt,
@@ -64,7 +63,7 @@ impl ActiveControls {
 
 /// What is prescribed of forces and moments; where nothing is, the motion is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PrescribedLoads {
+pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
     pub tangential: TangentialControl,
     /// Moments on body 2 about the frame's x, y, n through its centre.
@@ -87,7 +86,7 @@ impl PrescribedLoads {
 
 /// The controls of one increment and the rigid motion it starts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct IncrementControls {
+pub(super) struct IncrementControls {
     /// Along x, y, n.
     pub rigid: [f64; 3],
     /// Rotation about x, y, n.
@@ -97,7 +96,7 @@ pub(crate) struct IncrementControls {
 
 /// Rigid motion of body 2 and what body 1 carries, in the frame's axes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct LoadPathStart {
+pub(super) struct LoadPathStart {
     pub rigid: [f64; 3],
     pub turn: [f64; 3],
     pub force: [f64; 3],
@@ -106,7 +105,7 @@ pub(crate) struct LoadPathStart {
 
 /// A step's path from where it starts to what it prescribes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct LoadPath {
+pub(super) struct LoadPath {
     /// Where it starts; the force on body 1 is what the contact carries, and along directions in which the bodies float, where it
     /// carries their own loads too, what was prescribed before.
     start: LoadPathStart,

@@ -5,33 +5,31 @@
 //! Progress, output and checkpoints hang on an [`records::Observer`].
 
 mod balance;
+mod checkpoint;
+mod controls;
+pub mod fretting;
 pub mod image;
 mod model;
+mod monotone;
+mod no_contact;
+pub mod omitted;
 mod predictor;
+pub mod records;
 mod rolling;
 mod state;
 pub mod step;
-pub mod fretting;
-pub mod omitted;
-pub mod records;
-pub(crate) mod checkpoint;
-pub(crate) mod controls;
-pub(crate) mod monotone;
-pub(crate) mod no_contact;
-pub(crate) mod step_controller;
-pub(crate) mod transfer;
-pub(crate) mod wear_integrator;
+mod step_controller;
+mod transfer;
+mod wear_integrator;
 
 use std::time::Instant;
 
-pub use crate::evolution::checkpoint::RunCheckpoint;
-pub use crate::evolution::model::Model;
-pub use crate::evolution::transfer::PreviousModel;
-
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
+pub use crate::evolution::checkpoint::RunCheckpoint;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::ActiveControls;
+pub use crate::evolution::model::Model;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::evolution::records::{
@@ -39,6 +37,7 @@ use crate::evolution::records::{
 };
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Normal, Step};
+pub use crate::evolution::transfer::PreviousModel;
 use crate::flexibility::Flexibility;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::omitted::OmittedWork;

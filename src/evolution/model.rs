@@ -9,13 +9,12 @@ use crate::body::rigid_body_modes::unconstrained_translations;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactScales, ContactState};
 use crate::error::{Error, Result};
+use crate::evolution::step::Step;
 use crate::flexibility::Flexibility;
 use crate::frame::ContactFrame;
 use crate::geometry::Triad;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::laws::wear::{SpecificWearRate, WearLaw};
-
-use crate::evolution::step::Step;
 
 /// Inputs of a run.
 pub struct Model {
@@ -36,7 +35,7 @@ pub struct Model {
 }
 
 /// A model with its derived quantities.
-pub(crate) struct PreparedModel<'a> {
+pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
     pub specific_wear_rate: Option<SpecificWearRate>,
@@ -258,7 +257,7 @@ impl<'a> PreparedModel<'a> {
 }
 
 /// Approach at which the first cell closes by the normal part of the initial gap, `[N]`; 0 on curved frames.
-pub(crate) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
+pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 

@@ -8,8 +8,6 @@ use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGa
 use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
 use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
-use crate::omitted::OmittableWork;
-
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use crate::evolution::model::PreparedModel;
@@ -17,6 +15,7 @@ use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::evolution::{Run, state};
+use crate::omitted::OmittableWork;
 
 /// A contact of so few cells is told.
 const FEW_CONTACT_CELLS: usize = 3;
@@ -26,7 +25,7 @@ const FEW: &str = "the contact is carried by";
 
 /// Which laws act in an increment, and how often its slip happens.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ActiveLaws<'f> {
+pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
     pub slip_repeats: f64,
@@ -35,7 +34,7 @@ pub(crate) struct ActiveLaws<'f> {
 }
 
 /// The equations of an increment with worn depth `worn` at its start.
-pub(crate) fn increment_problem<'b>(
+pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
     options: &SolverOptions,
     wear_depth: &'b [f64],
@@ -62,7 +61,7 @@ pub(crate) fn increment_problem<'b>(
 }
 
 /// A stage of the run as the observer sees it: its name and the part of it that one solve fills.
-pub(crate) struct ProgressSpan<'s> {
+pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
     pub to: f64,
@@ -122,7 +121,7 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
 ///
 /// # Errors
 /// As [`solve`], and if a body cannot be solved.
-pub(crate) fn solve_and_check(
+pub(super) fn solve_and_check(
     (prepared, problem): (&PreparedModel, &mut Increment),
     it: &mut ContactState,
     options: &SolverOptions,
@@ -159,7 +158,7 @@ pub(crate) fn solve_and_check(
 }
 
 /// Root of the mean square of a field over the areas of the cells that `counts`; 0 without any.
-pub(crate) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
+pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
     let (mut squares, mut sum) = (0.0, 0.0);
     for (_, (value, area)) in field.iter().zip(areas).enumerate().filter(|(i, _)| counts(*i)) {
         squares += area * value * value;
@@ -169,7 +168,7 @@ pub(crate) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usi
 }
 
 /// The entry of an increment from its resultants.
-pub(crate) fn increment_record(
+pub(super) fn increment_record(
     name: &str,
     number: usize,
     approach: f64,
@@ -194,7 +193,7 @@ pub(crate) fn increment_record(
 
 /// A monotone step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct MonotoneProgress {
+pub(super) struct MonotoneProgress {
     load_path: LoadPath,
     /// Increments done.
     increments_done: usize,
@@ -203,7 +202,7 @@ pub(crate) struct MonotoneProgress {
 
 impl Run<'_> {
     /// The path of a step from the present state.
-    pub(crate) fn load_path(&self, step: &Step) -> LoadPath {
+    pub(super) fn load_path(&self, step: &Step) -> LoadPath {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
         let start = LoadPathStart { rigid: self.state.rigid_motion, turn, force, moment };
@@ -211,7 +210,7 @@ impl Run<'_> {
     }
 
     /// Runs the increments of a monotone step that are left.
-    pub(crate) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+    pub(super) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
             _ => Box::new(MonotoneProgress {
@@ -329,12 +328,12 @@ impl Run<'_> {
     }
 
     /// Whether friction acts in a step.
-    pub(crate) fn has_friction(&self, step: &Step) -> bool {
+    pub(super) fn has_friction(&self, step: &Step) -> bool {
         step.friction && self.prepared.ellipse.is_some()
     }
 
     /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
-    pub(crate) fn effective_loads(&self, step: &Step, mut loads: PrescribedLoads) -> PrescribedLoads {
+    pub(super) fn effective_loads(&self, step: &Step, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction(step) {
             loads.tangential = TangentialControl::Shift;
             if self.prepared.model.frame.has_uniform_axes() {
@@ -349,7 +348,7 @@ impl Run<'_> {
     }
 
     /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
-    pub(crate) fn complete_record(
+    pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
         report: &SolveReport,
@@ -419,7 +418,7 @@ impl Run<'_> {
     }
 
     /// Hands a record to the observer and keeps it.
-    pub(crate) fn deliver(
+    pub(super) fn deliver(
         &mut self,
         record: IncrementRecord,
         fields: crate::evolution::FrameState,

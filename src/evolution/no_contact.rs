@@ -10,7 +10,7 @@ impl PreparedModel<'_> {
     ///
     /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
     /// of zero, which asks for that.
-    pub(crate) fn no_contact_message(
+    pub(super) fn no_contact_message(
         &self,
         record: &IncrementRecord,
         held: Normal,

@@ -22,7 +22,7 @@ pub struct OperatorOmissions {
 }
 
 impl OperatorOmissions {
-    pub(crate) fn of(model: &Model, options: &SolverOptions) -> Self {
+    pub(super) fn of(model: &Model, options: &SolverOptions) -> Self {
         let operator = model.flexibility.as_ref();
         let normal = &model.initial_gap[2 * operator.n_cells()..];
         let grid = operator.grid().filter(|_| on_halves(operator.grid(), options));

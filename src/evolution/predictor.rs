@@ -4,12 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactState, Increment};
-
 use crate::evolution::state::RunState;
 
 /// What the increments of a step begin from. They are alike, so that the change of one is a good guess of that of the next.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct Predictor {
+pub(super) struct Predictor {
     /// Tractions `[3, N]` and motions at the start of the increment before.
     previous_start: Option<(Vec<f64>, [f64; 3], [f64; MAX_RIGID_MODES])>,
 }

@@ -2,11 +2,10 @@
 
 use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
-use crate::frame::ContactFrame;
-
 use crate::evolution::Run;
 use crate::evolution::records::RollingRecord;
 use crate::evolution::step::{Rolling, Step};
+use crate::frame::ContactFrame;
 
 impl Rolling {
     /// The axis of the frame, 0 or 1, along which the contact rolls, and the sense on it.
@@ -68,7 +67,7 @@ impl Rolling {
 
 impl Run<'_> {
     /// Where the slip of increment `number` of a rolling step comes from.
-    pub(crate) fn upstream(&self, step: &Step, rolling: &Rolling, number: usize) -> Result<Upstream> {
+    pub(super) fn upstream(&self, step: &Step, rolling: &Rolling, number: usize) -> Result<Upstream> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / step.increments as f64)
     }
 
@@ -76,7 +75,7 @@ impl Run<'_> {
     ///
     /// Over the passage of a cell the tractions are the mean of those at its ends: friction then dissipates just the work of the
     /// creepages. The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
-    pub(crate) fn add_rolling_wear(
+    pub(super) fn add_rolling_wear(
         &mut self,
         step: &Step,
         (rolling, number): (&Rolling, usize),
@@ -107,7 +106,7 @@ impl Run<'_> {
     }
 
     /// The slip of the passage of a cell as that per rolled distance.
-    pub(crate) fn per_distance(&self, rolling: &Rolling, slip: &mut [f64]) {
+    pub(super) fn per_distance(&self, rolling: &Rolling, slip: &mut [f64]) {
         let passage = rolling.passage(&self.prepared.model.frame);
         slip.iter_mut().for_each(|slip| *slip /= passage);
     }

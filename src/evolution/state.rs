@@ -5,13 +5,12 @@ use serde::{Deserialize, Serialize};
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::certificate::StateChecks;
 use crate::contact::{ContactState, Increment};
-
 use crate::evolution::model::PreparedModel;
 use crate::evolution::records::{Certificate, FrameState, Resultants};
 
 /// State at the end of an increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct RunState {
+pub(super) struct RunState {
     /// Tractions on body 2, `[3, N]`.
     pub tractions: Vec<f64>,
     /// S P, `[3, N]`.
@@ -79,7 +78,7 @@ impl RunState {
 }
 
 /// Resultants and areas of one end.
-pub(crate) fn resultants(
+pub(super) fn resultants(
     prepared: &PreparedModel,
     problem: &Increment,
     it: &ContactState,
@@ -115,14 +114,14 @@ pub(crate) fn resultants(
 }
 
 /// Whether a cell on the rim of the frame carries pressure at any end.
-pub(crate) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
+pub(super) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
     let n = prepared.n();
     (0..it.rigid_motion.len())
         .any(|end| (0..n).any(|i| prepared.edge[i] && it.scaled[end * 3 * n + 2 * n + i] > 0.0))
 }
 
 /// The fields of one end, for output.
-pub(crate) fn frame_state(problem: &Increment, it: &ContactState, end: usize, worn: &[f64]) -> FrameState {
+pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, worn: &[f64]) -> FrameState {
     let n = worn.len();
     let base = end * 3 * n;
     let status = (0..n)
@@ -142,7 +141,7 @@ pub(crate) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
 
 /// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
 /// symmetric operator (docs/theory-contact.md).
-pub(crate) fn energy_balance(
+pub(super) fn energy_balance(
     prepared: &PreparedModel,
     before: &RunState,
     it: &ContactState,
@@ -165,7 +164,7 @@ pub(crate) fn energy_balance(
 }
 
 /// The certificate as results report it.
-pub(crate) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
+pub(super) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
     let depth = if approach == 0.0 { 1.0 } else { approach.abs() };
     Certificate {
         natural_residual: checks.natural_residual,

@@ -18,7 +18,7 @@ const MIN_LENGTH_GROWTH: f64 = 0.2;
 
 /// The length of the next jump, and the error of the last, as a share of what is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct StepController {
+pub(super) struct StepController {
     next_length: f64,
     last_error_ratio: Option<f64>,
     order: f64,

@@ -5,12 +5,11 @@ use crate::contact::ContactState;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
+use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
 use crate::evolution::state::RunState;
 use crate::evolution::step::Step;
 use crate::frame::grid::extend_field;
-
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 
 /// What the gap of a state came from besides its elastic part.
 #[derive(Debug, Clone)]

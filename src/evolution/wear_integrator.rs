@@ -8,7 +8,6 @@ use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, PathPoint, SlipReference};
 use crate::error::Result;
-
 use crate::evolution::fretting::cycle_state::is_periodic;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{
@@ -98,18 +97,18 @@ impl Integrator {
     /// Part of the error of a step that a jump may have with a `share` of its wear. Of SDIRK2 most of the error is in cells that come
     /// into contact in the jump, other ones in each, and adds up by squares. That of the Euler methods has one sign in all cells; but no jump
     /// is short enough for cells that come into contact in it, if the part were in proportion to the share.
-    pub(crate) fn error_budget(self, share: f64) -> f64 {
+    pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
 
     /// Order of the error per length of a jump.
-    pub(crate) fn order(self) -> f64 {
+    pub(super) fn order(self) -> f64 {
         if self == Self::Sdirk2 { 2.0 } else { 1.0 }
     }
 }
 
 /// What a jump did.
-pub(crate) struct WearJump {
+pub(super) struct WearJump {
     /// Iterations and applications of all stages; stop and residual of the last.
     pub report: SolveReport,
     /// The worst checks of the stages.
@@ -180,7 +179,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn integrate(
+    pub(super) fn integrate(
         &mut self,
         step: &Step,
         (cycles, integrator, length): (&Cycles, Integrator, f64),
@@ -228,7 +227,7 @@ impl Run<'_> {
     }
 
     /// Cells that carry pressure at any end.
-    pub(crate) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
+    pub(super) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
         let n = self.prepared.n();
         (0..n)
             .map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0))
@@ -253,7 +252,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn solve_stage(
+    pub(super) fn solve_stage(
         &mut self,
         step: &Step,
         (at, worn, slip_repeats): (f64, &[f64], f64),
@@ -321,7 +320,7 @@ impl Run<'_> {
     }
 
     /// The equations of the ends at the worn depth of the state, for what is reported.
-    pub(crate) fn reporting_problem<'b>(
+    pub(super) fn reporting_problem<'b>(
         &'b self,
         step: &Step,
         cycling: &WearStepState,

@@ -9,6 +9,7 @@ pub mod operator_history;
 pub mod per_cell;
 pub mod precision;
 pub mod subset;
+
 use std::ops::Range;
 use std::sync::Arc;
 

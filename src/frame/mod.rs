@@ -2,23 +2,23 @@
 //!
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
-mod face_curvature;
-mod clip;
+mod ball_tree;
 mod cell_coverage;
+mod clip;
 mod edges;
+mod face_curvature;
+pub mod face_map;
 pub mod faces;
 mod facets;
 pub mod gap;
 pub mod grid;
 pub mod height_file;
 pub mod height_table;
-pub mod face_map;
+mod initial_contact;
 mod nodes;
 pub mod outline;
-mod ball_tree;
 mod shape_integrals;
 pub mod symmetry;
-mod initial_contact;
 
 use std::borrow::Cow;
 

@@ -1,13 +1,13 @@
 //! Meshes of solids and surfaces with physical groups.
 
-pub mod self_intersection;
+pub mod closed_surface;
 pub mod faces;
 pub mod gmsh;
 mod groups;
 pub mod quality;
+pub mod self_intersection;
 pub mod size_field;
 pub mod structured;
-pub mod closed_surface;
 
 use crate::element::ElementKind;
 

@@ -94,12 +94,12 @@ pub fn write_atomically_with(
 }
 
 /// What the names of the files begin with under which [`write_atomically_with`] writes the one at `path`.
-pub(crate) fn temporary_prefix(path: &Path) -> String {
+pub(super) fn temporary_prefix(path: &Path) -> String {
     format!(".{}.", path.file_name().and_then(|name| name.to_str()).unwrap_or("file"))
 }
 
 /// Has the names in a folder written to the disk; where the system cannot, they get there by themselves.
-pub(crate) fn sync_folder(folder: Option<&Path>) {
+pub(super) fn sync_folder(folder: Option<&Path>) {
     let _ = folder.map(|folder| File::open(folder).and_then(|folder| folder.sync_all()));
 }
 

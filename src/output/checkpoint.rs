@@ -79,7 +79,7 @@ pub fn remove(folder: &Path) -> Result<()> {
 }
 
 /// Removes what killed runs left of checkpoints, and of the file `other`, that they were writing.
-pub(crate) fn remove_temporary_files(folder: &Path, other: &str) {
+pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {

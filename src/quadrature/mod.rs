@@ -1,8 +1,8 @@
 //! Quadrature rules on the reference cells: points and weights, exact for polynomials of a stated degree.
 
 mod gauss;
-mod wedge_pyramid;
 mod simplex;
+mod wedge_pyramid;
 
 pub use gauss::{gauss_legendre, hexahedron, quadrilateral};
 pub use simplex::{tetrahedron, triangle};

@@ -15,7 +15,7 @@ const MAX_SURFACE_NUMBERS: usize = 6 << 20;
 
 /// What the page gets of the bodies.
 #[derive(Default)]
-pub(crate) struct Bodies {
+pub(super) struct Bodies {
     /// Triangles and undisplaced points, each once.
     pub surfaces: Vec<Value>,
     /// A body at the end of a step each.
@@ -31,7 +31,7 @@ struct KnownSurface {
 
 impl Bodies {
     /// Reads the surfaces of both bodies; what is left out is said in the problems of the run.
-    pub(crate) fn read(source: &mut ResultDirectory) -> Self {
+    pub(super) fn read(source: &mut ResultDirectory) -> Self {
         let mut bodies = Self::default();
         for body in [1, 2] {
             let files = source.series(&format!("body{body}"));

@@ -17,7 +17,7 @@ const FILLS: [&str; 2] = ["#e8e4d8", "#dbe4ec"];
 const EDGE: &str = "#444";
 
 /// The bodies seen along the frame's y.
-pub(crate) fn side_view_svg(scene: &Value, names: &UnitNames) -> String {
+pub(super) fn side_view_svg(scene: &Value, names: &UnitNames) -> String {
     let mut canvas = Canvas::default();
     let (left, right) = (BODY_SPAN_PX[0], BODY_SPAN_PX[1]);
     let lower = format!("M{left} {INTERFACE_Y_PX}H{right}V306H{left}Z");
@@ -229,7 +229,7 @@ fn draw_loads(canvas: &mut Canvas, scene: &Value) {
 }
 
 /// The frame seen from body 2, with directions of fibres and motions.
-pub(crate) fn top_view_svg(scene: &Value, names: &UnitNames) -> String {
+pub(super) fn top_view_svg(scene: &Value, names: &UnitNames) -> String {
     let mut canvas = Canvas::default();
     let frame = &scene["frame"];
     let pair = |value: &Value| {

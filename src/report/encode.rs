@@ -5,7 +5,7 @@ use serde_json::Value;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 /// Bytes in base64.
-pub(crate) fn base64(bytes: &[u8]) -> String {
+pub(super) fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
         let at = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
@@ -19,12 +19,12 @@ pub(crate) fn base64(bytes: &[u8]) -> String {
 }
 
 /// Numbers in single precision.
-pub(crate) fn encode_f32(values: impl IntoIterator<Item = f64>) -> Value {
+pub(super) fn encode_f32(values: impl IntoIterator<Item = f64>) -> Value {
     base64(&values.into_iter().flat_map(|value| (value as f32).to_le_bytes()).collect::<Vec<u8>>()).into()
 }
 
 /// Indices in 32 bits.
-pub(crate) fn encode_u32(values: impl IntoIterator<Item = usize>) -> Value {
+pub(super) fn encode_u32(values: impl IntoIterator<Item = usize>) -> Value {
     let narrow = |index: usize| u32::try_from(index).expect("fewer points than 2^32").to_le_bytes();
     base64(&values.into_iter().flat_map(narrow).collect::<Vec<u8>>()).into()
 }

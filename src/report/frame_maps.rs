@@ -16,7 +16,7 @@ const NUMBERS_PER_CELL: usize = 9;
 
 /// What the page gets of the frames.
 #[derive(Default)]
-pub(crate) struct Frames {
+pub(super) struct Frames {
     /// Cells, each once.
     pub meshes: Vec<Value>,
     /// The fields of an entry each.
@@ -38,7 +38,7 @@ const MAP_FIELDS: [(&str, &str, usize); 9] = [
 
 impl Frames {
     /// Reads the frames of a run; what is left out is said in its problems.
-    pub(crate) fn read(source: &mut ResultDirectory) -> Self {
+    pub(super) fn read(source: &mut ResultDirectory) -> Self {
         let mut frames = Self::default();
         let files = source.series("frame");
         let entries = entries_of_files(&source.summary, files.len());
@@ -97,7 +97,7 @@ impl Frames {
 }
 
 /// The entry of the summary, from 0, that each field file belongs to; `None` where that is not known.
-pub(crate) fn entries_of_files(said: &Value, n_files: usize) -> Vec<Option<usize>> {
+pub(super) fn entries_of_files(said: &Value, n_files: usize) -> Vec<Option<usize>> {
     let every = said["accuracy"]["runs"].as_array().and_then(|runs| runs.last());
     let every = every.and_then(|run| run["increments"].as_u64()).unwrap_or(1).max(1);
     let steps = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
@@ -112,7 +112,7 @@ pub(crate) fn entries_of_files(said: &Value, n_files: usize) -> Vec<Option<usize
 }
 
 /// Which of the entries with fields are the last of their step.
-pub(crate) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Vec<usize> {
+pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Vec<usize> {
     let name = |index: usize| entries[index].map(|entry| said["steps"][entry]["name"].clone());
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }

@@ -4,14 +4,14 @@
 
 mod body_surfaces;
 mod drawing;
+mod encode;
 mod frame_maps;
 mod overview;
-mod encode;
 mod page;
 mod result_directory;
 mod run_page;
-pub mod vtu_reader;
 mod value_text;
+pub mod vtu_reader;
 
 use std::fs::{self, File};
 use std::io::Read;

@@ -13,7 +13,7 @@ use crate::report::value_text::{UnitNames, key_to_words, to_line};
 ///
 /// # Errors
 /// As [`Page::render`].
-pub(crate) fn overview(source: &mut ResultDirectory) -> Result<String> {
+pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     let names = UnitNames::of(&source.summary);
     let mut page = Page::new(source);
     let said = source.summary.clone();

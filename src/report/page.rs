@@ -17,7 +17,7 @@ const THREE: &str = include_str!("assets/three.min.js");
 
 /// A table: heads with their units, rows of cells.
 #[derive(Debug, Clone, Default, Serialize)]
-pub(crate) struct Table {
+pub(super) struct Table {
     pub title: String,
     /// Below the title.
     pub note: String,
@@ -27,14 +27,14 @@ pub(crate) struct Table {
 
 /// A picture as a data address.
 #[derive(Debug, Clone, Serialize)]
-pub(crate) struct EmbeddedImage {
+pub(super) struct EmbeddedImage {
     pub title: String,
     pub address: String,
 }
 
 impl EmbeddedImage {
     /// Of the text of an SVG file.
-    pub(crate) fn of_svg(title: &str, svg: &str) -> Self {
+    pub(super) fn of_svg(title: &str, svg: &str) -> Self {
         let address = format!("data:image/svg+xml;base64,{}", base64(svg.as_bytes()));
         Self { title: title.to_owned(), address }
     }
@@ -42,7 +42,7 @@ impl EmbeddedImage {
 
 /// What fills the page.
 #[derive(Debug, Clone, Default, Serialize)]
-pub(crate) struct Page {
+pub(super) struct Page {
     /// "run", "compare" or "study".
     pub kind: &'static str,
     pub title: String,
@@ -77,7 +77,7 @@ pub(crate) struct Page {
 
 impl Page {
     /// A page with what all of them have.
-    pub(crate) fn new(source: &ResultDirectory) -> Self {
+    pub(super) fn new(source: &ResultDirectory) -> Self {
         let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
         let names = UnitNames::of(said);
@@ -104,7 +104,7 @@ impl Page {
     ///
     /// # Errors
     /// Numerical, if the template cannot be filled.
-    pub(crate) fn render(&self, data: &Value) -> Result<String> {
+    pub(super) fn render(&self, data: &Value) -> Result<String> {
         let failed = |error: minijinja::Error| Error::numerical(format!("the page cannot be made: {error}"));
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);

@@ -12,7 +12,7 @@ const MAX_TEXT_BYTES: u64 = 64 << 20;
 
 /// What a directory holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ResultKind {
+pub(super) enum ResultKind {
     Run,
     Comparison,
     Study,
@@ -22,7 +22,7 @@ impl ResultKind {
     const ALL: [Self; 3] = [Self::Run, Self::Comparison, Self::Study];
 
     /// The file that says how it ended.
-    pub(crate) fn summary_file(self) -> &'static str {
+    pub(super) fn summary_file(self) -> &'static str {
         match self {
             Self::Run => "summary.json",
             Self::Comparison => "compare.json",
@@ -31,7 +31,7 @@ impl ResultKind {
     }
 
     /// Its name on the page.
-    pub(crate) fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Run => "run",
             Self::Comparison => "compare",
@@ -41,7 +41,7 @@ impl ResultKind {
 }
 
 /// A directory of results.
-pub(crate) struct ResultDirectory {
+pub(super) struct ResultDirectory {
     directory: PathBuf,
     pub kind: ResultKind,
     /// What its file says; null if it is damaged.
@@ -54,7 +54,7 @@ pub(crate) struct ResultDirectory {
 impl ResultDirectory {
     /// # Errors
     /// Input, if `directory` holds no results.
-    pub(crate) fn open(directory: &Path) -> Result<Self> {
+    pub(super) fn open(directory: &Path) -> Result<Self> {
         let names = names(directory)?;
         let found =
             ResultKind::ALL.into_iter().find(|what| names.iter().any(|name| name == what.summary_file()));
@@ -72,7 +72,7 @@ impl ResultDirectory {
     ///
     /// # Errors
     /// Input, with the name of the file.
-    pub(crate) fn json(&self, name: &str) -> Result<Value> {
+    pub(super) fn json(&self, name: &str) -> Result<Value> {
         let text = self.text(name)?;
         let read: Value = serde_json::from_str(&text)
             .map_err(|error| Error::input(format!("{name} is damaged: {error}")))?;
@@ -87,7 +87,7 @@ impl ResultDirectory {
     ///
     /// # Errors
     /// Input, with the name of the file.
-    pub(crate) fn text(&self, name: &str) -> Result<String> {
+    pub(super) fn text(&self, name: &str) -> Result<String> {
         let path = self.path(name);
         let length = fs::metadata(&path).map_or(0, |found| found.len());
         if length > MAX_TEXT_BYTES {
@@ -99,17 +99,17 @@ impl ResultDirectory {
     }
 
     /// Where a file lies.
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.directory.join(name)
     }
 
     /// Whether there is a file or folder of the name.
-    pub(crate) fn has(&self, name: &str) -> bool {
+    pub(super) fn has(&self, name: &str) -> bool {
         self.names.iter().any(|known| known == name)
     }
 
     /// Its files by name, as far as the summary counts them among its own.
-    pub(crate) fn files(&self, begin: &str, end: &str) -> Vec<String> {
+    pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<Vec<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
         let counted = |name: &&String| own.as_ref().is_none_or(|own| own.contains(&name.as_str()));
@@ -118,13 +118,13 @@ impl ResultDirectory {
     }
 
     /// Files that the summary names and that are not there.
-    pub(crate) fn missing(&self) -> Vec<String> {
+    pub(super) fn missing(&self) -> Vec<String> {
         let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
         own.filter(|name| !self.has(name)).map(str::to_owned).collect()
     }
 
     /// Files of a series over the entries, `NAME_0001.vtu` .., in their order, with their numbers.
-    pub(crate) fn series(&self, name: &str) -> Vec<(usize, String)> {
+    pub(super) fn series(&self, name: &str) -> Vec<(usize, String)> {
         let begin = format!("{name}_");
         let number = |file: &String| {
             let digits = file.strip_prefix(&begin)?.strip_suffix(".vtu")?;

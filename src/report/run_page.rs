@@ -20,7 +20,7 @@ const MAX_TABLE_ROWS: usize = 2000;
 ///
 /// # Errors
 /// As [`Page::render`].
-pub(crate) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
+pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     let (frames, bodies) = (Frames::read(source), Bodies::read(source));
     let missing = source.missing();
     if !missing.is_empty() {
@@ -199,7 +199,7 @@ fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
 }
 
 /// A number or some; forces and moments that are round-off beside the load as 0.
-pub(crate) fn format_quantity(key: &str, record: &Value) -> String {
+pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
     let least = if ["tangential_force", "moment"].contains(&key) { 1e-7 * load } else { 0.0 };
     match &record[key] {
@@ -288,7 +288,7 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
 }
 
 /// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
-pub(crate) fn list_table(title: &str, list: &Value, first: &[&str], names: &UnitNames) -> Option<Table> {
+pub(super) fn list_table(title: &str, list: &Value, first: &[&str], names: &UnitNames) -> Option<Table> {
     let list: Vec<Vec<(String, &Value)>> =
         list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
     let mut keys: Vec<&str> = first.to_vec();
@@ -371,7 +371,7 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
 ];
 
 /// The pictures that were written, in that order, then others.
-pub(crate) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
+pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
     let place = |file: &String| {
         FIGURE_TITLES.iter().position(|(name, _)| name == file).unwrap_or(FIGURE_TITLES.len())

@@ -6,7 +6,7 @@ use crate::output::number_format::five_digits;
 
 /// Names of units, as a page shows them.
 #[derive(Debug, Clone)]
-pub(crate) struct UnitNames {
+pub(super) struct UnitNames {
     pub length: String,
     pub force: String,
     pub stress: String,
@@ -14,7 +14,7 @@ pub(crate) struct UnitNames {
 
 impl UnitNames {
     /// Of what a summary says; mm and N where it does not.
-    pub(crate) fn of(said: &Value) -> Self {
+    pub(super) fn of(said: &Value) -> Self {
         let unit = |key: &str, usual: &str| said["units"][key].as_str().unwrap_or(usual).to_owned();
         let (length, force) = (unit("length", "mm"), unit("force", "N"));
         let stress = match (force.as_str(), length.as_str()) {
@@ -26,7 +26,7 @@ impl UnitNames {
     }
 
     /// The unit of a key of a scene or a summary; empty for numbers, counts and words.
-    pub(crate) fn unit_of_key(&self, key: &str) -> String {
+    pub(super) fn unit_of_key(&self, key: &str) -> String {
         let Self { length, force, stress } = self;
         match key {
             "position" | "centre" | "approach" | "distance" | "amplitude" | "amplitude2" | "half_width"
@@ -57,7 +57,7 @@ impl UnitNames {
 }
 
 /// A number as it was written, where that is short, else with five digits.
-pub(crate) fn number(value: &serde_json::Number) -> String {
+pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {
         Some(x) if plain.len() > 9 && x.abs() < 1e-12 => format!("{x:.1e}"),
@@ -67,7 +67,7 @@ pub(crate) fn number(value: &serde_json::Number) -> String {
 }
 
 /// Any value on one line.
-pub(crate) fn to_line(value: &Value) -> String {
+pub(super) fn to_line(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
         Value::Bool(true) => "yes".to_owned(),
@@ -94,12 +94,12 @@ pub(crate) fn to_line(value: &Value) -> String {
 }
 
 /// A key as words.
-pub(crate) fn key_to_words(key: &str) -> String {
+pub(super) fn key_to_words(key: &str) -> String {
     key.replace('_', " ")
 }
 
 /// `value` of a key, with its unit.
-pub(crate) fn with_unit(names: &UnitNames, key: &str, value: &Value) -> String {
+pub(super) fn with_unit(names: &UnitNames, key: &str, value: &Value) -> String {
     let text = to_line(value);
     let unit = names.unit_of_key(key);
     let counted = value.is_number()
@@ -112,7 +112,7 @@ pub(crate) fn with_unit(names: &UnitNames, key: &str, value: &Value) -> String {
 }
 
 /// What a step of a scene prescribes.
-pub(crate) fn describe_step(names: &UnitNames, step: &Value) -> String {
+pub(super) fn describe_step(names: &UnitNames, step: &Value) -> String {
     let Some(fields) = step.as_object() else { return to_line(step) };
     let part = |(key, value): (&String, &Value)| match value {
         Value::Object(inner) => {
@@ -128,7 +128,7 @@ pub(crate) fn describe_step(names: &UnitNames, step: &Value) -> String {
 }
 
 /// Rows (dotted key, value with unit) of a table of a scene.
-pub(crate) fn rows(names: &UnitNames, value: &Value) -> Vec<[String; 2]> {
+pub(super) fn rows(names: &UnitNames, value: &Value) -> Vec<[String; 2]> {
     let mut rows = Vec::new();
     gather(names, "", value, &mut rows);
     rows

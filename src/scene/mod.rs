@@ -4,16 +4,16 @@
 //! what the schema does not allow; `resolve` finds what makes no sense and builds the [`plan::Plan`]. Every
 //! mistake is collected, so that a user mends them all at once.
 
-pub mod schema_check;
-pub mod document;
-pub mod spec;
 pub mod diagnostic;
+pub mod document;
+pub mod mean_material;
 pub mod parse;
 pub mod plan;
 mod resolve;
 pub mod schema;
+pub mod schema_check;
+pub mod spec;
 pub(crate) mod suggest;
-pub mod mean_material;
 mod unit_checks;
 pub mod variant;
 

@@ -178,7 +178,7 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
 }
 
 /// The entry of the ledger for the cells that a frame may get.
-pub(crate) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
+pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let wears = plan.steps.iter().any(|step| step.wear && step.cycles.is_some())
         && plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     (wears && why_not_growable(plan, 0).is_none()).then(|| {

@@ -37,7 +37,7 @@ impl ForImages {
     }
 
     /// The run goes on from a state that was left with these entries.
-    pub(crate) fn go_on(&mut self, entries: Option<Entries>) {
+    pub(super) fn go_on(&mut self, entries: Option<Entries>) {
         (self.known, self.entries) = (entries.is_some(), entries);
     }
 
@@ -47,7 +47,7 @@ impl ForImages {
     }
 
     /// Makes a whole of the entries, if it has all that the run came to.
-    pub(crate) fn conclude(&mut self, study: &Simulation<'_>, result: &Result<RunResult>) {
+    pub(super) fn conclude(&mut self, study: &Simulation<'_>, result: &Result<RunResult>) {
         let (Some(entries), Ok(result)) = (self.entries.take(), result) else { return };
         self.made = Recording::new(study.model(), result, entries);
     }
@@ -68,7 +68,7 @@ impl Original<'_> {
     ///
     /// # Errors
     /// If the observer cannot write.
-    pub(crate) fn deliver(
+    pub(super) fn deliver(
         &self,
         study: &Simulation<'_>,
         observer: &mut dyn Observer,

@@ -150,7 +150,7 @@ pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Err
 }
 
 /// The last entry before, for notes.
-pub(crate) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
+pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
     snapshot.records().last().map_or_else(String::new, |last| {
         format!(
             " after step \"{}\" ({}), {} cycles and {} {} of sliding",
@@ -164,7 +164,7 @@ pub(crate) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
 }
 
 /// The entry of the ledger for meshes that do not move.
-pub(crate) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
+pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let steps = plan.steps.iter().any(|step| step.wear);
     (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {
         let why =

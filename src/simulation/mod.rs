@@ -1,16 +1,16 @@
 //! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
 
+pub(crate) mod build;
 pub(crate) mod failure;
 pub mod growth;
+pub(crate) mod image;
 pub mod job;
 pub mod mesh_motion;
-pub mod resume;
-pub mod validate;
-pub(crate) mod build;
-pub(crate) mod image;
 pub(crate) mod omitted;
-pub(crate) mod rebuild;
+mod rebuild;
+pub mod resume;
 pub mod segments;
+pub mod validate;
 
 pub use crate::estimate::{RunEstimate, estimate};
 pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};

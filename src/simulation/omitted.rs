@@ -81,7 +81,7 @@ pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel;
 }
 
 /// Matrices of half-spaces that are compressed.
-pub(crate) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
+pub(super) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
     let tolerance = plan.solver.compression_tolerance;
     (half_space && is_compressed(plan, frame)).then(|| {
@@ -96,7 +96,7 @@ pub(crate) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Opti
 }
 
 /// Fields that nobody asked for.
-pub(crate) fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
+pub(super) fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
     if plan.interior_requests.is_empty() && plan.bodies.iter().any(without_mesh) {

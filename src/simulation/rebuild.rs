@@ -13,7 +13,7 @@ use crate::simulation::{self, SceneError, Simulation};
 
 /// What has become of frame and meshes.
 #[derive(Clone, Default)]
-pub(crate) struct RebuildState {
+pub(super) struct RebuildState {
     /// How often the frame was enlarged.
     pub frame_growths: usize,
     /// How the meshes moved with wear.
@@ -21,7 +21,7 @@ pub(crate) struct RebuildState {
 }
 
 /// How a run goes on.
-pub(crate) enum Continuation {
+pub(super) enum Continuation {
     /// On a larger frame.
     GrownFrame(RunCheckpoint),
     /// With moved meshes.
@@ -35,7 +35,7 @@ pub(crate) enum Continuation {
 }
 
 /// The next part of a run.
-pub(crate) struct NextSegment<'p> {
+pub(super) struct NextSegment<'p> {
     pub study: Simulation<'p>,
     pub snapshot: RunCheckpoint,
     pub stage: RebuildState,
@@ -44,7 +44,7 @@ pub(crate) struct NextSegment<'p> {
 }
 
 /// A study on frame and meshes that are given, or the plan's.
-pub(crate) struct SimulationBuilder<'a> {
+pub(super) struct SimulationBuilder<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.

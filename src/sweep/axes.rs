@@ -16,7 +16,7 @@ pub struct Axis {
     /// Keys of the scene.
     pub keys: Vec<String>,
     /// By key, where it stands in the file.
-    pub(crate) locations: Vec<KeyLocation>,
+    pub(super) locations: Vec<KeyLocation>,
     /// By value, one node per key.
     pub values: Vec<Vec<TomlNode>>,
     /// Whether its values are a sample.
@@ -25,7 +25,7 @@ pub struct Axis {
 
 /// Where the study file has a key and its values.
 #[derive(Debug, Clone)]
-pub(crate) struct KeyLocation {
+pub(super) struct KeyLocation {
     /// Number of the axis.
     axis: usize,
     /// Name of that axis.
@@ -67,7 +67,7 @@ impl Axis {
     }
 
     /// The number that a value gives to one of the keys.
-    pub(crate) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
+    pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
             TomlValue::Integer(number) => Some(number as f64),
             TomlValue::Float(number) => Some(number),
@@ -81,13 +81,13 @@ impl Axis {
     }
 
     /// Where the study file has key `k`.
-    pub(crate) fn place_of_key(&self, k: usize) -> String {
+    pub(super) fn place_of_key(&self, k: usize) -> String {
         let KeyLocation { axis, key, .. } = &self.locations[k];
         format!("axes.{axis}.keys.{key}")
     }
 
     /// Where the study file has what `value` gives to key `k`.
-    pub(crate) fn place_of_value(&self, k: usize, value: usize) -> String {
+    pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
         match &self.locations[k] {
             KeyLocation { axis, source: AxisKind::Range, .. } => format!("axes.{axis}.range"),
             KeyLocation { axis, source: AxisKind::Sample, .. } => format!("axes.{axis}.sample"),
@@ -98,7 +98,7 @@ impl Axis {
 }
 
 /// The axes of a study; what is wrong with them is added to `mistakes`.
-pub(crate) fn axes(
+pub(super) fn axes(
     document: &Document,
     keys: &StudyFile,
     overrides: &[String],

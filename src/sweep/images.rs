@@ -25,7 +25,7 @@ pub struct Shape {
 
 impl Shape {
     /// That of a scene; `None` where not all that it has is known to have an image.
-    pub(crate) fn of(plan: &Plan) -> Option<Self> {
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
         if plan.accuracy.is_some() {
             return None;
         }

@@ -11,7 +11,7 @@ use crate::sweep::RunSpec;
 use crate::sweep::shared_beginnings::SharedPrefix;
 
 /// The runs that are left, and what they are made from.
-pub(crate) struct Queue {
+pub(super) struct Queue {
     /// By run, that which it is an image of.
     image_of: Vec<Option<usize>>,
     /// By run, whether it is wanted for its images alone.
@@ -46,7 +46,7 @@ enum RunStage {
 
 /// What is known of a run that others are images of.
 #[derive(Clone)]
-pub(crate) enum Known {
+pub(super) enum Known {
     /// Nothing: it has not been computed here from its start.
     Nothing,
     /// That it has no images, as it did not converge on one frame.
@@ -56,7 +56,7 @@ pub(crate) enum Known {
 }
 
 /// A run that is to be done; it has ended when this is dropped.
-pub(crate) struct ClaimedRun<'a> {
+pub(super) struct ClaimedRun<'a> {
     pub queue: &'a Queue,
     pub number: usize,
     /// Whether it is wanted for its images alone.

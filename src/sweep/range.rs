@@ -13,7 +13,7 @@ const DIGITS: usize = 11;
 ///
 /// # Errors
 /// What is wrong with the range.
-pub(crate) fn values(
+pub(super) fn values(
     range: &Range,
     document: &Document,
     key: &str,

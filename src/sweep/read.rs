@@ -18,7 +18,7 @@ use crate::sweep::scenes::{RunScene, SceneReader};
 use crate::sweep::spec::StudyFile;
 
 /// Most runs of a study.
-pub(crate) const MOST_RUNS: usize = 10_000;
+pub(super) const MOST_RUNS: usize = 10_000;
 /// Most combinations of values of which some are left out.
 const MOST_COMBINATIONS: usize = 1_000_000;
 /// Longest name of a folder.

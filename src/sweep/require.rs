@@ -17,7 +17,7 @@ type MessageAndHelp = (String, String);
 
 /// A comparison, or several in a chain: `0 <= tilt - angle <= 30`.
 #[derive(Debug)]
-pub(crate) struct Requirement {
+pub(super) struct Requirement {
     sides: Vec<Expression>,
     signs: Vec<&'static str>,
 }
@@ -33,7 +33,7 @@ enum Expression {
 }
 
 /// The combinations that meet all requirements, the last axis fastest.
-pub(crate) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<Vec<usize>> {
+pub(super) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<Vec<usize>> {
     let count: usize = axes.iter().map(|axis| axis.values.len()).product();
     let choice = |mut rest: usize| {
         let mut choice = vec![0; axes.len()];

@@ -36,13 +36,13 @@ fn points(keys: &SampleKeys, dimensions: usize) -> Vec<Vec<f64>> {
 }
 
 /// Most dimensions that both methods have.
-pub(crate) const MOST_DIMENSIONS: usize = 256;
+pub(super) const MOST_DIMENSIONS: usize = 256;
 
 /// The numbers of each range, `[dimensions][count]`; places are the keys of the ranges in the file.
 ///
 /// # Errors
 /// What is wrong with the ranges.
-pub(crate) fn values(
+pub(super) fn values(
     keys: &SampleKeys,
     ranges: &[(&SampledRange, String)],
     document: &Document,

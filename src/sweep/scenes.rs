@@ -39,7 +39,7 @@ fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
 }
 
 /// What was found of a run.
-pub(crate) struct RunScene {
+pub(super) struct RunScene {
     /// The memory that it may take.
     pub memory: MemoryLimit,
     /// Its beginnings.
@@ -49,7 +49,7 @@ pub(crate) struct RunScene {
 }
 
 /// Reads the scene of each run and gathers what is wrong with them.
-pub(crate) struct SceneReader<'a> {
+pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
     /// Whether runs may be made of those that they are images of.

@@ -7,18 +7,18 @@
 //! # Source
 //! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).
 
+mod body_force;
 mod collocation;
 mod compressed;
 mod elements;
 mod influence;
 mod interior_solution;
 mod interpolation;
-mod surface_solution;
 mod panel;
 mod plane;
 mod solution;
+mod surface_solution;
 mod system;
-mod body_force;
 
 pub use body_force::BodyForceSolution;
 pub use compressed::{CompressedEquations, CompressionReport};

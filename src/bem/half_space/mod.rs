@@ -12,11 +12,11 @@
 //! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
 
 pub mod green;
-pub mod periodic;
-pub mod subsurface;
 pub mod grid;
 pub mod integrals;
+pub mod periodic;
 pub mod plane;
+pub mod subsurface;
 
 pub use crate::bem::green_tensor::{GreenTensor, TractionOperator};
 pub use crate::bem::half_space::grid::fft::{CrossBlocks, FftFlexibility};

@@ -5,9 +5,9 @@
 //! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
 //! so in a way that keeps the response to uniform tractions (`smooth.rs`).
 
-mod symmetrize;
 mod spec;
 mod stress;
+mod symmetrize;
 
 use std::sync::Arc;
 

@@ -1,26 +1,26 @@
 //! Finite bodies at the resolution of a half-space: its operator on the frame, and what the finite body lacks of it by finite
 //! elements.
 
-mod polynomial_order;
+mod applied_loads;
 mod body;
 mod boundary_terms;
+mod chebyshev;
+pub mod corrected_flexibility;
 pub mod correction;
-mod traction_tree;
+mod face_outline;
 mod face_quadrature;
 pub mod far_field;
 mod field;
 mod forces;
+mod half_space_fit;
 mod inclusions;
 pub mod indicators;
 mod locate;
-pub mod corrected_flexibility;
-mod patch_coupling;
-mod face_outline;
-mod applied_loads;
-mod patch;
 mod multi_patch_body;
-mod half_space_fit;
-mod chebyshev;
+mod patch;
+mod patch_coupling;
+mod polynomial_order;
+mod traction_tree;
 
 pub use body::HybridBody;
 pub use polynomial_order::AppliedLoadError;

@@ -1,15 +1,15 @@
 //! Contact solvers: each turns an increment and a start into tractions whose natural residual meets the tolerance.
 
 mod barzilai_borwein;
+mod coarse_to_fine;
 mod conjugate_gradients;
+mod full_slip;
 mod gauss_seidel;
 mod mirror;
-mod coarse_to_fine;
 mod newton;
+mod pressures_first;
 mod projected_gradient;
 mod report;
-mod full_slip;
-mod pressures_first;
 mod uzawa;
 
 pub use coarse_to_fine::solves_windows;

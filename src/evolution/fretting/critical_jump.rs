@@ -4,9 +4,8 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::contact::ContactState;
-use crate::flexibility::Flexibility;
-
 use crate::evolution::Run;
+use crate::flexibility::Flexibility;
 
 /// Vectors of the Lanczos process.
 const MAX_LANCZOS_VECTORS: usize = 60;
@@ -16,7 +15,7 @@ const LANCZOS_BREAKDOWN: f64 = 1e-10;
 
 impl Run<'_> {
     /// Longest explicit jump from the ends of a cycle; `None` where nothing wears.
-    pub(crate) fn critical_length(&self, it: &ContactState) -> Option<f64> {
+    pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, ends) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(it);
         let wear = |cell: usize| (0..ends).map(|end| it.wear_path[end * n + cell]).sum::<f64>();

@@ -10,8 +10,6 @@ use crate::contact::{
     ContactState, Increment, PathPoint, SlipReference, SolverOptions, TangentialControl, Unknowns,
 };
 use crate::error::Result;
-use crate::omitted::OmittableWork;
-
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::monotone::{
@@ -20,6 +18,7 @@ use crate::evolution::monotone::{
 use crate::evolution::records::{Observer, Outcome};
 use crate::evolution::step::{ClosedPath, Drive, Step, Tangential};
 use crate::evolution::{Run, state};
+use crate::omitted::OmittableWork;
 
 /// Slip below this share of the amplitude counts as none.
 const STICK_SLIP_SHARE: f64 = 1e-3;
@@ -33,7 +32,7 @@ const STROKE_TOLERANCE: f64 = 1e-6;
 
 /// The ends of a cycle, solved together, and the set of cells that stick.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct CycleState {
+pub(in crate::evolution) struct CycleState {
     pub contact: ContactState,
     /// Cells that stick through the cycle, `[N]`.
     pub stick_mask: Vec<bool>,
@@ -45,7 +44,7 @@ pub(crate) struct CycleState {
 
 /// Where the ends of a cycle are.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct FrettingPath {
+pub(in crate::evolution) struct FrettingPath {
     /// What follows it.
     drive: Drive,
     /// Shift of body 2 or force on body 1 along x, y at each end, the + end first.
@@ -213,7 +212,7 @@ impl CycleState {
 }
 
 /// Whether what was found at the ends is what the cycle `before` found.
-pub(crate) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
+pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
     let range = found.iter().map(|a| apart(a, &found[0])).fold(0.0, f64::max);
@@ -223,7 +222,7 @@ pub(crate) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
 impl Run<'_> {
     /// The first cycles, resolved stroke by stroke without wear, until one is like the one before: where cells come to stick is
     /// a matter of their history.
-    pub(crate) fn find_periodic_cycle(
+    pub(super) fn find_periodic_cycle(
         &mut self,
         step: &Step,
         (course, loads): (&FrettingPath, PrescribedLoads),
@@ -281,7 +280,7 @@ impl Run<'_> {
     }
 
     /// One increment without wear to a given rigid motion or under given loads; the state follows.
-    pub(crate) fn advance_stroke(
+    pub(super) fn advance_stroke(
         &mut self,
         step: &Step,
         (loads, rigid): (PrescribedLoads, [f64; 3]),
@@ -321,7 +320,7 @@ impl Run<'_> {
     }
 
     /// How strokes are solved that only say where cells stick.
-    pub(crate) fn stroke_options(&self) -> SolverOptions {
+    pub(super) fn stroke_options(&self) -> SolverOptions {
         SolverOptions { tolerance: self.options.tolerance.max(STROKE_TOLERANCE), ..self.options }
     }
 

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
-
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::increment_record;
 use crate::evolution::records::{JumpRecord, Observer, Outcome, Resultants};
@@ -14,7 +13,7 @@ use crate::evolution::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {
     /// The cycles that are left, in which nothing wears any more.
-    pub(crate) fn finish_worn_out_step(
+    pub(super) fn finish_worn_out_step(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -45,7 +44,7 @@ impl Run<'_> {
     }
 
     /// Ends the run before a jump that brings the contact to the rim of the frame, beyond which it would be cut off.
-    pub(crate) fn stop_at_frame_edge(
+    pub(super) fn stop_at_frame_edge(
         &mut self,
         step: &Step,
         cycling: &WearStepState,
@@ -66,7 +65,7 @@ impl Run<'_> {
     }
 
     /// Takes what a jump did into the state, and hands out its entry.
-    pub(crate) fn commit_jump(
+    pub(super) fn commit_jump(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -153,7 +152,7 @@ impl Run<'_> {
 
     /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
     /// end to end, and the moment of its friction with it.
-    pub(crate) fn warn_of_spin_moment(&mut self, step: &Step) {
+    pub(super) fn warn_of_spin_moment(&mut self, step: &Step) {
         let Spin::Moment(moment) = self.controls.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
             self.result.warnings.push(format!(

@@ -1,11 +1,10 @@
 //! What a try at a jump changes, to be put back where it is not taken.
 
 use crate::contact::Unknowns;
-
 use crate::evolution::fretting::wear_step::WearStepState;
 
 /// What a try at a jump changes.
-pub(crate) struct Tried {
+pub(super) struct Tried {
     unknowns: Unknowns,
     stuck: Vec<bool>,
     at: Vec<f64>,

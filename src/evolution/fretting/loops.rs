@@ -4,7 +4,6 @@ use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, SlipReference, SolverOptions};
 use crate::error::Result;
-
 use crate::evolution::Run;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_state::FrettingPath;
@@ -22,7 +21,7 @@ const LOOP_CYCLES: usize = 2;
 
 /// What slip of the next increment is measured from, and what its solution begins with.
 #[derive(Clone)]
-pub(crate) struct IncrementStart {
+pub(super) struct IncrementStart {
     /// Tangential gap, `[2, N]`, mm.
     pub reference: Vec<f64>,
     /// Tractions and motions.
@@ -45,7 +44,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn solve_stroke(
+    pub(super) fn solve_stroke(
         &mut self,
         step: &Step,
         (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
@@ -75,7 +74,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn record_fretting_loop(
+    pub(super) fn record_fretting_loop(
         &mut self,
         step: &Step,
         cycles: &Cycles,

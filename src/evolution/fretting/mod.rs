@@ -1,11 +1,11 @@
-//! What this module is.
+//! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles.
 
-pub(crate) mod critical_jump;
-pub(crate) mod cycle_state;
-pub(crate) mod jump_record;
-pub(crate) mod jump_trial;
-pub(crate) mod loops;
-pub(crate) mod next_jump;
-pub(crate) mod rates;
-pub(crate) mod resolved_cycle;
-pub(crate) mod wear_step;
+mod critical_jump;
+pub(super) mod cycle_state;
+mod jump_record;
+mod jump_trial;
+mod loops;
+mod next_jump;
+mod rates;
+mod resolved_cycle;
+pub(super) mod wear_step;

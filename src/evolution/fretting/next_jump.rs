@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use crate::contact::solver::StopReason;
 use crate::error::{Error, Result};
-
 use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
@@ -43,7 +42,7 @@ enum Rejection {
 
 impl Run<'_> {
     /// Takes one more jump.
-    pub(crate) fn take_jump(
+    pub(super) fn take_jump(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -196,14 +195,14 @@ impl Run<'_> {
 
 impl WearStepState {
     /// Largest pressure at any end.
-    pub(crate) fn peak_pressure(&self) -> f64 {
+    pub(super) fn peak_pressure(&self) -> f64 {
         let n = self.wear_rate.len();
         let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
         pressures.copied().fold(0.0, f64::max)
     }
 
     /// Refuses explicit jumps that are longer than is stable.
-    pub(crate) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
+    pub(super) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
         let (Some(critical), JumpPolicy::Number(jumps), false) =
             (self.critical_length, cycles.jumps, cycles.beyond_critical)
         else {

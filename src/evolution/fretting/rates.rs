@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use crate::error::Result;
-
 use crate::evolution::Run;
 use crate::evolution::fretting::wear_step::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
@@ -13,7 +12,7 @@ use crate::evolution::wear_integrator::WearJump;
 
 impl Run<'_> {
     /// Ends and rates at the worn depth of the state; `false` where they do not converge.
-    pub(crate) fn evaluate_rates(
+    pub(super) fn evaluate_rates(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -38,7 +37,7 @@ impl Run<'_> {
     }
 
     /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
-    pub(crate) fn reevaluate_rates(
+    pub(super) fn reevaluate_rates(
         &mut self,
         step: &Step,
         cycles: &Cycles,

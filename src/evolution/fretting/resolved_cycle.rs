@@ -6,8 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
-use crate::frame::grid::extend_field;
-
 use crate::evolution::Run;
 use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::loops::IncrementStart;
@@ -15,6 +13,7 @@ use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ProgressSpan, root_mean_square};
 use crate::evolution::records::Observer;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
+use crate::frame::grid::extend_field;
 
 /// Increments of a stroke, at most, or four times those between the ends.
 const MAX_STROKE_INCREMENTS: usize = 64;
@@ -45,7 +44,7 @@ const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 
 /// A resolved cycle, compared with the slip between the reversal points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct ResolvedCycle {
+pub(in crate::evolution) struct ResolvedCycle {
     /// Whether it corrects the wear. If not, all factors are 1 and it only measures the error.
     pub corrects: bool,
     /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
@@ -160,7 +159,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn update_resolved_cycle(
+    pub(super) fn update_resolved_cycle(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -586,7 +585,7 @@ impl Run<'_> {
     }
 
     /// Adds to the estimated errors what remains of the error of the path that has worn `by` (`[N]`, mm) in a jump.
-    pub(crate) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
+    pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
         let volume = self.volume(by).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
         let errors: Vec<f64> = resolved.remaining_error.iter().zip(by).map(error).collect();

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
 use crate::error::Result;
-
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
@@ -26,7 +25,7 @@ const MIN_TOLERANCE_RATIO: f64 = 10.0;
 
 /// A step of cycles or steady sliding in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct WearStepState {
+pub(in crate::evolution) struct WearStepState {
     pub cycle: CycleState,
     pub slip_source: SlipSource,
     /// Cycles of this step, or mm of sliding, that are done.
@@ -57,7 +56,7 @@ pub(crate) struct WearStepState {
 
 /// What the slip of a cycle follows from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) enum SlipSource {
+pub(in crate::evolution) enum SlipSource {
     /// The ends of a closed path.
     ClosedPath(FrettingPath),
     /// Slip per mm of steady sliding, `[2, N]`.
@@ -66,7 +65,7 @@ pub(crate) enum SlipSource {
 
 impl Run<'_> {
     /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
-    pub(crate) fn run_wear_step(
+    pub(in crate::evolution) fn run_wear_step(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -233,7 +232,7 @@ impl Run<'_> {
     }
 
     /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
-    pub(crate) fn loads_at(
+    pub(in crate::evolution) fn loads_at(
         &self,
         step: &Step,
         cycling: &WearStepState,

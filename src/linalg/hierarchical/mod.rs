@@ -11,12 +11,12 @@
 
 pub mod block_partition;
 pub mod cluster_tree;
-mod cross_approximation;
-mod collocation_matrix;
+mod coarse_block_jacobi;
 mod collocation_block;
+mod collocation_matrix;
+mod cross_approximation;
 mod low_rank;
 mod matrix;
-mod coarse_block_jacobi;
 mod product;
 
 pub use block_partition::{ClusterPair, full_partition, symmetric_partition};

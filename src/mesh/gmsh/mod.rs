@@ -6,10 +6,10 @@
 //! # Source
 //! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
 
-mod raw_mesh;
 mod cursor;
 mod fields;
 mod pos;
+mod raw_mesh;
 mod v2;
 mod v4;
 

@@ -4,7 +4,7 @@ use crate::output::plot::axis::Axis;
 use crate::output::plot::{Anchor, Canvas, colour};
 
 /// Draws the bar right of a plot `area` (left, top, width, height): colours from 0 to `peak`, which is written below.
-pub(crate) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
+pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
     let (left, top, width, height) = (area[0] + area[2] + 12.0, area[1], 12.0, area[3]);
     let steps = 60;
     for i in 0..steps {

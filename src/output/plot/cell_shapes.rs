@@ -9,7 +9,7 @@ use crate::output::plot::axis::Axis;
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
 
 /// The cells as they are drawn, in frame coordinates.
-pub(crate) struct CellShapes {
+pub(super) struct CellShapes {
     /// Corners of each drawn cell.
     pub corners: Vec<Vec<Vector2<f64>>>,
     /// The frame's cells that each drawn cell stands for.

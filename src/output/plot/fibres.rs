@@ -13,7 +13,7 @@ const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 /// Draws a sign for each fibre, the first with its middle at `corner`, the next to its left: a line along the projection on
 /// the surface, as long as the cosine of the tilt, with an arrow where the fibre leaves body 1 upwards; a dot in a ring for fibres along
 /// the normal.
-pub(crate) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
+pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
     for (i, fibre) in surface.fibres.iter().enumerate() {
         draw_fibre_symbol(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
     }
@@ -57,7 +57,7 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
 }
 
 /// A line of words for each fibre: its angles in degrees as a scene gives them; `azimuth` of the frame in radians.
-pub(crate) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
+pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;
         // Not -0.
@@ -71,7 +71,7 @@ pub(crate) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<Str
 }
 
 /// Writes the words from a point downwards.
-pub(crate) fn write_words(canvas: &mut Canvas, lines: &[String], [x, y]: [f64; 2]) {
+pub(super) fn write_words(canvas: &mut Canvas, lines: &[String], [x, y]: [f64; 2]) {
     canvas.add(format_args!(r#"<g fill="{COLOUR}">"#));
     for (i, line) in lines.iter().enumerate() {
         canvas.text([x, y + 14.0 * i as f64], Anchor::Start, 11.0, line);

@@ -8,10 +8,10 @@ mod cell_shapes;
 pub mod chart;
 pub mod colour;
 mod fibres;
+pub mod frame_map;
 pub mod heat_map;
 pub mod history;
 pub mod loops;
-pub mod frame_map;
 
 use std::fmt::Write as _;
 

@@ -1,13 +1,12 @@
 //! From the keys as written to the plan: what makes no sense is collected as mistakes.
 
 mod accuracy;
-mod bodies;
 mod be_body;
-mod friction_loads;
+mod bodies;
 mod compare;
 mod cycles;
-mod support_conflicts;
 mod frame;
+mod friction_loads;
 mod interior_points;
 mod laws;
 mod load_points;
@@ -16,6 +15,7 @@ mod orientations;
 mod placements;
 mod rolling;
 mod steps;
+mod support_conflicts;
 
 use std::path::PathBuf;
 

@@ -37,7 +37,7 @@ pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 ///
 /// # Errors
 /// If it does not.
-pub(crate) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
+pub(in crate::simulation) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
     let bytes = memory::min_grid_bytes(plan, cells);
     let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
     plan.memory_limit.ensure_available(bytes, &what, "use fewer cells (frame.cells)")
@@ -110,7 +110,7 @@ fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Resu
 }
 
 /// A body that is ready to give its flexibility on the frame.
-pub(crate) struct BuiltBody {
+pub(super) struct BuiltBody {
     pub body: Box<dyn ElasticBody>,
     /// Bytes that it keeps.
     pub resident_bytes: usize,
@@ -142,14 +142,14 @@ pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBod
 }
 
 /// The half-space of a body that must not be used: why, and its indicators.
-pub(crate) struct HybridRejected {
+pub(super) struct HybridRejected {
     pub reason: String,
     pub indicators: Indicators,
 }
 
 /// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
 /// memory `left` for it; or why its half-space must not be used.
-pub(crate) fn build_body(
+pub(super) fn build_body(
     plan: &Plan,
     (index, worn): (usize, Option<Arc<Mesh>>),
     (frame, near): (&ContactFrame, &NearFieldModel),
@@ -276,7 +276,7 @@ pub(crate) fn configured_half_space(
 }
 
 /// Body `index` of `elastic` as a half-space.
-pub(crate) fn bare_half_space(
+pub(in crate::simulation) fn bare_half_space(
     elastic: &BodyMaterial,
     index: usize,
     frame: &ContactFrame,

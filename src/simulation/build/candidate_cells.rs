@@ -44,7 +44,7 @@ pub(crate) fn with_active_cells(
 }
 
 /// The entry of the ledger for cells that are no candidates.
-pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
+pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
     Some(OmittedWork::new(
@@ -114,7 +114,7 @@ fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-pub(crate) fn initial_gap(
+pub(in crate::simulation) fn initial_gap(
     plan: &Plan,
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],

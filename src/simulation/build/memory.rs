@@ -201,7 +201,7 @@ pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
 }
 
 /// Bytes of a grid frame and its operator before it is made, at least.
-pub(crate) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
+pub(super) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
     let per_cell = per_cell(plan);
     let bytes = PER_CELL + per_cell.history + per_cell.solver + per_cell.operator;
     bytes as u128 * cells[0] as u128 * cells[1] as u128
@@ -234,7 +234,7 @@ pub(crate) fn ensure_half_space_fits(
 }
 
 /// Bytes that a meshed body keeps.
-pub(crate) fn resident_bytes(body: &dyn ElasticBody) -> usize {
+pub(super) fn resident_bytes(body: &dyn ElasticBody) -> usize {
     match body.equations() {
         FiniteElements(body) => body.condensed().resident_bytes(),
         BoundaryElements(body) => body.held_bytes(),

@@ -4,15 +4,9 @@ pub(crate) mod bodies;
 pub(crate) mod candidate_cells;
 pub(crate) mod memory;
 pub(crate) mod near_field;
-pub(crate) mod settings;
-use std::sync::atomic::{AtomicBool, Ordering};
+pub(super) mod settings;
 
-use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
-use crate::simulation::build::candidate_cells::with_active_cells;
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::growth::{self, FrameGrowth};
-use crate::simulation::validate::controls::refuse_impossible_controls;
-use crate::simulation::validate::flat_faces;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
@@ -34,12 +28,18 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::body::NearField;
+use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
+use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::build::settings::{coupling_method, operators, options};
+use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::growth::{self, FrameGrowth};
 use crate::simulation::mesh_motion::{self, WornMeshes};
 use crate::simulation::omitted::{
     needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields,
 };
+use crate::simulation::validate::controls::refuse_impossible_controls;
+use crate::simulation::validate::flat_faces;
 
 /// What to do about a half-space that is not good enough.
 const NEAR_FIELD_REMEDIES: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
@@ -312,12 +312,12 @@ impl Simulation<'_> {
     }
 
     /// Whether the near field of meshed body 1 or 2 is that of a half-space.
-    pub(crate) fn has_half_space_near_field(&self, body: usize) -> bool {
+    pub(super) fn has_half_space_near_field(&self, body: usize) -> bool {
         self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
     }
 
     /// The most that loads of bodies with half-spaces change the gap by, mm.
-    pub(crate) fn max_gap_of_own_loads(&self) -> f64 {
+    pub(super) fn max_gap_of_own_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
         let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
@@ -331,7 +331,7 @@ impl Simulation<'_> {
     }
 
     /// Body `index`, if it is meshed.
-    pub(crate) fn fe_body(&self, index: usize) -> Option<&FeBody> {
+    pub(super) fn fe_body(&self, index: usize) -> Option<&FeBody> {
         match self.bodies[index].equations() {
             BodyEquations::FiniteElements(body) => Some(body),
             _ => None,

@@ -99,7 +99,7 @@ fn choose_near_field(
 ///
 /// # Errors
 /// If the body is not sound.
-pub(crate) fn fit_half_space(
+pub(in crate::simulation) fn fit_half_space(
     plan: &Plan,
     fe: &MeshedBodyPlan,
     index: usize,

@@ -10,7 +10,7 @@ use crate::scene::plan::Plan;
 use crate::scene::spec::solver;
 
 /// How the bodies are tied to the frame.
-pub(crate) fn coupling_method(plan: &Plan) -> coupling::Coupling {
+pub(super) fn coupling_method(plan: &Plan) -> coupling::Coupling {
     match plan.solver.coupling {
         solver::Coupling::Schur => coupling::Coupling::Schur,
         solver::Coupling::Block => coupling::Coupling::Block,
@@ -18,20 +18,20 @@ pub(crate) fn coupling_method(plan: &Plan) -> coupling::Coupling {
 }
 
 /// How the operators of half-spaces on `frame` are made.
-pub(crate) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOperators<'p> {
+pub(super) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOperators<'p> {
     let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
     HalfSpaceOperators { cross: cross_blocks(plan, frame), summed, kernels: plan.kernel_cache.as_deref() }
 }
 
 /// Whether half-space operators on `frame` leave out what vanishes or is distant.
-pub(crate) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
+pub(in crate::simulation) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
     let skip =
         if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
     if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
 /// The solver settings of a plan.
-pub(crate) fn options(plan: &Plan) -> SolverOptions {
+pub(in crate::simulation) fn options(plan: &Plan) -> SolverOptions {
     SolverOptions {
         tolerance: plan.solver.tolerance,
         method: match plan.solver.method {

@@ -14,7 +14,7 @@ use crate::simulation::failure::SceneError;
 use crate::simulation::validate::symmetry_planes;
 
 /// Share of a displacement along a free direction that is rounding.
-pub(crate) const ROUNDING_SHARE: f64 = 1e-9;
+pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
 fn refuse_friction_on_unconstrained_be(
@@ -135,7 +135,7 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
 }
 
 /// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
-pub(crate) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
+pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;
     let key = if steps[index].history_row.is_some() { "history" } else { key };

@@ -22,13 +22,13 @@ const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
 const ROUNDING: f64 = 1e-9;
 
 /// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
-pub(crate) fn max_prescribed_approach(plan: &Plan) -> Option<f64> {
+pub(in crate::simulation) fn max_prescribed_approach(plan: &Plan) -> Option<f64> {
     let approach = |normal| if let Some(Normal::Approach(approach)) = normal { Some(approach) } else { None };
     plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
 }
 
 /// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.
-pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
+pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| max_prescribed_approach(plan).is_none())
 }
@@ -38,7 +38,7 @@ pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> 
 ///
 /// # Errors
 /// If frame and faces do not fit.
-pub(crate) fn check(
+pub(in crate::simulation) fn check(
     plan: &Plan,
     frame: &ContactFrame,
     (gap, depth): (&[f64], f64),
@@ -97,7 +97,7 @@ fn faceting_errors(
 
 /// A warning where the `error` of what loads of body `key` do to its surface matters against the overlap of the
 /// undeformed bodies, or what keeps them apart, at an `approach` over a normal `gap` that includes what its loads do to it (`[N]`), mm.
-pub(crate) fn own_load_warning(
+pub(in crate::simulation) fn own_load_warning(
     plan: &Plan,
     key: &str,
     error: Option<f64>,

@@ -14,7 +14,7 @@ use crate::simulation::failure::{AtKey, SceneError};
 ///
 /// # Errors
 /// If there is one, or there is no memory for them.
-pub(crate) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     memory::ensure_points_fit(plan, frame).at("output.inside")?;
     plan.interior_requests.iter().enumerate().try_for_each(|(i, request)| {
         let key = format!("output.inside.{i}");

@@ -33,7 +33,7 @@ fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
 }
 
 /// A warning if elements of the body `key` lock in what they are made of.
-pub(crate) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
+pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
     let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
     if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
         return None;

@@ -1,9 +1,9 @@
-//! What this module is.
+//! Checks of a plan against its meshes and its frame, before anything is solved.
 
 pub(crate) mod controls;
 pub(crate) mod fit;
 pub(crate) mod flat_faces;
-pub(crate) mod inside;
-pub(crate) mod locking;
-pub(crate) mod periodic;
-pub(crate) mod symmetry_planes;
+mod inside;
+mod locking;
+mod periodic;
+pub(super) mod symmetry_planes;

@@ -19,7 +19,7 @@ const MIN_CELLS_ALONG_SEAM: usize = 4;
 /// # Errors
 /// If an approach would take the mean planes of surfaces that repeat themselves in both directions through each other: their
 /// mean distance does not change by pressure.
-pub(crate) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
     // Cells outside of an outline stay open: contact need not be complete.

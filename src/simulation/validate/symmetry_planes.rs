@@ -147,7 +147,7 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
 /// A plane group that both bodies have with the same displacement along its normal is one, and one that a body has against a rigid
 /// one. Planes that the scene does not call planes of symmetry are walls, and constrain nothing, where steps move the bodies
 /// across them.
-pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
+pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
     let other = &plan.bodies[1 - body];
@@ -167,7 +167,7 @@ pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
 
 /// Which of the global axes are normal to a plane at which the frame ends, of any kind, and which both bodies (or one and a rigid one) have
 /// and one at least calls a plane of symmetry.
-pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
+pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
     for (own, other) in [(0, 1), (1, 0)] {
@@ -184,7 +184,7 @@ pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> 
 ///
 /// # Errors
 /// At the key of the first one.
-pub(crate) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());
     }

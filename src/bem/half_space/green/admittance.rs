@@ -4,28 +4,28 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
 
 /// A Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
-pub(crate) type Hermitian = [f64; 9];
+pub(in crate::bem::half_space) type Hermitian = [f64; 9];
 
 /// W in a direction, row by row the real part (symmetric) plus the imaginary one (antisymmetric).
-pub(crate) type Rows = [f64; 9];
+pub(in crate::bem::half_space) type Rows = [f64; 9];
 
 /// W(m) by direction.
-pub(crate) struct Admittance {
+pub(in crate::bem::half_space) struct Admittance {
     table: AngularTable,
 }
 
 impl Admittance {
-    pub(crate) fn new(green: &SurfaceGreen) -> Self {
+    pub(in crate::bem::half_space) fn new(green: &SurfaceGreen) -> Self {
         Self { table: AngularTable::from_green(&green.admittance_series()) }
     }
 
     /// Adds `factor` W(m) / κ at the wavevector κ m = (`kx`, `ky`), not zero, to `sum`.
-    pub(crate) fn add(&self, [kx, ky]: [f64; 2], factor: f64, sum: &mut Rows) {
+    pub(in crate::bem::half_space) fn add(&self, [kx, ky]: [f64; 2], factor: f64, sum: &mut Rows) {
         self.table.add(kx, ky, factor / kx.hypot(ky), sum);
     }
 
     /// W(m) / κ at the wavevector κ m, zero at κ = 0.
-    pub(crate) fn at(&self, k: [f64; 2]) -> Rows {
+    pub(in crate::bem::half_space) fn at(&self, k: [f64; 2]) -> Rows {
         let mut sum = [0.0; 9];
         if k != [0.0; 2] {
             self.add(k, 1.0, &mut sum);
@@ -35,7 +35,7 @@ impl Admittance {
 }
 
 /// The matrix of its rows.
-pub(crate) fn hermitian(rows: &Rows) -> Hermitian {
+pub(in crate::bem::half_space) fn hermitian(rows: &Rows) -> Hermitian {
     let [xx, xy, xn, yx, yy, yn, nx, ny, nn] = *rows;
     let (half_sum, half_difference) = (|a: f64, b: f64| 0.5 * (a + b), |a: f64, b: f64| 0.5 * (a - b));
     [

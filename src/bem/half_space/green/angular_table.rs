@@ -29,7 +29,7 @@ const LAGRANGE: [f64; NODES] = [
 /// With 16 entries per period of the highest harmonic the interpolation error stays below 1e-14 of the largest
 /// entry: the harmonics decay geometrically, those near the cut-off hardly count.
 #[derive(Debug, Clone)]
-pub(crate) struct AngularTable {
+pub(in crate::bem::half_space) struct AngularTable {
     /// `[angle][function]`
     entries: Vec<f64>,
     functions: usize,
@@ -39,12 +39,12 @@ pub(crate) struct AngularTable {
 
 impl AngularTable {
     /// Number of angles that harmonics up to `order` need.
-    pub(crate) fn count(order: usize) -> usize {
+    pub(in crate::bem::half_space) fn count(order: usize) -> usize {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
     /// From the values of each function at equidistant angles of a whole turn, as many as [`Self::count`] says.
-    pub(crate) fn new(planes: &[Vec<f64>]) -> Self {
+    pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
         // Node j of the table stands at the angle -π + (j - 3) step, so that no index wraps.
         let entries = (0..count + NODES)
@@ -58,12 +58,12 @@ impl AngularTable {
     }
 
     /// Γ, row by row.
-    pub(crate) fn from_green(green: &SurfaceGreen) -> Self {
+    pub(in crate::bem::half_space) fn from_green(green: &SurfaceGreen) -> Self {
         Self::new(&planes(green, Self::count(green.order()), |_| ONE))
     }
 
     /// Γ and its derivative, row by row, one after the other.
-    pub(crate) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
+    pub(in crate::bem::half_space) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
         let mut functions = planes(green, count, |_| ONE);
         functions.extend(planes(green, count, |order| Complex::new(0.0, order as f64)));
@@ -71,7 +71,7 @@ impl AngularTable {
     }
 
     /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
-    pub(crate) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
+    pub(in crate::bem::half_space) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
         self.around_angle(y.atan2(x))
     }
 
@@ -84,7 +84,7 @@ impl AngularTable {
     }
 
     /// Adds the functions at an angle between −π and 3π to `sum`.
-    pub(crate) fn add_at<const N: usize>(&self, angle: f64, sum: &mut [f64; N]) {
+    pub(in crate::bem::half_space) fn add_at<const N: usize>(&self, angle: f64, sum: &mut [f64; N]) {
         let (weights, rows) = self.around_angle(if angle > PI { angle - 2.0 * PI } else { angle });
         for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
             sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
@@ -92,7 +92,13 @@ impl AngularTable {
     }
 
     /// Adds `factor` times the functions in the direction of (x, y) to `sum`.
-    pub(crate) fn add<const N: usize>(&self, x: f64, y: f64, factor: f64, sum: &mut [f64; N]) {
+    pub(in crate::bem::half_space) fn add<const N: usize>(
+        &self,
+        x: f64,
+        y: f64,
+        factor: f64,
+        sum: &mut [f64; N],
+    ) {
         let (weights, rows) = self.stencil(x, y);
         for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
             let weight = weight * factor;
@@ -107,7 +113,7 @@ pub(crate) fn lagrange(t: f64) -> [f64; NODES] {
 }
 
 /// The same and their derivatives.
-pub(crate) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
+pub(in crate::bem::half_space) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
     let (mut weights, mut slopes) = (LAGRANGE, [0.0; NODES]);
     // Products of the distances before a node with their derivatives, then times those after it.
@@ -125,7 +131,7 @@ pub(crate) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
 }
 
 /// The weights at `t` over the distance of `t` from node `node`, which vanish there; zero for the node itself.
-pub(crate) fn lagrange_over_distance(t: f64, node: usize) -> [f64; NODES] {
+pub(in crate::bem::half_space) fn lagrange_over_distance(t: f64, node: usize) -> [f64; NODES] {
     let mut weights = products(std::array::from_fn(|j| if j == node { 1.0 } else { t + 3.0 - j as f64 }));
     weights[node] = 0.0;
     weights
@@ -165,7 +171,7 @@ fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<
 }
 
 /// Values at `count` equidistant angles of the real series with the given harmonics.
-pub(crate) fn evaluate_series(
+pub(in crate::bem::half_space) fn evaluate_series(
     count: usize,
     harmonics: impl Iterator<Item = (usize, Complex<f64>)>,
 ) -> Vec<f64> {
@@ -180,6 +186,6 @@ pub(crate) fn evaluate_series(
 }
 
 /// Row-by-row entries as a matrix.
-pub(crate) fn matrix(entries: &[f64; 9]) -> Matrix3<f64> {
+pub(in crate::bem::half_space) fn matrix(entries: &[f64; 9]) -> Matrix3<f64> {
     Matrix3::from_row_slice(entries)
 }

@@ -158,7 +158,7 @@ impl QuadratureSums {
 }
 
 /// Ratio of the extreme eigenvalues of the Voigt matrix.
-pub(crate) fn condition(stiffness: &Stiffness) -> f64 {
+pub(in crate::bem::half_space) fn condition(stiffness: &Stiffness) -> f64 {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     eigenvalues.max() / eigenvalues.min()
 }

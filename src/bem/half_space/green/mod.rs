@@ -1,8 +1,9 @@
 //! Surface Green's function of a half-space, or of a pair, as a Fourier series in the direction.
 
+pub(super) mod admittance;
+pub(super) mod angular_table;
 pub mod barnett_lothe;
-pub(crate) mod admittance;
-pub(crate) mod angular_table;
+
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, Matrix3};

@@ -351,7 +351,11 @@ impl TangentialFlexibility for FftFlexibility {
 /// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
 const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
-pub(crate) fn validate_grid(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
+pub(in crate::bem::half_space) fn validate_grid(
+    cells: [usize; 2],
+    spacing: [f64; 2],
+    green: &SurfaceGreen,
+) -> Result<()> {
     if cells.contains(&0) {
         return Err(Error::input(format!(
             "the contact frame has {} x {} cells; each direction needs at least one",

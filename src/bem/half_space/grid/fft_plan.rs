@@ -12,7 +12,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner};
 
 /// Pieces into which the rows and the columns are divided for the threads.
-pub(crate) const TASKS: usize = 16;
+pub(super) const TASKS: usize = 16;
 
 /// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
@@ -81,9 +81,9 @@ pub(crate) trait ConvolutionPlan<T: FftReal> {
 /// The plans for a grid of `cells` padded with zeros to `padded`.
 pub(crate) struct PaddedGridPlan<T = f64> {
     /// Cells along x and y.
-    pub(crate) cells: [usize; 2],
+    pub(in crate::bem::half_space) cells: [usize; 2],
     /// Padded sizes, at least 2 cells - 1, products of small primes.
-    pub(crate) padded: [usize; 2],
+    pub(in crate::bem::half_space) padded: [usize; 2],
     rows: Arc<dyn RealToComplex<T>>,
     rows_back: Arc<dyn ComplexToReal<T>>,
     columns: Arc<dyn Fft<T>>,
@@ -111,17 +111,17 @@ struct Scratch<T> {
 
 impl<T: FftReal> PaddedGridPlan<T> {
     /// Padded with as many zeros as cells.
-    pub(crate) fn new(cells: [usize; 2]) -> Self {
+    pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
     }
 
     /// As if the grid repeated itself; padded to sizes that are fast.
-    pub(crate) fn periodic(cells: [usize; 2]) -> Self {
+    pub(super) fn periodic(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(fast_size))
     }
 
     /// Padded to given sizes, at least 2 cells - 1 or, where the grid repeats itself, as many as there are cells.
-    pub(crate) fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
+    pub(in crate::bem::half_space) fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
         let mut planner = FftPlanner::new();
         let mut real_planner = RealFftPlanner::new();
         Self {
@@ -135,7 +135,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
     }
 
     /// Number of k_y of the half spectrum.
-    pub(crate) fn half_spectrum(&self) -> usize {
+    pub(in crate::bem::half_space) fn half_spectrum(&self) -> usize {
         self.padded[1] / 2 + 1
     }
 
@@ -271,7 +271,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
     }
 
     /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds its row to zeros.
-    pub(crate) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
+    pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(T::zero(), T::zero());
         let mut rows = vec![zero; px * half];
@@ -348,7 +348,7 @@ const SIMD_LANES: usize = 8;
 
 /// The smallest size >= `least` whose transform is fast: even, with prime factors 2, 3 and at most one 5, and a multiple of eight
 /// where it is not small (or 1). Other sizes, as 250 or 500, take two to three times as long per number.
-pub(crate) fn fast_size(least: usize) -> usize {
+pub(in crate::bem::half_space) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3] {
             while n.is_multiple_of(prime) {

@@ -10,13 +10,13 @@ use crate::bem::half_space::grid::kernel_table::{KernelComponent, KernelTable, O
 use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED};
 
 /// The transform of the kernel on a grid of cells, in parts that are made when they are first needed.
-pub(crate) struct GridSymbol {
+pub(super) struct GridSymbol {
     /// Of the zero-padded grid.
-    pub(crate) plan: PaddedGridPlan,
-    pub(crate) table: Arc<KernelTable>,
+    pub(super) plan: PaddedGridPlan,
+    pub(super) table: Arc<KernelTable>,
     /// Sides of a cell over those of the table.
-    pub(crate) coarsening: usize,
-    pub(crate) coupled: bool,
+    pub(super) coarsening: usize,
+    pub(super) coupled: bool,
     /// nn, `[k_y][padded_x]`, 1/(padded size) included.
     normal: OnceLock<Vec<f64>>,
     /// The rest, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
@@ -25,7 +25,7 @@ pub(crate) struct GridSymbol {
 
 impl GridSymbol {
     /// Of the kernel in `table` on `cells` whose sides are `coarsening` of its own.
-    pub(crate) fn new(
+    pub(super) fn new(
         cells: [usize; 2],
         (table, coarsening): (Arc<KernelTable>, usize),
         coupled: bool,
@@ -35,7 +35,7 @@ impl GridSymbol {
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
-    pub(crate) fn bound(&self) -> f64 {
+    pub(super) fn bound(&self) -> f64 {
         let [px, py] = self.plan.padded;
         let (normal, rest, none) = (self.normal(), self.other_planes(), vec![0.0; px]);
         let columns = (0..self.plan.half_spectrum()).map(|ky| {
@@ -50,7 +50,7 @@ impl GridSymbol {
     }
 
     /// nn of the symbol.
-    pub(crate) fn normal(&self) -> &[f64] {
+    pub(super) fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
             let planes = self.table.planes(self.plan.cells, &[KernelComponent::Even(2)]);
             let symbol = self.plan.transform(|ix, row| self.add_row(&planes[0], ix, row));
@@ -59,13 +59,13 @@ impl GridSymbol {
     }
 
     /// The other planes of the symbol.
-    pub(crate) fn other_planes(&self) -> &[f64] {
+    pub(super) fn other_planes(&self) -> &[f64] {
         self.other_planes
             .get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
     /// The P planes of one k_y.
-    pub(crate) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
+    pub(super) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.plan.padded[0];
         let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
         std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))

@@ -17,7 +17,7 @@ use crate::flexibility::{Flexibility, TangentialFlexibility};
 /// The operator on the half of a grid away from the mirror, for tractions whose images act on the other half.
 ///
 /// Its diagonal is that of the whole grid: what a cell does to itself, without its image.
-pub(crate) struct HalfGridFlexibility {
+pub(super) struct HalfGridFlexibility {
     whole: Arc<GridSymbol>,
     across: usize,
     plan: HalfGridPlan,
@@ -37,7 +37,7 @@ const PARTS: usize = 4;
 
 impl HalfGridFlexibility {
     /// Half of a grid with an even number of cells along axis `across`, the other half of which is its mirror image.
-    pub(crate) fn new(
+    pub(super) fn new(
         whole: Arc<GridSymbol>,
         spacing: [f64; 2],
         admittance: Arc<Admittance>,

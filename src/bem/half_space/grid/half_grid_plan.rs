@@ -20,7 +20,7 @@ use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, FftReal, TASKS};
 const BLOCK: usize = 8;
 
 /// The plans for half of a grid.
-pub(crate) struct HalfGridPlan<T = f64> {
+pub(super) struct HalfGridPlan<T = f64> {
     /// The axis across the mirror; the component along it is odd, the others are even.
     mirror_axis: usize,
     /// Cells of the half, along the mirror and away from it.
@@ -38,7 +38,7 @@ pub(crate) struct HalfGridPlan<T = f64> {
 }
 
 /// Work space of a convolution of up to three components.
-pub(crate) struct HalfGridBuffers<T> {
+pub(super) struct HalfGridBuffers<T> {
     /// `[along][component][harmonic]`
     rows: Vec<T>,
     /// `[harmonic][component][stride]`, cells along the mirror first
@@ -63,7 +63,7 @@ struct Scratch<T> {
 
 impl<T: FftReal> HalfGridPlan<T> {
     /// Half of a grid of `cells`, their number across the mirror even, `padded` to sizes as a whole one is, even there too.
-    pub(crate) fn new(cells: [usize; 2], padded: [usize; 2], mirror_axis: usize) -> Self {
+    pub(super) fn new(cells: [usize; 2], padded: [usize; 2], mirror_axis: usize) -> Self {
         let (padded, harmonics) = (padded[1 - mirror_axis], padded[mirror_axis] / 2);
         let mut planner = RealFftPlanner::new();
         let turn = |k: usize| {
@@ -334,7 +334,7 @@ const SOURCES: [[(usize, f64); 8]; 2] = [
 
 /// The symbol `[harmonic][planes][wavenumber along]` of a half from that of the whole grid, `[k_y][planes][padded_x]` with
 /// 1/(padded size): the planes of a symbol without nn but for the first `own`, which are nn.
-pub(crate) fn fold(symbol: &[f64], own: usize, padded: [usize; 2], across: usize) -> Vec<f64> {
+pub(super) fn fold(symbol: &[f64], own: usize, padded: [usize; 2], across: usize) -> Vec<f64> {
     let [px, half_y] = [padded[0], padded[1] / 2 + 1];
     let planes = symbol.len() / (px * half_y);
     let length = padded[1 - across] / 2 + 1;

@@ -36,7 +36,7 @@ struct CacheSlot {
 
 /// The kernel of an operator on a grid.
 #[derive(Clone)]
-pub(crate) struct GridKernel {
+pub(super) struct GridKernel {
     pub symbol: Arc<GridSymbol>,
     pub admittance: Arc<Admittance>,
 }
@@ -71,7 +71,7 @@ impl KernelCache {
     ///
     /// # Errors
     /// If a stop is wished: the table is not complete then.
-    pub(crate) fn kernel(
+    pub(super) fn kernel(
         &self,
         green: &SurfaceGreen,
         (cells, spacing): ([usize; 2], [f64; 2]),

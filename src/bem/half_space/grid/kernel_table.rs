@@ -18,7 +18,7 @@ const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
-pub(crate) struct KernelTable {
+pub(super) struct KernelTable {
     spacing: [f64; 2],
     /// Offsets below these are kept in `near`.
     near_cells: [usize; 2],
@@ -30,7 +30,7 @@ pub(crate) struct KernelTable {
 
 impl KernelTable {
     /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
-    pub(crate) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
+    pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
         let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
         let near_cells: [usize; 2] = std::array::from_fn(|axis| {
             cells[axis].min(((far.min_valid_distance() / spacing[axis]).ceil() as usize).saturating_add(1))
@@ -55,13 +55,13 @@ impl KernelTable {
     }
 
     /// K at an offset of `d` cells by the integral itself.
-    pub(crate) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
+    pub(super) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
         let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
         self.integrator.rectangle(self.spacing, offset)
     }
 
     /// K(0): the influence of a cell on itself.
-    pub(crate) fn self_influence(&self) -> Matrix3<f64> {
+    pub(super) fn self_influence(&self) -> Matrix3<f64> {
         self.near[self.near_cells[1] - 1]
     }
 
@@ -84,7 +84,7 @@ impl KernelTable {
     }
 
     /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
-    pub(crate) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
+    pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
             .iter()
@@ -129,7 +129,7 @@ impl KernelTable {
 }
 
 /// A component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
-pub(crate) struct OffsetPlane {
+pub(super) struct OffsetPlane {
     cells_y: usize,
     values: Vec<f64>,
     /// 1 if it is even, -1 if it is odd.
@@ -139,7 +139,7 @@ pub(crate) struct OffsetPlane {
 impl OffsetPlane {
     /// Adds the offsets of `dx` cells along x to `row`, periodic with its length: at the index of `dy`, or of `dy` more than
     /// the length where it is negative.
-    pub(crate) fn add_row(&self, dx: isize, row: &mut [f64]) {
+    pub(super) fn add_row(&self, dx: isize, row: &mut [f64]) {
         let (ny, period) = (self.cells_y, row.len());
         let start = dx.unsigned_abs() * (2 * ny - 1);
         let values = &self.values[start..start + 2 * ny - 1];

@@ -1,13 +1,13 @@
-//! What this module is.
+//! Operators on grid frames: kernel tables, fast Fourier transforms, spectral filters and preconditioners.
 
 pub mod fft;
+pub(super) mod fft_plan;
+mod grid_symbol;
+mod half_grid;
+mod half_grid_plan;
 pub mod kernel_cache;
-pub(crate) mod fft_plan;
-pub(crate) mod grid_symbol;
-pub(crate) mod half_grid;
-pub(crate) mod half_grid_plan;
-pub(crate) mod kernel_table;
-pub(crate) mod preconditioner;
-pub(crate) mod spectral_filter;
-pub(crate) mod symbol;
-pub(crate) mod toeplitz_entries;
+mod kernel_table;
+pub(super) mod preconditioner;
+pub(super) mod spectral_filter;
+pub(super) mod symbol;
+pub(super) mod toeplitz_entries;

@@ -48,7 +48,7 @@ impl Wavenumbers {
 
 /// The symbol `[k_y][planes][padded_x]` that multiplies normal gaps by κ / W_nn, or gaps of other components by κ W⁻¹; `padded`:
 /// of the grid taken as periodic; `spacing`: sides of the cells, mm.
-pub(crate) fn inverse_symbol(
+pub(super) fn inverse_symbol(
     parts: ComponentSet,
     padded: [usize; 2],
     spacing: [f64; 2],
@@ -81,7 +81,7 @@ pub(crate) fn inverse_symbol(
 }
 
 /// The filter with that symbol; `convolution`: of the grid, taken as periodic.
-pub(crate) fn inverse_filter(
+pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
     convolution: PaddedGridPlan<f32>,
     spacing: [f64; 2],

@@ -16,7 +16,7 @@ const LANES: usize = 8;
 
 /// What a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ComponentSet {
+pub(in crate::bem::half_space) enum ComponentSet {
     /// One component by nn.
     Normal,
     /// Two components, those in the surface.
@@ -38,7 +38,7 @@ impl ComponentSet {
     }
 
     /// Number of planes of a symbol, nn first where it is one.
-    pub(crate) fn n_planes(self) -> usize {
+    pub(super) fn n_planes(self) -> usize {
         match self {
             Self::Normal => 1,
             Self::Tangential => UNCOUPLED,
@@ -49,7 +49,7 @@ impl ComponentSet {
 }
 
 /// A symbol in single precision with what its products need.
-pub(crate) struct SpectralFilter<P: ConvolutionPlan<f32> = PaddedGridPlan<f32>> {
+pub(in crate::bem::half_space) struct SpectralFilter<P: ConvolutionPlan<f32> = PaddedGridPlan<f32>> {
     convolution: P,
     parts: ComponentSet,
     /// `[column][planes][length]` over `size`.
@@ -61,7 +61,7 @@ pub(crate) struct SpectralFilter<P: ConvolutionPlan<f32> = PaddedGridPlan<f32>> 
 impl<P: ConvolutionPlan<f32> + Sync> SpectralFilter<P> {
     /// With the symbol `[column][planes][length]`, 1/(padded size) included, or with several that hold some of its planes
     /// each, in their order.
-    pub(crate) fn new(convolution: P, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
+    pub(super) fn new(convolution: P, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let [half, _] = convolution.spectrum_shape();
         let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
@@ -77,7 +77,7 @@ impl<P: ConvolutionPlan<f32> + Sync> SpectralFilter<P> {
     }
 
     /// `output` from `input`, as many planes over the cells as there are components; overwrites. Does not allocate.
-    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
+    pub(in crate::bem::half_space) fn apply(&self, input: &[f64], output: &mut [f64]) {
         let scale = max_abs(input);
         if scale.is_nan() || scale == 0.0 {
             output.fill(0.0 * scale);

@@ -5,10 +5,10 @@ use nalgebra::Complex;
 use crate::bem::half_space::grid::fft_plan::FftReal;
 
 /// Planes of a symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
-pub(crate) const COUPLED: usize = 8;
+pub(super) const COUPLED: usize = 8;
 
 /// Those of an uncoupled one: xx, yy, real and imaginary part of xy.
-pub(crate) const UNCOUPLED: usize = 4;
+pub(super) const UNCOUPLED: usize = 4;
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
 pub(crate) fn multiply_coupled<T: FftReal>(
@@ -39,7 +39,7 @@ pub(crate) fn multiply_uncoupled<T: FftReal>(
 }
 
 /// The tangential part of that.
-pub(crate) fn multiply_tangential<T: FftReal>(
+pub(super) fn multiply_tangential<T: FftReal>(
     [xx, yy, xy_re, xy_im]: [&[T]; UNCOUPLED],
     [x, y]: [&mut [Complex<T>]; 2],
 ) {

@@ -43,7 +43,7 @@ impl Offsets {
 }
 
 /// Adds S between `of` some cells of a uniform grid of `cells` to `matrix`.
-pub(crate) fn add_entries(
+pub(in crate::bem::half_space) fn add_entries(
     operator: &dyn Flexibility,
     cells: [usize; 2],
     of: &[usize],

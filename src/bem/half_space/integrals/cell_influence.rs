@@ -35,14 +35,14 @@ const SMALL_CELL_RATIO: f64 = 0.25;
 
 /// Shares of the tolerance for cells of these areas: what moves the gap of all of them alike moves the pressures of small
 /// ones more, by the ratio of the sizes.
-pub(crate) fn tolerance_shares(areas: &[f64]) -> Vec<f64> {
+pub(in crate::bem::half_space) fn tolerance_shares(areas: &[f64]) -> Vec<f64> {
     let mean = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
     areas.iter().map(|area| (area.sqrt() / (SMALL_CELL_RATIO * mean)).min(1.0)).collect()
 }
 
 /// A cell of the frame.
 #[derive(Debug, Clone)]
-pub(crate) struct Cell {
+pub(in crate::bem::half_space) struct Cell {
     center: [f64; 2],
     corners: Vec<[f64; 2]>,
     area: f64,
@@ -59,7 +59,7 @@ impl Cell {
 }
 
 /// The cells of a frame and the Green's function between them.
-pub(crate) struct CellInfluence {
+pub(in crate::bem::half_space) struct CellInfluence {
     cells: Vec<Cell>,
     /// Moments over the area, `[cell][function]`.
     moments: Vec<f64>,
@@ -78,7 +78,7 @@ const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), 
 const ANTISYMMETRIC: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// Row and column of a component.
-pub(crate) fn row_and_column(component: KernelComponent) -> (usize, usize) {
+pub(in crate::bem::half_space) fn row_and_column(component: KernelComponent) -> (usize, usize) {
     match component {
         KernelComponent::Even(c) => SYMMETRIC[c],
         KernelComponent::Odd(c) => ANTISYMMETRIC[c],

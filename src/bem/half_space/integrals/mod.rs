@@ -1,8 +1,8 @@
-//! What this module is.
+//! Integrals of the surface Green's function over cells: exact over polygons, expansions at a distance, all pairs of cells of a frame.
 
+pub(super) mod cell_influence;
 pub mod patch;
 pub mod polygon;
-pub(crate) mod cell_influence;
-pub(crate) mod polygon_moments;
-pub(crate) mod polygon_multipole;
-pub(crate) mod rectangle_expansion;
+mod polygon_moments;
+mod polygon_multipole;
+pub(super) mod rectangle_expansion;

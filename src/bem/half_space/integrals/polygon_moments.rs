@@ -5,17 +5,17 @@ use nalgebra::Complex;
 use crate::quadrature::gauss_legendre;
 
 /// Number of real moments of the orders 0..=`order`: k + 1 of each order k.
-pub(crate) const fn n_moments(order: usize) -> usize {
+pub(super) const fn n_moments(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
 /// The powers (a, b), a >= b, of the moments of order `k`: those with a > b have a real and an imaginary part.
-pub(crate) fn powers(k: usize) -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn powers(k: usize) -> impl Iterator<Item = (usize, usize)> {
     (k.div_ceil(2)..=k).rev().map(move |a| (a, k - a))
 }
 
 /// Integrals over polygons up to some order.
-pub(crate) struct PolygonMoments {
+pub(super) struct PolygonMoments {
     order: usize,
     rule: Vec<(f64, f64)>,
 }

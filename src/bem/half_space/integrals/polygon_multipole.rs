@@ -18,7 +18,7 @@ use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::linalg::simd::wide;
 
 /// Highest order of moments.
-pub(crate) const MAX_ORDER: usize = 12;
+pub(super) const MAX_ORDER: usize = 12;
 
 /// Most numbers of a table.
 const MAX_TABLE_LEN: usize = 1 << 22;
@@ -34,7 +34,7 @@ const PER_PERIOD: usize = 16;
 const LAGRANGE: [f64; NODES] = [-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0, 1.0 / 12.0, -1.0 / 24.0, 1.0 / 120.0];
 
 /// The expansion of some components of the Green's function.
-pub(crate) struct PolygonMultipole {
+pub(super) struct PolygonMultipole {
     /// `[angle][function][component]`, the functions order by order as the moments are.
     table: Vec<f64>,
     n_components: usize,

@@ -137,7 +137,7 @@ fn half_power(side: f64, i: usize) -> f64 {
 }
 
 /// The expansion for rectangles of given sides.
-pub(crate) struct RectangleExpansion {
+pub(in crate::bem::half_space) struct RectangleExpansion {
     /// `[component][term]`, at equidistant angles of a whole turn.
     planes: Vec<Vec<Vec<f64>>>,
     /// Distance from which on 1, 2, ... terms suffice, descending.
@@ -163,7 +163,7 @@ fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
 }
 
 impl RectangleExpansion {
-    pub(crate) fn new(green: &SurfaceGreen, sides: [f64; 2]) -> Self {
+    pub(in crate::bem::half_space) fn new(green: &SurfaceGreen, sides: [f64; 2]) -> Self {
         let count = AngularTable::count(green.order() + 2 * TERMS);
         let mut largest = [0.0_f64; TERMS + 1];
         let of_component = |component: &KernelComponent| -> Vec<Vec<f64>> {
@@ -186,12 +186,12 @@ impl RectangleExpansion {
     }
 
     /// Distance from which on the expansion holds, mm.
-    pub(crate) fn min_valid_distance(&self) -> f64 {
+    pub(in crate::bem::half_space) fn min_valid_distance(&self) -> f64 {
         self.min_distance[TERMS - 1]
     }
 
     /// Sign of a component at (x, -y) against (x, y), where the half-spaces are symmetric so.
-    pub(crate) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
+    pub(in crate::bem::half_space) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
         self.parity[component.index()]
     }
 
@@ -209,7 +209,7 @@ impl RectangleExpansion {
 }
 
 /// The expansion of some components.
-pub(crate) struct RectangleExpansionTable {
+pub(in crate::bem::half_space) struct RectangleExpansionTable {
     /// `[term][component]` at each angle.
     table: AngularTable,
     count: usize,
@@ -218,7 +218,7 @@ pub(crate) struct RectangleExpansionTable {
 
 impl RectangleExpansionTable {
     /// The components at (x, y), at least [`RectangleExpansion::min_valid_distance`] away, into `values`.
-    pub(crate) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
+    pub(in crate::bem::half_space) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
         let r = (x * x + y * y).sqrt();
         let terms = self.min_distance.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
         let (weights, rows) = self.table.stencil(x, y);

@@ -55,13 +55,13 @@ fn product([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian, [x, y, n]: 
 }
 
 /// Harmonics of the displacements, as they are and as they follow from the tractions: `[count]` each.
-pub(crate) struct Harmonics {
+pub(super) struct Harmonics {
     pub found: Vec<Vector>,
     pub expected: Vec<Vector>,
 }
 
 /// A grid of `cells` of the sides `spacing` (mm) that repeats itself, with `[3, N]` tractions and displacements by planes.
-pub(crate) struct PeriodicState<'a> {
+pub(super) struct PeriodicState<'a> {
     pub cells: [usize; 2],
     pub spacing: [f64; 2],
     pub admittance: &'a Admittance,
@@ -75,7 +75,7 @@ impl PeriodicState<'_> {
     }
 
     /// Some harmonics of a frame that repeats itself in both directions: W(m) / κ of those of the tractions.
-    pub(crate) fn doubly_periodic(&self) -> Harmonics {
+    pub(super) fn doubly_periodic(&self) -> Harmonics {
         let circles = self.cells.map(RootsOfUnity::new);
         let along = self.cells.map(checked_wave_counts);
         let mut pairs: Vec<[i64; 2]> = along[0].iter().map(|&x| [x, 0]).collect();
@@ -111,7 +111,7 @@ impl PeriodicState<'_> {
 
     /// Some harmonics along the periodic direction of a frame that is open along `line`'s axis, in some of its loaded rows of
     /// cells: the convolution of those of the tractions with K(d).
-    pub(crate) fn singly_periodic(&self, line: &OpenDirection) -> Harmonics {
+    pub(super) fn singly_periodic(&self, line: &OpenDirection) -> Harmonics {
         let (axis, count) = (line.axis, self.cells[1 - line.axis]);
         let circle = RootsOfUnity::new(count);
         let mut harmonics = Harmonics { found: Vec::new(), expected: Vec::new() };

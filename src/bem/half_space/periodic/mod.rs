@@ -11,9 +11,10 @@
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
 
-pub(crate) mod harmonic_check;
-pub(crate) mod open_direction;
-pub(crate) mod periodic_symbol;
+mod harmonic_check;
+mod open_direction;
+mod periodic_symbol;
+
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock};
 

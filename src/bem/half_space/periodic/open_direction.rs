@@ -31,7 +31,7 @@ const LN_MAX_WRAPAROUND: f64 = 35.0;
 type Upper = [Complex<f64>; 6];
 
 /// The open direction of a frame.
-pub(crate) struct OpenDirection<'a> {
+pub(super) struct OpenDirection<'a> {
     pub admittance: &'a Admittance,
     /// Axis of the open direction, 0 or 1.
     pub axis: usize,
@@ -48,7 +48,7 @@ pub(crate) struct OpenDirection<'a> {
 
 impl<'a> OpenDirection<'a> {
     /// That along `axis` of a frame of `cells`, `padded`, of the sides `spacing`.
-    pub(crate) fn new(
+    pub(super) fn new(
         axis: usize,
         (cells, padded): ([usize; 2], [usize; 2]),
         spacing: [f64; 2],
@@ -67,7 +67,7 @@ impl<'a> OpenDirection<'a> {
     }
 
     /// The transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
-    pub(crate) fn symbol(&self, index: usize, count: usize) -> Vec<Hermitian> {
+    pub(super) fn symbol(&self, index: usize, count: usize) -> Vec<Hermitian> {
         if index == 0 {
             return self.transformed(|d| self.plane_strain(d));
         }
@@ -84,12 +84,12 @@ impl<'a> OpenDirection<'a> {
     }
 
     /// Wavenumber of the harmonic `index` of the `count` cells in the periodic direction.
-    pub(crate) fn wavenumber(&self, index: usize, count: usize) -> f64 {
+    pub(super) fn wavenumber(&self, index: usize, count: usize) -> f64 {
         2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
     }
 
     /// Cells after which the line may repeat itself without K returning, for the wavenumber `k`, not zero.
-    pub(crate) fn wraparound_free_period(&self, k: f64) -> usize {
+    pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
         fast_size(
             (self.cells as f64
                 + LN_MAX_WRAPAROUND / (self.singularity_distance * k * self.spacing[self.axis]))
@@ -99,7 +99,7 @@ impl<'a> OpenDirection<'a> {
 
     /// Sum over the aliases of wavenumber `j` of `period` cells; at k itself, or the mean of k and -k where the two are one
     /// on the grid.
-    pub(crate) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
+    pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
         let kappa = 2.0 * PI * signed / (period as f64 * h);
@@ -140,7 +140,7 @@ impl<'a> OpenDirection<'a> {
 
     /// K for k = 0: with W = A ± i B along the open direction, the integral over the cell of
     /// -A/π ln(|x| / datum) - B/2 sgn(x).
-    pub(crate) fn plane_strain(&self, d: isize) -> Upper {
+    pub(super) fn plane_strain(&self, d: isize) -> Upper {
         let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let h = self.spacing[self.axis];
         let [xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im] = hermitian(&self.admittance.at(along));

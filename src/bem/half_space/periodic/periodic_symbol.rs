@@ -10,10 +10,10 @@ use crate::bem::half_space::periodic::open_direction::OpenDirection;
 use crate::cancel;
 
 /// Planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
-pub(crate) const PLANES: usize = 9;
+pub(super) const PLANES: usize = 9;
 
 /// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
-pub(crate) fn doubly_periodic_symbol(
+pub(super) fn doubly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
     admittance: &Admittance,
@@ -39,7 +39,7 @@ pub(crate) fn doubly_periodic_symbol(
 }
 
 /// The symbol of a frame that is open along `axis` and periodic along the other; `singularity_distance`: see [`OpenDirection`].
-pub(crate) fn singly_periodic_symbol(
+pub(super) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
     axis: usize,

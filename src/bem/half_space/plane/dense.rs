@@ -160,7 +160,7 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
 }
 
 /// Refuses cells that are none.
-pub(crate) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
+pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {
         return Err(Error::input(format!(

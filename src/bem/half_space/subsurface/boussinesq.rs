@@ -12,7 +12,7 @@ use crate::material::Stiffness;
 /// # Source
 /// K.L. Johnson, Contact Mechanics (1985), eqs. 3.18 and 3.75, here with the depth −z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Boussinesq {
+pub(super) struct Boussinesq {
     /// 1 / (4π μ), 1/MPa.
     factor: f64,
     nu: f64,
@@ -20,13 +20,13 @@ pub(crate) struct Boussinesq {
 
 impl Boussinesq {
     /// `None` unless the material is isotropic.
-    pub(crate) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
+    pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
     }
 
     /// The field at a point of the body or its surface.
-    pub(crate) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
+    pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
         // s = 1/ρ, e = 1/(ρ + d); along x_a: s' = −x_a s³, e' = −x_a s e²; along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
         let s = 1.0 / point.norm();

@@ -4,11 +4,12 @@
 //! singularities of the kernel come. Far from the point groups of cells stand for them: forces at a few points that do the
 //! same work on every polynomial of that order, so that a point takes some thousand forces however many cells there are.
 
+mod boussinesq;
 pub mod point_force;
 pub mod point_force_integral;
-pub(crate) mod boussinesq;
-pub(crate) mod point_force_table;
-pub(crate) mod surface_point_force;
+mod point_force_table;
+mod surface_point_force;
+
 use std::ops::Range;
 
 use nalgebra::Matrix3;

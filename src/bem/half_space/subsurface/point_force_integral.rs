@@ -52,7 +52,7 @@ struct GreenTensorSums {
 }
 
 /// Points of the rules of all directions at one angle from the inner axis, made as they are needed.
-pub(crate) struct DirectionRule {
+pub(super) struct DirectionRule {
     /// z at distance 1.
     depth: f64,
     /// Distance from the axis over the depth.
@@ -95,7 +95,7 @@ impl PointForceIntegral {
     }
 
     /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
-    pub(crate) fn mirrors(&self) -> [bool; 2] {
+    pub(super) fn mirrors(&self) -> [bool; 2] {
         self.mirrors
     }
 
@@ -122,14 +122,14 @@ impl PointForceIntegral {
 
     /// The displacement at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its
     /// largest entry.
-    pub(crate) fn value(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (Matrix3<f64>, f64) {
+    pub(super) fn value(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (Matrix3<f64>, f64) {
         let (field, last) = self.integrate::<false>(rule, phi, change);
         (field.value, last)
     }
 
     /// The field at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its largest
     /// entries. The error of the field is about the square of the change.
-    pub(crate) fn gradient(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (GreenTensor, f64) {
+    pub(super) fn gradient(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (GreenTensor, f64) {
         self.integrate::<true>(rule, phi, change)
     }
 
@@ -241,7 +241,7 @@ impl PointForceIntegral {
 
 impl DirectionRule {
     /// For directions with this sine of the angle from the inner axis and this z, at distance 1.
-    pub(crate) fn new(sin: f64, depth: f64) -> Self {
+    pub(super) fn new(sin: f64, depth: f64) -> Self {
         let pole_stretch = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
         Self { depth, radius_over_depth: -sin / depth, pole_stretch, levels: Vec::new() }
     }

@@ -35,7 +35,7 @@ const N_GHOST_ROWS: usize = NODES / 2 - 1;
 /// Rows in t lie half as dense at the axis as at the surface, where their interpolation is one-sided; they go on beyond the
 /// axis with the opposite angle.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PointForceTable {
+pub(super) struct PointForceTable {
     /// `[row][angle][3 x 3]`, rows from −3, angles from −3 − half a turn.
     entries: Vec<f64>,
     angles: usize,
@@ -49,7 +49,7 @@ impl PointForceTable {
     ///
     /// # Errors
     /// If a stop is wished.
-    pub(crate) fn new(interior: &PointForceIntegral, surface: &SurfacePointForce) -> Result<Self> {
+    pub(super) fn new(interior: &PointForceIntegral, surface: &SurfacePointForce) -> Result<Self> {
         let mut angles = ANGLES[0];
         let compared = COMPARED / MirrorPlanes(interior.mirrors()).count();
         let spread = reference_values(
@@ -120,12 +120,12 @@ impl PointForceTable {
     }
 
     /// What a table is restored from: the angles, the error, the entries.
-    pub(crate) fn values(&self) -> Vec<f64> {
+    pub(super) fn values(&self) -> Vec<f64> {
         [self.angles as f64, self.error].into_iter().chain(self.entries.iter().copied()).collect()
     }
 
     /// The table of such values; `None` if they are none of a table.
-    pub(crate) fn from_values(mut values: Vec<f64>) -> Option<Self> {
+    pub(super) fn from_values(mut values: Vec<f64>) -> Option<Self> {
         let &[angles, error, ..] = &values[..] else { return None };
         let angles = angles as usize;
         if !(ANGLES[0]..=ANGLES[1]).contains(&angles) {
@@ -142,12 +142,12 @@ impl PointForceTable {
     }
 
     /// Largest difference found from the direct integral, over the largest entry of the gradient.
-    pub(crate) fn error(&self) -> f64 {
+    pub(super) fn error(&self) -> f64 {
         self.error
     }
 
     /// The field at a point below the surface or on it.
-    pub(crate) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
+    pub(in crate::bem::half_space) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let (r, distance) = (x.x.hypot(x.y), x.norm());
         let (sin, cos) = (r / distance, -x.z / distance);
         let t = sin / (1.0 + cos);

@@ -9,7 +9,7 @@ use crate::material::Stiffness;
 
 /// Γ(φ) / r, its derivatives in the surface, and the one along the normal that leaves the surface without traction.
 #[derive(Debug, Clone)]
-pub(crate) struct SurfacePointForce {
+pub(super) struct SurfacePointForce {
     /// Γ and Γ', row by row.
     table: AngularTable,
     /// −T⁻¹ C(e3, e_a) for a = x, y: the derivative along z by those along x, y.
@@ -18,7 +18,7 @@ pub(crate) struct SurfacePointForce {
 
 impl SurfacePointForce {
     /// From the Green's function of the same body.
-    pub(crate) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
+    pub(super) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let factor = contract(2).cholesky().expect("C(e3, e3) is positive definite with the stiffness");
         Self {
@@ -28,7 +28,7 @@ impl SurfacePointForce {
     }
 
     /// The field at (x, y, 0).
-    pub(crate) fn at(&self, x: f64, y: f64) -> GreenTensor {
+    pub(in crate::bem::half_space) fn at(&self, x: f64, y: f64) -> GreenTensor {
         let mut functions = [0.0; 18];
         self.table.add(x, y, 1.0, &mut functions);
         let gamma = Matrix3::from_row_slice(&functions[..9]);
@@ -42,7 +42,7 @@ impl SurfacePointForce {
     }
 
     /// Γ(φ) for the direction of (x, y).
-    pub(crate) fn gamma(&self, x: f64, y: f64) -> [f64; 9] {
+    pub(super) fn gamma(&self, x: f64, y: f64) -> [f64; 9] {
         let mut functions = [0.0; 18];
         self.table.add(x, y, 1.0, &mut functions);
         std::array::from_fn(|k| functions[k])
