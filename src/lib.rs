@@ -1,42 +1,89 @@
-//! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, above all fibre-reinforced
-//! plastics.
+//! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, above all fibre-reinforced plastics.
 //!
-//! Two elastic bodies meet on a *contact frame*, a set of N cells with areas and local axes (x, y, n), n being
-//! the outward normal of body 1. Each body is known to the contact only by its *flexibility* on the frame: the
-//! relative displacement its surface gives to tractions on the cells. With the gap g and the tractions P on
-//! body 2, g = g_free + S P + w; Signorini's conditions, an elliptic Coulomb law and a wear law for the worn
-//! depth w close the system. Tractions inside the library act on body 2, forces in results act on body 1.
+//! Two elastic bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward
+//! normal of body 1. The contact solver knows a body only by its *flexibility* on the frame: the relative surface
+//! displacement that tractions on the cells cause. With the gap g, the initial gap and the rigid-body motion in g_free,
+//! the tractions P on body 2, the flexibility S of both bodies and the wear depth w,
 //!
-//! The modules in the order of the data flow (a module uses those above it, never those below):
+//! ```text
+//! g = g_free + S P + w
+//! ```
 //!
-//! scene -> mesh -> body (FE | half-space | rigid) -> flexibility on the contact frame -> contact -> wear -> results
+//! Signorini's conditions, a Coulomb law with an elliptic friction cone and a wear law for w close the system. Tractions
+//! inside the library act on body 2; forces in results act on body 1.
+//!
+//! # Data flow
+//!
+//! ```text
+//! scene -> mesh -> body (finite elements | boundary elements | half-space | rigid)
+//!       -> flexibility on the contact frame -> contact problem of an increment
+//!       -> evolution of contact and wear over load steps and cycles -> output
+//! ```
+//!
+//! [`scene`] reads the file of a user into a [`scene::Plan`]. [`simulation`] builds the bodies and the frame of a plan
+//! and runs it; nothing in the modules that compute knows the format of scenes.
+//!
+//! # Modules in the order of imports
+//!
+//! A module uses those above it, never those below; `tests/architecture.rs` checks this and lists what does not fit yet.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`error`] | the error type, its kinds and exit codes |
+//! | [`cancel`] | process-wide cancellation flag |
+//! | [`omitted`] | work that a scene does not need, and why |
+//! | [`npy`] | arrays in NumPy's file format |
+//! | [`geometry`] | points, local axes, rotations, symmetry |
+//! | [`linalg`] | sparse and dense factorisation, ordering, iterative solvers, hierarchical matrices, cache, memory limit |
+//! | [`flexibility`] | the flexibility operator of a frame and its combinations |
+//! | [`quadrature`] | quadrature rules |
+//! | [`element`] | shape functions, faces and node order of each element |
+//! | [`mesh`] | meshes with physical groups, their quality, the .msh reader |
+//! | [`material`] | stiffness, orientation, layups, strength |
+//! | [`laws`] | friction and wear laws |
+//! | [`fem`] | finite elements: assembly, condensation, stress recovery |
+//! | [`bem`] | boundary elements: half-space, full space, finite bodies |
+//! | [`frame`] | contact frame: cells, areas, axes, initial gap, maps to faces |
+//! | [`body`] | elastic bodies: their flexibility on a frame, recovery of fields |
+//! | [`coupling`] | two bodies on one frame: Schur complement or block system |
+//! | [`contact`] | the contact problem of one increment: equations, solvers, certificate |
+//! | [`evolution`] | load steps, fretting cycles, wear |
+//! | [`output`] | summary, history, fields, figures, checkpoint files |
+//! | [`scene`] | keys, diagnostics, and the plan of a scene |
+//! | [`simulation`] | from a plan to its results |
+//! | [`estimate`] | time and memory before a run |
+//! | [`adaptive`] | refinement until a target accuracy is reached |
+//! | [`compare`] | one scene with different models of its bodies |
+//! | [`sweep`] | studies: a scene for many values |
+//! | [`report`] | results as one HTML page |
+//! | [`cli`] | the command line |
 #![deny(missing_docs)]
 
 pub mod error;
+pub mod cancel;
+pub mod omitted;
 pub mod npy;
 pub mod geometry;
 pub mod linalg;
+pub mod flexibility;
 pub mod quadrature;
 pub mod element;
 pub mod mesh;
 pub mod material;
+pub mod laws;
 pub mod fem;
 pub mod bem;
 pub mod frame;
 pub mod body;
 pub mod coupling;
 pub mod contact;
-pub mod scene;
-pub mod cli;
-pub mod adaptive;
-pub mod cancel;
-pub mod compare;
-pub mod estimate;
 pub mod evolution;
-pub mod flexibility;
-pub mod laws;
-pub mod omitted;
 pub mod output;
-pub mod report;
+pub mod scene;
 pub mod simulation;
+pub mod estimate;
+pub mod adaptive;
+pub mod compare;
 pub mod sweep;
+pub mod report;
+pub mod cli;

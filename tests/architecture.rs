@@ -1,34 +1,47 @@
-//! The layers: a module may use those before it in `src/lib.rs`, never those after it.
+//! The order of modules: a module may use those before it in `src/lib.rs`, never those after it.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 28] = [
     "error",
-    "interrupt",
-    "skip",
+    "cancel",
+    "omitted",
     "npy",
     "geometry",
     "linalg",
+    "flexibility",
     "quadrature",
     "element",
     "mesh",
     "material",
+    "laws",
     "fem",
     "bem",
     "frame",
     "body",
     "coupling",
-    "friction",
-    "wear",
     "contact",
-    "history",
-    "results",
+    "evolution",
+    "output",
     "scene",
-    "study",
-    "job",
+    "simulation",
+    "estimate",
+    "adaptive",
+    "compare",
+    "sweep",
+    "report",
     "cli",
+];
+
+/// Imports against the order that are left: file, module, why. A line goes when its import goes; none may be added.
+const EXCEPTIONS: [(&str, &str, &str); 5] = [
+    ("output/output_dir.rs", "report", "a new run removes the report of the run before"),
+    ("simulation/segments.rs", "estimate", "a run estimates the time of the work that it omits"),
+    ("simulation/segments.rs", "sweep", "a run records the steps that it shares with other runs of a study"),
+    ("adaptive/run.rs", "sweep", "hands the steps shared with other runs of a study to the run"),
+    ("sweep/run.rs", "report", "a new study removes the report of the study before"),
 ];
 
 fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
@@ -63,7 +76,7 @@ fn layer_of(path: &Path) -> Option<usize> {
 /// Truth: the order of imports fixed in the design.
 #[test]
 fn imports_point_back_along_the_data_flow() {
-    let mut wrong = Vec::new();
+    let (mut wrong, mut unused) = (Vec::new(), BTreeSet::from(EXCEPTIONS));
     for (path, text) in sources() {
         let Some(layer) = layer_of(&path) else { continue };
         for (number, line) in text.lines().enumerate() {
@@ -79,6 +92,13 @@ fn imports_point_back_along_the_data_flow() {
                     if let Some(used) = ORDER.iter().position(|n| *n == name)
                         && used > layer
                     {
+                        let listed = EXCEPTIONS
+                            .iter()
+                            .find(|(file, module, _)| path == Path::new(file) && name == *module);
+                        if let Some(exception) = listed {
+                            unused.remove(exception);
+                            continue;
+                        }
                         wrong.push(format!(
                             "{}:{}: {} uses {}",
                             path.display(),
@@ -92,6 +112,7 @@ fn imports_point_back_along_the_data_flow() {
         }
     }
     assert!(wrong.is_empty(), "imports against the data flow:\n{}", wrong.join("\n"));
+    assert!(unused.is_empty(), "exceptions that no import needs: {unused:?}");
 }
 
 /// Modules that a file declares (`mod name;`).

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
+use orthowear::adaptive;
 use orthowear::cancel;
 use orthowear::error::{Error, Result};
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
@@ -126,7 +127,7 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
                 shared_work: SharedWork::default(),
                 on_end: &mut keep_files,
             };
-            job::run(&plan, output, &mut summary, job).err()
+            adaptive::run(&plan, output, &mut summary, job).err()
         }
     };
     RunOutput { summary, fields: watcher.fields, failure }

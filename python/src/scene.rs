@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orthowear::bem::half_space::SurfaceGreen;
 use orthowear::cli::{MaxMemory, parse_max_memory};
 use orthowear::error::ErrorKind;
+use orthowear::estimate::estimate;
 use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
 use orthowear::linalg::memory::MemoryLimit;
@@ -125,7 +126,7 @@ impl Scene {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
         let looked = run_in_background(py, settings.threads, move |_| {
-            Ok::<_, SceneError>((simulation::estimate(&shared)?, simulation::fit_warnings(&shared)?))
+            Ok::<_, SceneError>((estimate(&shared)?, simulation::fit_warnings(&shared)?))
         })?;
         let (forecast, notes) = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {

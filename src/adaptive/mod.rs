@@ -5,13 +5,14 @@
 
 mod convergence;
 mod levels;
-pub(crate) mod run;
+mod run;
 pub mod size_field;
 mod values;
 
 use crate::adaptive::convergence::{Convergence, limit};
 pub use crate::adaptive::levels::Levels;
 use crate::adaptive::levels::RefinementLadder;
+pub use crate::adaptive::run::{ACCURACY_NOT_REACHED, run};
 use crate::adaptive::values::{TargetValue, min_contact_cells, values};
 use crate::error::Error;
 use crate::evolution::records::IncrementRecord;

@@ -5,7 +5,7 @@ use super::run::{print_error, show_failure};
 use super::table::{align_columns, five_digits};
 use super::{SceneArgs, exit, print_diagnostics, to_stdout, with_severity};
 use crate::adaptive::AccuracySearch;
-use crate::estimate::RunEstimate;
+use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
     Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
 };
@@ -42,8 +42,7 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
         Ok(cache) => cache,
         Err(error) => return print_error(&error),
     };
-    let looked =
-        || Ok((simulation::estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
+    let looked = || Ok((estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
     match looked() {
         Ok((forecast, notes, search)) => {
             to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));

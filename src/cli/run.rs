@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::accuracy::describe;
 use super::progress::{ProgressDisplay, format_duration};
 use super::{RunArgs, exit, print_diagnostics, resume, signal, table, to_stderr, to_stdout, with_severity};
+use crate::adaptive;
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::output::checkpoint;
@@ -68,7 +69,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         shared_work: SharedWork::default(),
         on_end,
     };
-    let code = job::run(&plan, Some(output), &mut summary, job);
+    let code = adaptive::run(&plan, Some(output), &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
@@ -214,7 +215,7 @@ pub(super) fn explain_reason(word: Option<&str>) -> String {
             "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \
              more cells; more iterations do not help"
         }
-        Some(job::ACCURACY_NOT_REACHED) => {
+        Some(adaptive::ACCURACY_NOT_REACHED) => {
             "the estimated error stays above the target (accuracy): relax the target or select other results \
              (accuracy.of); `accuracy` in summary.json shows which result does not converge"
         }

@@ -15,8 +15,8 @@ use crate::body::{ElasticBody, UnconstrainedModes};
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::composed::SumFlexibility;
+use crate::flexibility::constrained::ConstrainedFlexibility;
 use crate::frame::{ContactFrame, GapShape, InitialGap};
-use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;

@@ -5,6 +5,7 @@
 
 pub mod cell_matrix;
 pub mod composed;
+pub mod constrained;
 pub mod operator_history;
 pub mod per_cell;
 pub mod precision;

@@ -6,7 +6,6 @@ pub mod cache;
 mod cgroup;
 pub mod cholesky;
 mod column_counts;
-pub mod constrained;
 pub mod dense;
 pub mod dense_lu;
 pub mod dense_matrix;
@@ -26,5 +25,3 @@ pub(crate) mod simd;
 pub mod sparse;
 pub mod sparse_lu;
 pub mod two_level;
-
-pub use crate::flexibility::per_cell::PerCell;

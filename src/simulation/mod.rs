@@ -12,7 +12,6 @@ pub mod resume;
 pub mod segments;
 pub mod validate;
 
-pub use crate::estimate::{RunEstimate, estimate};
 pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};
 pub use crate::simulation::failure::SceneError;
 

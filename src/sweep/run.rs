@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
-use crate::adaptive::run::run;
+use crate::adaptive::run;
 use crate::error::{Error, Result, exit};
 use crate::estimate::estimate;
 use crate::evolution::image::Recording;
