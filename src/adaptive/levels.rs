@@ -306,7 +306,7 @@ fn even(n: f64) -> usize {
 }
 
 /// Cells of a grid frame.
-pub(crate) fn cells(plan: &Plan) -> Option<[usize; 2]> {
+pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     match plan.frame {
         FramePlan::Grid { cells, .. } => Some(cells),
         FramePlan::Mesh { .. } => None,

@@ -159,7 +159,7 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
         print_error(&failure.error)
     };
     // They often are what is wrong.
-    for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNITS_HINT)) {
+    for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNIT_WARNING_PREFIX)) {
         to_stderr(&format!("note: {hint}\n"));
     }
     code
@@ -174,7 +174,9 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
         text.push_str(&format!("\n{}", describe(record)));
     }
     let failed = summary.status == Status::Failed;
-    for warning in summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNITS_HINT))) {
+    for warning in
+        summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNIT_WARNING_PREFIX)))
+    {
         text.push_str(&format!("\n{}", with_severity(warning)));
     }
     let memory = summary.peak_memory_bytes as f64 / f64::from(1 << 20);

@@ -35,7 +35,7 @@ impl Window {
         first..first + self.factor
     }
 
-    /// Calls `with(cell operator the window, cell operator the frame)` for all pairs that belong together.
+    /// Calls `with(cell of the window, cell of the frame)` for all pairs that belong together.
     fn pairs(&self, mut with: impl FnMut(usize, usize)) {
         for ix in 0..self.cells[0] {
             for x in self.span(0, ix) {

@@ -28,7 +28,7 @@ use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces::max_curvature_correction;
 
 /// Floating-point operations per second that factorisations reach on one core.
-pub(super) const FLOPS_PER_SECOND: f64 = 2.8e10;
+const FLOPS_PER_SECOND: f64 = 2.8e10;
 
 /// Seconds per unknown of ordering and analysis.
 const PER_UNKNOWN: f64 = 5e-6;
@@ -216,7 +216,7 @@ fn estimate_body(
 }
 
 /// Seconds for the matrix of a half-space's operator on `n_cells` polygons.
-pub(super) fn dense_matrix_seconds(n_cells: usize) -> f64 {
+fn dense_matrix_seconds(n_cells: usize) -> f64 {
     9.0 * (n_cells as f64).powi(2) * 2e-7
 }
 

@@ -7,7 +7,7 @@
 mod balance;
 mod checkpoint;
 mod controls;
-pub mod fretting;
+mod fretting;
 pub mod image;
 mod model;
 mod monotone;

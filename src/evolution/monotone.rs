@@ -33,7 +33,7 @@ pub(super) struct ActiveLaws<'f> {
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
-/// The equations of an increment with worn depth `worn` at its start.
+/// The equations of an increment with the wear depth `wear_depth` at its start.
 pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
     options: &SolverOptions,

@@ -239,7 +239,7 @@ pub trait Observer: Send {
 
     /// Asked before jumps of a step in progress and before steps: whether the run is to end here, for the bodies have lost `wear_depth`
     /// (`[N]`, mm, both of them) and it goes on with operators that know it.
-    fn wants_rebuild(&self, _worn: &[f64]) -> bool {
+    fn wants_rebuild(&self, _wear_depth: &[f64]) -> bool {
         false
     }
 

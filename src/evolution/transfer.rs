@@ -46,7 +46,7 @@ impl PreviousModel {
 }
 
 impl RunCheckpoint {
-    /// The same state with the operators of `model`; `places`: the number of each cell there, `[N]`. `before`: where the
+    /// The same state with the operators of `model`; `new_cell_indices`: the number of each cell there, `[N]`. `previous`: where the
     /// bodies have changed, what the gap of the state came from.
     ///
     /// Tractions and depths stay, bit by bit. On bodies that are the same so do elastic displacement and gap; where they have

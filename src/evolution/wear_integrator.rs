@@ -34,7 +34,7 @@ const VOLUME_ERROR_FACTOR: f64 = 2.0;
 /// Part of the error of the Euler methods that goes to cells that come into contact.
 const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
 
-/// A stage of an integrator: its wear is w_explicit + weight ΔN F(w_stage), and that of the jump has `share` ΔN F(w_stage) of it.
+/// A stage of an integrator: its wear is w_explicit + `implicit_weight` ΔN F(w_stage), and that of the jump has `solution_weight` ΔN F(w_stage) of it.
 #[derive(Debug, Clone, Copy)]
 struct StageWeights {
     implicit_weight: f64,

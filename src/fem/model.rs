@@ -67,7 +67,7 @@ impl FeModel {
     /// Assembles the body within a memory limit.
     ///
     /// # Errors
-    /// If it does not fit (kind `CondensationResources`); if an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
+    /// If it does not fit (kind `Resources`); if an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
     /// motions of one of several parts free (which are
     /// named).
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {

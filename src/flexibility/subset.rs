@@ -21,7 +21,7 @@ pub struct SubsetFlexibility {
 }
 
 impl SubsetFlexibility {
-    /// The cells `places` of `whole`, ascending.
+    /// The cells `cells` of `whole`, ascending.
     ///
     /// # Panics
     /// If a place lies outside.

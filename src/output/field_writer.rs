@@ -54,7 +54,7 @@ impl FieldKind {
     }
 }
 
-/// Displacement and stress at the points of a request; `Skip` where the body has none.
+/// Displacement and stress at the points of a request; `None` where the body has none.
 pub type PointStates = Option<Vec<PointState>>;
 
 /// Writes what is asked for of a frame and its bodies.

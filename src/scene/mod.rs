@@ -22,7 +22,7 @@ use std::path::Path;
 pub use diagnostic::{Diagnostic, DiagnosticKind, Diagnostics};
 pub use document::Document;
 pub use plan::Plan;
-pub use unit_checks::UNIT_WARNING_PREFIX as UNITS_HINT;
+pub use unit_checks::UNIT_WARNING_PREFIX;
 
 /// What is said of a scene that makes no plan although nothing was found to be wrong with it.
 fn missing_diagnostic(document: &Document) -> Diagnostic {

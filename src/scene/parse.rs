@@ -142,8 +142,8 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
     let value = override_value(value, index).map_err(|message| {
         wrong(
             message,
-            "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]; a path needs both \
-                        kinds of quotes: --set 'body1.mesh=\"../a.msh\"'",
+            "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]; a path that starts with `.` or `/` needs both \
+             kinds of quotes: --set 'body1.mesh=\"../a.msh\"'",
         )
     })?;
     let parts: Vec<&str> = key_segments(key).collect();

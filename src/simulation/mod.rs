@@ -10,7 +10,7 @@ pub(crate) mod omitted;
 mod rebuild;
 pub mod resume;
 pub mod segments;
-pub mod validate;
+pub(crate) mod validate;
 
 pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};
 pub use crate::simulation::failure::SceneError;

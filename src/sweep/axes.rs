@@ -230,7 +230,7 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
         keys.axes.iter().enumerate().flat_map(|(i, axis)| axis.keys.iter().enumerate().map(move |k| (i, k)));
     for (i, (k, key)) in all {
         let (message, mend) = if key.contains('=') || key_segments(key).next().is_none() {
-            (format!("`{key}` is not a key"), "as in \"body1.fibre.tilt\"")
+            (format!("`{key}` is not a valid key"), "as in \"body1.fibre.tilt\"")
         } else if !taken.insert(key) {
             (format!("`{key}` is varied twice"), "name each key once")
         } else if by_option.contains(key.as_str()) {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use std::process::Command;
 
-/// `wear-sphere-material` on coarse cells: a / a0 = 1.408 at the end, the frame ends at 1.35.
+/// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, the frame ends at 1.35.
 const SCENE: &str = r#"
 [materials.m]
 model = "isotropic"

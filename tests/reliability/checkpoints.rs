@@ -123,7 +123,7 @@ fn checkpoint_files() {
     for seed in &seeds {
         assert!(read(folder.path(), seed).expect("a checkpoint").is_some());
     }
-    let words = ["records", "snapshot", "Cycles", "\u{dc}", "null", "[[[["].map(str::to_owned).to_vec();
+    let words = ["records", "snapshot", "WearStep", "\u{dc}", "null", "[[[["].map(str::to_owned).to_vec();
     Reader {
         name: "checkpoint",
         read: "as written",

@@ -107,7 +107,7 @@ fn tilted_fibres() {
 }
 
 /// Truth: as above, for worn depths of cycles in gross and in partial slip. Where cells stick through partial slip is found by strokes
-/// of residuals of 1e-6 only (src/history/ring.rs).
+/// of residuals of 1e-6 only (src/evolution/fretting/cycle_state.rs).
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);

@@ -3,7 +3,7 @@
 //! The displacement u = S_bb t of the nodes b under the frame by tractions there follows from the collocation equations. The frame's
 //! tractions reach the nodes as those whose polynomials do the same work, t = M⁻¹ Iᵀ A t_frame with the areas M of the nodes, so that
 //! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
-//! so in a way that keeps the response to uniform tractions (`smooth.rs`).
+//! so in a way that keeps the response to uniform tractions (`symmetrize.rs`).
 
 mod spec;
 mod stress;

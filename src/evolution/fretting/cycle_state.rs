@@ -266,7 +266,11 @@ impl Run<'_> {
     }
 
     /// What a cycle finds at its ends: forces where the shift is prescribed, shifts where forces are.
-    pub(crate) fn responses_at_path_points(&self, ring: &CycleState, course: &FrettingPath) -> Vec<[f64; 2]> {
+    pub(in crate::evolution) fn responses_at_path_points(
+        &self,
+        ring: &CycleState,
+        course: &FrettingPath,
+    ) -> Vec<[f64; 2]> {
         let n = self.prepared.n();
         let at = |end: usize| match course.drive {
             Drive::Force => [ring.contact.rigid_motion[end][0], ring.contact.rigid_motion[end][1]],
@@ -329,7 +333,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(crate) fn recompute_stick_zone(
+    pub(in crate::evolution) fn recompute_stick_zone(
         &mut self,
         step: &Step,
         (course, loads): (&FrettingPath, PrescribedLoads),
@@ -382,7 +386,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
-    pub(crate) fn path_points(
+    pub(in crate::evolution) fn path_points(
         &mut self,
         step: &Step,
         course: &FrettingPath,

@@ -36,8 +36,8 @@ const MAX_TRIAL_ITERATIONS: usize = 2000;
 enum Rejection {
     /// Its error, as a multiple of what is allowed.
     Error(f64),
-    /// Something else.
-    ContactChange,
+    /// The jump did not converge, lost the contact, or changed it too much.
+    Other,
 }
 
 impl Run<'_> {
@@ -89,7 +89,7 @@ impl Run<'_> {
                 before.put(cycling);
                 match refusal {
                     Rejection::Error(ratio) => cycling.step_controller.reject(length, ratio),
-                    Rejection::ContactChange => cycling.step_controller.halve(length),
+                    Rejection::Other => cycling.step_controller.halve(length),
                 }
                 continue;
             }
@@ -169,7 +169,7 @@ impl Run<'_> {
         jump: &WearJump,
     ) -> Option<Rejection> {
         if !jump.converged() || jump.lost_contact {
-            return Some(Rejection::ContactChange);
+            return Some(Rejection::Other);
         }
         let ratio = self.error_ratio(jumped, jump);
         if ratio > 1.0 {
@@ -179,7 +179,7 @@ impl Run<'_> {
         let areas = &self.prepared.model.frame.areas;
         let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
         let most = (MAX_RADIUS_GROWTH_CELLS * side).max(MAX_RADIUS_GROWTH_SHARE * contact);
-        (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::ContactChange)
+        (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
     }
 
     /// Radii of the circles that are as large as the contact at any end, and as the cells that stick through the cycle.

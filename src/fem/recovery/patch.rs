@@ -31,7 +31,7 @@ pub(super) struct PatchFit {
 }
 
 impl PatchFit {
-    /// The fit of polynomials of `terms` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
+    /// The fit of polynomials of `space` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
     /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
     pub fn new(
         (space, axes): (PolynomialSpace, Matrix3<f64>),

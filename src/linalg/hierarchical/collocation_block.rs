@@ -30,7 +30,7 @@ pub struct ElementNumbering {
 }
 
 impl ElementNumbering {
-    /// `nodes` of each element in the order of the tree, three columns for each, and `extra` columns of each element that are only
+    /// `nodes` of each element in the order of the tree, three columns for each, and `n_sum_columns` columns of each element that are only
     /// summed up.
     pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());

@@ -128,7 +128,7 @@ fn check_force_amplitude(
     let none = !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None));
     if cycles.force_amplitude.is_some() && none {
         let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";
-        let mend = "give [friction] a law and leave out `friction = false`, or prescribe `amplitude`";
+        let mend = "give [friction] a law and remove `friction = false`, or prescribe `amplitude`";
         r.report(&format!("{key}.cycles.force_amplitude"), message, "needs friction", mend);
     }
 }

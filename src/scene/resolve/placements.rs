@@ -121,7 +121,7 @@ impl BodyContext<'_> {
             r.report(
                 key,
                 "no elements are left for this layup: the group is empty, or every element belongs to a region with \
-                 its own material",
+                 its own `material`, `fibre` or `layup`",
                 "no elements",
                 "remove the layup, or remove `material`, `fibre` and `layup` from the regions that should have it",
             );

@@ -78,7 +78,8 @@ pub struct FeBody {
     /// Volume groups with a material or a fibre of their own.
     #[serde(default)]
     pub regions: BTreeMap<String, Region>,
-    /// Formulation of 8-node hexahedra (default "hex8-eas"); any other name only checks that the mesh contains elements of that type.
+    /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar". Any other name only checks that the mesh contains elements of
+    /// that type.
     #[serde(default)]
     #[schemars(with = "Element")]
     pub element: Option<Element>,

@@ -48,7 +48,8 @@ pub struct AlternativeFe {
     /// Volume mesh file with the same group names. Default: the body's mesh, if it is a volume mesh.
     #[schemars(with = "String")]
     pub mesh: Option<String>,
-    /// Formulation of 8-node hexahedra (default "hex8-eas"); any other name only checks that the mesh contains elements of that type.
+    /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar". Any other name only checks that the mesh contains elements of
+    /// that type.
     #[schemars(with = "Element")]
     pub element: Option<Element>,
     /// Model near the contact, as `near_field` of a finite-element body.

@@ -37,8 +37,8 @@ pub enum Frame {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
-        /// One cell per face or per node. Default: "nodes" for first-order faces if neither body is a half-space, else
-        /// "faces".
+        /// One cell per face or per node. Default: "nodes" for first-order faces of a finite-element body if neither body is a
+        /// half-space, else "faces".
         #[serde(default)]
         #[schemars(with = "FramePoints")]
         points: Option<FramePoints>,

@@ -73,7 +73,7 @@ pub struct Step {
     pub rolling: Option<Rolling>,
 }
 
-/// Steady rolling: the contact zone moves over both bodies at constant loads and creepages.
+/// Steady rolling: the contact zone moves over both bodies; each increment is a steady state.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {

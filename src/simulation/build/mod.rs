@@ -324,7 +324,7 @@ impl Simulation<'_> {
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 
-    /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
+    /// What is left of it for a study on a larger frame, which resumes from `checkpoint`; the bodies and operators are dropped.
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }

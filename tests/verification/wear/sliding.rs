@@ -119,7 +119,7 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-material`: contact radius, pressure and depth in the middle and approach at τ = k p0 s / δ0 = 1, 10.
+/// Truth: `wear-sphere-elastic`: contact radius, pressure and depth in the middle and approach at τ = k p0 s / δ0 = 1, 10.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);

@@ -18,7 +18,7 @@ pub(super) const TASKS: usize = 16;
 const BLOCK: usize = 4;
 
 /// A floating-point type that is transformed.
-pub(crate) trait FftReal: FftNum {
+pub(in crate::bem::half_space) trait FftReal: FftNum {
     /// The nearest to a number.
     fn from_double(value: f64) -> Self;
     /// The number.
@@ -46,7 +46,7 @@ impl FftReal for f32 {
 }
 
 /// Plans whose convolutions go through columns of a spectrum.
-pub(crate) trait ConvolutionPlan<T: FftReal> {
+pub(in crate::bem::half_space) trait ConvolutionPlan<T: FftReal> {
     /// Work space.
     type Buffers: Send;
 
@@ -79,7 +79,7 @@ pub(crate) trait ConvolutionPlan<T: FftReal> {
 }
 
 /// The plans for a grid of `cells` padded with zeros to `padded`.
-pub(crate) struct PaddedGridPlan<T = f64> {
+pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
     /// Cells along x and y.
     pub(in crate::bem::half_space) cells: [usize; 2],
     /// Padded sizes, at least 2 cells - 1, products of small primes.
@@ -91,7 +91,7 @@ pub(crate) struct PaddedGridPlan<T = f64> {
 }
 
 /// Work space of a convolution of up to three components.
-pub(crate) struct PaddedGridBuffers<T = f64> {
+pub(in crate::bem::half_space) struct PaddedGridBuffers<T = f64> {
     /// `[ix][component][k_y]`
     rows: Vec<Complex<T>>,
     /// `[k_y][component][column_stride]`, cells ix first

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
-pub(crate) use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+pub(in crate::bem::half_space) use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
 use crate::cancel;
 

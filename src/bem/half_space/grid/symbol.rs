@@ -11,7 +11,7 @@ pub(super) const COUPLED: usize = 8;
 pub(super) const UNCOUPLED: usize = 4;
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(crate) fn multiply_coupled<T: FftReal>(
+pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; COUPLED],
     [x, y, n]: [&mut [Complex<T>]; 3],
@@ -29,7 +29,7 @@ pub(crate) fn multiply_coupled<T: FftReal>(
 }
 
 /// The same with vanishing xn and yn.
-pub(crate) fn multiply_uncoupled<T: FftReal>(
+pub(in crate::bem::half_space) fn multiply_uncoupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; UNCOUPLED],
     [x, y, n]: [&mut [Complex<T>]; 3],

@@ -123,8 +123,8 @@ impl PolygonMultipole {
         size_of_val(self.table.as_slice())
     }
 
-    /// Σ `weights` (`[count]`, powers of 1 / r included) times the functions in the direction of (x, y), y >= 0, up to
-    /// an order; adds to `values` `[components]`.
+    /// Σ `weights` (`[n_moments]`, powers of 1 / r included) times the functions in the direction of (x, y), y >= 0, up to
+    /// an order; adds to `values` `[n_components]`.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;

@@ -17,7 +17,7 @@ const TRUNCATION_TOLERANCE: f64 = 1e-14;
 
 /// An entry of the kernel: the part of the matrix that is even in the offset, or the odd, antisymmetric part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum KernelComponent {
+pub(in crate::bem::half_space) enum KernelComponent {
     /// xx, yy, nn, xy, xn, yn of the symmetric part.
     Even(usize),
     /// xy, xn, yn of the antisymmetric part.
@@ -196,7 +196,7 @@ impl RectangleExpansion {
     }
 
     /// The expansion of some components.
-    pub(crate) fn of(&self, components: &[KernelComponent]) -> RectangleExpansionTable {
+    pub(in crate::bem::half_space) fn of(&self, components: &[KernelComponent]) -> RectangleExpansionTable {
         let term =
             |m: usize| components.iter().map(move |component| self.planes[component.index()][m].clone());
         let functions: Vec<Vec<f64>> = (0..TERMS).flat_map(term).collect();
