@@ -45,13 +45,9 @@ pub struct CholeskyFactor {
     residual: f64,
 }
 
-/// Threads for the dense blocks: all, but one inside a parallel region. The bits are the same for any number.
+/// Threads of the current pool for fronts and dense blocks. The bits are the same for any number.
 fn parallelism() -> Par {
-    if rayon::current_thread_index().is_some() || rayon::current_num_threads() == 1 {
-        Par::Seq
-    } else {
-        Par::rayon(0)
-    }
+    if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
 
 fn out_of_memory() -> Error {
