@@ -32,6 +32,7 @@ mod study_orientations;
 mod study_parts;
 mod tools;
 mod mesh_mistakes;
+mod misleading;
 mod scenes;
 mod skips;
 mod truncated;

@@ -1,8 +1,10 @@
 //! Friction and wear laws with the fibre they take.
 
 use super::Resolver;
+use crate::geometry::Point;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
+use crate::mesh::faces::group_faces;
 use crate::scene::mean_material::mean_material_under_frame;
 use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
@@ -217,12 +219,49 @@ fn law_fibre(
             return None;
         }
     };
+    refuse_inclined_frame(r, ground, section)?;
     let body = if index == 0 { body1 } else { body2 };
     match (body.material().and_then(|elastic| elastic.fibre), body.as_fe()) {
         (Some(fibre), _) => Some(fibre),
         (None, Some(fe)) => fibre_under_frame(r, ground, section, index, fe),
         (None, None) => None,
     }
+}
+
+/// Refuses a contact frame that is curved or inclined: the tilt of a body's fibre is its angle to the plane z = 0, the law needs the
+/// angle to the contact surface. `None` if it was refused.
+fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str) -> Option<()> {
+    // What is wrong with the frame or the contact group is reported elsewhere.
+    let &FramePlan::Mesh { body, .. } = ground.frame? else { return Some(()) };
+    let meshed = ground.bodies[body].as_ref().and_then(BodyPlan::as_meshed)?;
+    let faces = group_faces(&meshed.mesh, &meshed.contact).ok()?;
+    let areas: Vec<Point> = faces.iter().map(|face| face.area_vector(&meshed.mesh)).collect();
+    let mean: Point = areas.iter().sum();
+    let angle = |a: &Point, b: &Point| a.cross(b).norm().atan2(a.dot(b)).to_degrees();
+    let spread = areas.iter().map(|area| angle(area, &mean)).fold(0.0, f64::max);
+    let inclination = angle(&mean, &(Point::z() * mean.z.signum()));
+    let what = if spread > MAX_NORMAL_SPREAD_DEG {
+        format!(
+            "its normals deviate by up to {spread:.1} degrees from their mean (limit: {MAX_NORMAL_SPREAD_DEG})"
+        )
+    } else if inclination > MAX_FRAME_INCLINATION_DEG {
+        format!(
+            "its mean normal is {inclination:.1} degrees away from z (limit: {MAX_FRAME_INCLINATION_DEG})"
+        )
+    } else {
+        return Some(());
+    };
+    let message = format!(
+        "{section}.law = \"frp\" would use one angle between fibre and contact surface, counted from the plane z = 0, \
+         but the contact frame is not such a plane: {what}"
+    );
+    let help = format!(
+        "give the angles to the contact surface, the same in all cells: {section}.fibre = {{ tilt = .., azimuth = .. }}; \
+         or use law \"{}\"",
+        if section == "wear" { "orthotropic" } else { "elliptic" }
+    );
+    r.report(&format!("{section}.law"), message, "frame is not a plane z = 0", help);
+    None
 }
 
 /// The mean fibre of a meshed body under the frame, refused where it varies.
@@ -260,6 +299,12 @@ fn fibre_under_frame(
     ));
     Some(fibre)
 }
+
+/// Largest angle (degrees) between a face of the frame and their mean at which one angle of the fibre still holds, as that of fibres.
+const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
+
+/// Largest angle (degrees) between the mean normal of the frame and z: what meshes of flat or symmetric surfaces are off.
+const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
 /// Largest angle (degrees) of a fibre from the mean that a law with one direction accepts.
 const MAX_FIBRE_SPREAD_DEG: f64 = 5.0;

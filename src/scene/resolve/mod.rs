@@ -7,6 +7,7 @@ mod compare;
 mod cycles;
 mod frame;
 mod friction_loads;
+mod initial_loads;
 mod interior_points;
 mod laws;
 mod load_points;
@@ -121,6 +122,9 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
+    if let (Some(laws), Some(steps)) = (&laws, &steps) {
+        r.notes.extend(initial_loads::friction_warnings(&bodies, &laws.friction, steps));
+    }
     rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());

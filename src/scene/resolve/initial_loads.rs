@@ -1,0 +1,47 @@
+//! Loads of the bodies themselves in scenes with friction.
+
+use crate::error::warning;
+use crate::evolution::step::Step;
+use crate::laws::friction::FrictionLaw;
+use crate::scene::plan::BodyPlan;
+
+/// Warnings where a body has loads or prescribed displacements of its own and a step has friction: they act in full before the first
+/// increment, so that the motion of the surface that they cause is no slip.
+pub(super) fn friction_warnings(
+    bodies: &[Option<BodyPlan>; 2],
+    friction: &FrictionLaw,
+    steps: &[Step],
+) -> Vec<String> {
+    if matches!(friction, FrictionLaw::None) || !steps.iter().any(|step| step.friction) {
+        return Vec::new();
+    }
+    let warn = |(index, body): (usize, &Option<BodyPlan>)| {
+        let loads = own_loads(body.as_ref()?);
+        (!loads.is_empty()).then(|| {
+            warning(&format!(
+                "{} of body{} act in full before contact: the surface motion that they cause is no slip and gets no friction. \
+                 Stick zones, slip and tangential forces do not contain their effect. Load the contact through body 2 (approach, \
+                 normal_force, shift), or use `friction = false`",
+                loads.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "),
+                index + 1
+            ))
+        })
+    };
+    bodies.iter().enumerate().filter_map(warn).collect()
+}
+
+/// Keys of the loads and of the prescribed displacements of a body that are not zero.
+fn own_loads(body: &BodyPlan) -> Vec<&'static str> {
+    let Some(meshed) = body.as_meshed() else { return Vec::new() };
+    let is_displaced = meshed.supports.iter().any(|support| {
+        support.values.iter().flatten().any(|value| *value != 0.0)
+            || support.gradient.iter().flatten().any(|slope| *slope != 0.0)
+    });
+    let found = [
+        ("pressure", meshed.pressures.iter().any(|(_, pressure)| *pressure != 0.0)),
+        ("traction", meshed.tractions.iter().any(|(_, traction)| *traction != [0.0; 3])),
+        ("body_force", meshed.body_force != [0.0; 3]),
+        ("displaced", is_displaced),
+    ];
+    found.into_iter().filter(|(_, acts)| *acts).map(|(key, _)| key).collect()
+}
