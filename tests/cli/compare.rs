@@ -94,7 +94,8 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     let bent = mesh.replace("-1 -1 0\n", "-1 -1 -0.1\n").replace("\n125 1 1 0\n", "\n125 1 1 -0.1\n");
     assert_ne!(bent, mesh);
     fs::write(curved.path().join("box.msh"), bent).unwrap();
-    let arguments = ["compare", "scene.toml", "--set", "frame={ kind = \"mesh\" }"];
+    let to_surface = "friction.fibre={ tilt = 30.0 }";
+    let arguments = ["compare", "scene.toml", "--set", "frame={ kind = \"mesh\" }", "--set", to_surface];
     let (code, text, errors) = orthowear(curved.path(), &arguments);
     assert_eq!(code, Some(0), "{errors}");
     assert!(text.contains("HS-rigid: the contact frame is curved"), "{text}");
