@@ -49,6 +49,8 @@ pub struct VariantResult {
 pub struct StepResult {
     /// Name of the step.
     pub name: String,
+    /// Motion of body 2 towards body 1 from first touch.
+    pub approach: f64,
     /// Force on body 1, compression positive.
     pub normal_force: f64,
     /// Tangential force on body 1 along the frame's x, y.
@@ -75,6 +77,7 @@ pub struct StepResult {
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
+    pub approach: Option<f64>,
     pub normal_force: Option<f64>,
     /// Length of the difference of the two forces.
     pub tangential_force: Option<f64>,
@@ -178,7 +181,7 @@ impl Comparison {
         let mut text = format!("{}\n", COLUMNS.join(","));
         for variant in &self.variants {
             for step in &variant.steps {
-                let differences = step.difference.map_or([None; 6], Difference::values);
+                let differences = step.difference.map_or([None; 7], Difference::values);
                 let numbers = step.numbers().map(|number| format!("{number:?}"));
                 let differences = differences.map(|d| d.map_or(String::new(), |d| format!("{d:?}")));
                 let name = step.name.replace('"', "\"\"");
@@ -191,7 +194,7 @@ impl Comparison {
 }
 
 /// Columns of `compare.csv`.
-const COLUMNS: [&str; 18] = [
+const COLUMNS: [&str; 20] = [
     "variant",
     "step",
     "normal_force",
@@ -204,12 +207,14 @@ const COLUMNS: [&str; 18] = [
     "cycles_done",
     "natural_residual",
     "seconds",
+    "approach",
     "normal_force_percent",
     "tangential_force_percent",
     "contact_area_percent",
     "stick_area_percent",
     "peak_pressure_percent",
     "worn_volume_percent",
+    "approach_percent",
 ];
 
 impl StepResult {
@@ -228,6 +233,7 @@ impl StepResult {
     fn new(record: &IncrementRecord) -> Self {
         Self {
             name: record.name.clone(),
+            approach: record.approach,
             normal_force: record.normal_force,
             tangential_force: record.tangential_force,
             contact_area: record.contact_area,
@@ -241,7 +247,7 @@ impl StepResult {
         }
     }
 
-    fn numbers(&self) -> [f64; 10] {
+    fn numbers(&self) -> [f64; 11] {
         let [qx, qy] = self.tangential_force;
         [
             self.normal_force,
@@ -254,6 +260,7 @@ impl StepResult {
             self.cycles_done as f64,
             self.natural_residual,
             self.seconds,
+            self.approach,
         ]
     }
 
@@ -264,6 +271,7 @@ impl StepResult {
         let sideways = rx.hypot(ry);
         let sideways = if sideways > 1e-7 * first.normal_force { sideways } else { 0.0 };
         Difference {
+            approach: percent(self.approach, first.approach),
             normal_force: percent(self.normal_force, first.normal_force),
             tangential_force: percent(sideways + (qx - rx).hypot(qy - ry), sideways),
             contact_area: percent(self.contact_area, first.contact_area),
@@ -275,7 +283,7 @@ impl StepResult {
 }
 
 impl Difference {
-    fn values(self) -> [Option<f64>; 6] {
+    fn values(self) -> [Option<f64>; 7] {
         [
             self.normal_force,
             self.tangential_force,
@@ -283,6 +291,7 @@ impl Difference {
             self.stick_area,
             self.peak_pressure,
             self.worn_volume,
+            self.approach,
         ]
     }
 }
@@ -304,5 +313,7 @@ mod tests {
         assert!((difference.normal_force.unwrap() - 10.0).abs() < 1e-12);
         assert!((difference.tangential_force.unwrap() - 125.0).abs() < 1e-12);
         assert_eq!(difference.worn_volume, None);
+        let at = |approach: f64| StepResult { approach, ..step(100.0, [0.0; 2]) };
+        assert!((at(0.03).difference_from(&at(0.02)).approach.unwrap() - 50.0).abs() < 1e-12);
     }
 }

@@ -10,6 +10,7 @@ mod controls;
 mod fretting;
 pub mod image;
 mod model;
+mod large_sliding;
 mod monotone;
 mod no_contact;
 pub mod omitted;

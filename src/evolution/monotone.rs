@@ -10,6 +10,7 @@ use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReferenc
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
+use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
@@ -425,6 +426,8 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         observer.increment_done(&record, &fields)?;
+        let frame = &self.prepared.model.frame;
+        self.result.warnings.extend(large_sliding_warning(frame, &record, &fields, &self.result.warnings));
         self.result.records.push(record);
         self.result.state = fields;
         Ok(())

@@ -69,3 +69,22 @@ fn own_loads_with_friction() {
     assert!(!said(load, &none).contains(warned));
     assert!(!said("", &[]).contains(warned));
 }
+
+/// Truth: Hertz: a rigid sphere of 20 mm pressed by 0.005 mm touches within sqrt(20 * 0.005) = 0.32 mm at most; 0.2 mm is more than a fifth
+/// of it, 0.002 mm is not.
+#[test]
+fn sliding_farther_than_the_contact_allows() {
+    let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
+    let said = |distance: &str| {
+        let set = format!("steps.shift.shift.distance={distance}");
+        let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--set", &set]);
+        assert_eq!(code, Some(0), "{text} {errors}");
+        text
+    };
+    let text = said("0.2");
+    assert!(
+        text.contains("WARNING: step \"shift\"") && text.contains("displaced tangentially by 0.2000"),
+        "{text}"
+    );
+    assert!(!said("0.002").contains("displaced tangentially"));
+}

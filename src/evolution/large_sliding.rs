@@ -1,0 +1,91 @@
+//! A warning where the surfaces slide by more than small sliding allows.
+
+use super::records::{FrameState, IncrementRecord};
+use crate::error::warning;
+use crate::frame::ContactFrame;
+use crate::geometry::Point;
+
+/// Tangential displacement of body 2 over the half-width of the contact along it, beyond which the result is not reliable: material points of
+/// one body then meet others than those that the model keeps opposite to them, with gaps that differ by the square of this share.
+const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
+
+/// What the warning says of every such step, by which it is found again.
+const WHAT: &str = "of the half-width of the contact along that motion";
+
+/// A warning if body 2 is displaced tangentially, at a reversal point or at the end of an increment, by more than a share of the half-width
+/// of the contact. `None` for steady rolling, without contact, without friction and wear, where the contact covers all of the frame along
+/// the motion (a line without ends), and where `earlier` has a warning of the step.
+pub(super) fn large_sliding_warning(
+    frame: &ContactFrame,
+    record: &IncrementRecord,
+    fields: &FrameState,
+    earlier: &[String],
+) -> Option<String> {
+    if record.rolling.is_some() || record.tangential_force == [0.0; 2] && record.worn_volume == 0.0 {
+        return None;
+    }
+    let shifts = record.stroke_ends.map_or([record.shift; 2], |ends| ends.map(|end| end.shift));
+    let [dx, dy] = shifts.into_iter().max_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])))?;
+    let distance = dx.hypot(dy);
+    if distance == 0.0 {
+        return None;
+    }
+    let direction: Point = (frame.axes.0.column(0) * dx + frame.axes.0.column(1) * dy) / distance;
+    let along = |cells: &mut dyn Iterator<Item = usize>| {
+        let places = cells.map(|cell| frame.centers[cell].dot(&direction));
+        places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let n = frame.n_cells();
+    let whole = along(&mut (0..n));
+    let contact = along(&mut (0..n).filter(|&cell| fields.status[cell] > 0));
+    if contact.0 > contact.1 || contact == whole {
+        return None;
+    }
+    let cell = (frame.areas.iter().sum::<f64>() / n as f64).sqrt();
+    let half_width = 0.5 * (contact.1 - contact.0 + cell);
+    let step = format!("step \"{}\" (", record.name);
+    let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));
+    (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width && !is_known()).then(|| {
+        warning(&format!(
+            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The surfaces do not move \
+             past each other in the model: the wear scar of the longer body comes out deeper and shorter than real. Keep the displacement \
+             below {:.0} %, or use wear volumes only",
+            record.increment,
+            100.0 * distance / half_width,
+            100.0 * MAX_SLIDING_OVER_HALF_WIDTH
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evolution::records::Resultants;
+
+    /// Truth: the half-width of the contact by its cells: 6 of 20 cells of 0.1 in contact along x are 0.3 to each side; along y all 4 cells are in
+    /// contact, a line without ends. The amplitude of a fretting cycle counts from its reversal points.
+    #[test]
+    fn displacements_against_the_half_width() {
+        let frame = ContactFrame::grid([1.0, 0.2], [20, 4], [0.0; 2], 0.0).unwrap();
+        let touching = |cell: usize| u8::from(frame.centers[cell].x.abs() < 0.26);
+        let status: Vec<u8> = (0..80).map(touching).collect();
+        let half_width = 0.3;
+        let fields = FrameState { status, ..FrameState::default() };
+        let record = |shift: [f64; 2]| IncrementRecord {
+            name: "press".to_owned(),
+            shift,
+            tangential_force: [1.0, 0.0],
+            ..IncrementRecord::default()
+        };
+        let warned = |record: &IncrementRecord| large_sliding_warning(&frame, record, &fields, &[]);
+        assert!(warned(&record([0.19 * half_width, 0.0])).is_none());
+        let text = warned(&record([-0.21 * half_width, 0.0])).expect("a warning");
+        assert!(text.starts_with("WARNING: step \"press\"") && text.contains("21 % of"), "{text}");
+        assert!(large_sliding_warning(&frame, &record([1.0, 0.0]), &fields, &[text]).is_none());
+        assert!(warned(&record([0.0, 5.0])).is_none());
+        let end = |x: f64| Resultants { shift: [x, 0.0], ..Resultants::default() };
+        let cycle = |x: f64| IncrementRecord { stroke_ends: Some([end(x), end(-x)]), ..record([0.0; 2]) };
+        assert!(warned(&cycle(0.19 * half_width)).is_none() && warned(&cycle(0.21 * half_width)).is_some());
+        assert!(warned(&record([0.0; 2])).is_none());
+    }
+}
