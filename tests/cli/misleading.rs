@@ -1,5 +1,6 @@
 //! Situations in which a result would mislead: refused, or warned of.
 
+use std::fs;
 use std::path::Path;
 
 use super::materials::{folder, orthowear};
@@ -36,6 +37,36 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
+/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees, so that a tilt from z = 0 is not that to
+/// the surface.
+#[test]
+fn frp_laws_on_an_inclined_plane() {
+    let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
+    let path = folder.path().join("box.msh");
+    let mesh = fs::read_to_string(&path).unwrap();
+    let (before, rest) = mesh.split_once("$Nodes\n125\n").unwrap();
+    let (nodes, after) = rest.split_once("$EndNodes").unwrap();
+    let sheared: String = nodes
+        .lines()
+        .map(|line| {
+            let [number, x, y, z]: [f64; 4] =
+                line.split_whitespace().map(|n| n.parse().unwrap()).collect::<Vec<_>>().try_into().unwrap();
+            format!("{number} {x} {y} {}\n", z + 0.05 * x)
+        })
+        .collect();
+    fs::write(&path, format!("{before}$Nodes\n125\n{sheared}$EndNodes{after}")).unwrap();
+    let check = |overrides: &[&str]| {
+        let mut arguments = vec!["check", "scene.toml", "--set", "frame={ kind = \"mesh\" }"];
+        overrides.iter().for_each(|line| arguments.extend(["--set", line]));
+        let (code, text, errors) = orthowear(folder.path(), &arguments);
+        (code, (text + &errors).split_whitespace().collect::<Vec<_>>().join(" "))
+    };
+    let (code, text) = check(&[]);
+    assert!(code == Some(2) && text.contains("mean normal is 2.9 degrees away from z"), "{code:?} {text}");
+    let (code, text) = check(&["friction.fibre={ tilt = 2.862 }"]);
+    assert_eq!(code, Some(0), "{text}");
+}
+
 /// Truth: a mesh frame that is plane, or the cap of a sphere of 50 mm over 1.2 mm (1.4 degrees), has one angle to the fibre.
 #[test]
 fn frp_laws_on_nearly_plane_mesh_frames() {
@@ -62,10 +93,16 @@ fn own_loads_with_friction() {
     };
     let warned = "act in full before contact";
     let text = said(load, &[]);
-    assert!(text.contains("WARNING: `pressure` of body1 act") && text.contains("no slip"), "{text}");
+    assert!(
+        text.contains("WARNING: body1 has loads of its own (`pressure`)") && text.contains("no slip"),
+        "{text}"
+    );
     let text =
         said("", &["body1.fixed=[]", "body1.displaced=[{ group = \"base\", value = [0.0, 0.0, 0.001] }]"]);
-    assert!(text.contains("WARNING: `displaced` of body1") && text.contains(warned), "{text}");
+    assert!(
+        text.contains("WARNING: body1 has loads of its own (`displaced`)") && text.contains(warned),
+        "{text}"
+    );
     assert!(!said(load, &none).contains(warned));
     assert!(!said("", &[]).contains(warned));
 }

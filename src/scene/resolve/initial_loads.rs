@@ -19,11 +19,11 @@ pub(super) fn friction_warnings(
         let loads = own_loads(body.as_ref()?);
         (!loads.is_empty()).then(|| {
             warning(&format!(
-                "{} of body{} act in full before contact: the surface motion that they cause is no slip and gets no friction. \
-                 Stick zones, slip and tangential forces do not contain their effect. Load the contact through body 2 (approach, \
+                "body{} has loads of its own ({}), which act in full before contact: the deformation of the surface that they cause is no slip. \
+                 Stick zones, slip and tangential forces do not contain its effect. Load the contact through body 2 (approach, \
                  normal_force, shift), or use `friction = false`",
-                loads.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "),
-                index + 1
+                index + 1,
+                loads.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ")
             ))
         })
     };
