@@ -119,3 +119,8 @@ pub fn format_number(x: f64) -> String {
 pub fn format_point(x: &[f64; 3]) -> String {
     format!("({}, {}, {})", format_number(x[0]), format_number(x[1]), format_number(x[2]))
 }
+
+/// A direction in messages: the components of a unit vector to three digits, (x, y, z).
+pub fn format_direction(unit: &Point) -> String {
+    format_point(&[0, 1, 2].map(|k| (1e3 * unit[k]).round() / 1e3 + 0.0))
+}

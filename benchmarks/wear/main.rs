@@ -50,7 +50,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
     let mut runs = Vec::new();
     for _ in 0..repeats {
-        let study = simulation::build(&plan, &mut |_, _| {}, &AtomicBool::new(false))
+        let study = simulation::build(&plan, &mut |_| {}, &AtomicBool::new(false))
             .map_err(|failure| failure.error.to_string())?
             .ok_or("interrupted")?;
         let result = study.run(&mut Silent).map_err(|error| error.to_string())?;

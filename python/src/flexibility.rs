@@ -22,7 +22,7 @@ pub struct Flexibility {
 
 /// The model of a plan, with the rows of all cells; `None` if it was stopped.
 fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, SceneError> {
-    let Some(study) = simulation::build(plan, &mut |_, _| {}, stop)? else { return Ok(None) };
+    let Some(study) = simulation::build(plan, &mut |_| {}, stop)? else { return Ok(None) };
     let model = study.into_model();
     let cells = model.flexibility.unformed_cells();
     if !cells.is_empty() {

@@ -11,6 +11,7 @@ use orthowear::error::{Error, Result};
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use orthowear::frame::ContactFrame;
 use orthowear::output::output_dir::OutputDir;
+use orthowear::output::recorder::ProgressEvent;
 use orthowear::output::summary::Summary;
 use orthowear::scene::Plan;
 use orthowear::simulation::SceneError;
@@ -113,8 +114,8 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     let failure = match begun {
         Err(error) => Some(SceneError { error, key: String::new() }),
         Ok((output, checkpoints)) => {
-            let on_progress = &mut |stage: &str, done, residual| {
-                if progress {
+            let on_progress = &mut |event: ProgressEvent| {
+                if let (true, ProgressEvent::Stage(stage, done, residual)) = (progress, event) {
                     line.send(Message::Progress(stage.to_owned(), done, residual));
                 }
             };

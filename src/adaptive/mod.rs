@@ -28,6 +28,9 @@ const PATH_TOLERANCE_SHARE: f64 = 0.3;
 const MIN_RUNS_PER_PARAMETER: usize = 3;
 const UNCHANGED_SHARE: f64 = 0.05;
 
+/// Changes of a value that do not shrink, one after the other, from which on it counts as one that does not converge.
+const MAX_GROWING_CHANGES: usize = 3;
+
 /// A run with what the estimates need of it.
 #[derive(Debug, Clone)]
 struct MeasuredRun {
@@ -147,6 +150,73 @@ impl<'p> AccuracySearch<'p> {
             }
             self.refinements.push(vec![number]);
         }
+        if let Some(value) = self.diverging_value() {
+            self.stop_reason = Some(self.divergence_message(value));
+        }
+    }
+
+    /// The value, if any, whose changes have not shrunk in [`MAX_GROWING_CHANGES`] rounds, one after the other and all in one direction, and are larger
+    /// than what is allowed.
+    fn diverging_value(&self) -> Option<usize> {
+        let index = self.refinements.len().checked_sub(1)?;
+        let refinement = &self.refinements[index];
+        let first = refinement.len().checked_sub(MAX_GROWING_CHANGES + 1)?;
+        let last = self.samples.last()?;
+        (0..last.values.len()).find(|&value| {
+            let (_, values) = self.convergence_data(&refinement[first..], self.knobs[index], value);
+            let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let grows = |pair: &[f64]| pair[0] * pair[1] > 0.0 && pair[1].abs() >= pair[0].abs();
+            let scale = last.values[value].scale;
+            changes.windows(2).all(grows)
+                && changes[0].abs() > self.allowed(index, value) * scale
+                && scale > 0.0
+        })
+    }
+
+    fn divergence_message(&self, value: usize) -> String {
+        let found = &self.samples[self.samples.len() - 1].values[value];
+        let before = &self.samples[self.samples.len() - 2].values[value];
+        let rest: Vec<String> = self
+            .spec
+            .quantities
+            .iter()
+            .filter(|quantity| {
+                let values = &self.samples[self.samples.len() - 1].values;
+                **quantity != found.quantity && values.iter().any(|value| value.quantity == **quantity)
+            })
+            .map(|quantity| format!("\"{}\"", quantity.key()))
+            .collect();
+        let remedy = if rest.is_empty() {
+            "ask for the accuracy of another quantity (accuracy.of)".to_owned()
+        } else {
+            format!("leave it out with accuracy.of = [{}]", rest.join(", "))
+        };
+        format!(
+            "{} of step \"{}\" does not converge: its change has not shrunk in {MAX_GROWING_CHANGES} rounds and was {:.1} % in the last, as at a sharp edge; \
+             {remedy}",
+            found.name,
+            found.step,
+            100.0 * (found.value - before.value).abs() / found.scale
+        )
+    }
+
+    /// What the last run has shown: the largest estimated error by what is refined now.
+    pub fn round_message(&self) -> Option<String> {
+        let index = self.refinements.len().checked_sub(1)?;
+        let (refinement, knob) = (&self.refinements[index], self.knobs[index]);
+        let last = self.samples.last()?;
+        let errors = self.errors(refinement, knob, &last.levels)?;
+        let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]))?;
+        let value = &last.values[worst];
+        Some(format!(
+            "{}: largest estimated error by {} {:.1e} ({} of step \"{}\"), {:.1e} requested",
+            self.describe(&last.levels),
+            knob.label(),
+            errors[worst],
+            value.name,
+            value.step,
+            self.spec.relative
+        ))
     }
 
     /// Hears that a run failed: finer ones are not tried. False if there is none to fall back on.

@@ -7,6 +7,7 @@ use crate::adaptive::{AccuracySearch, Levels, NextRun};
 use crate::error::exit;
 use crate::evolution::records::IncrementRecord;
 use crate::output::output_dir::OutputDir;
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::scene::Plan;
 use crate::scene::spec::solver::Output;
@@ -101,8 +102,7 @@ impl AccuracyRun<'_, '_, '_> {
         let search = &mut self.search;
         let words = search.describe(&levels);
         let shown = &mut *self.job.on_progress;
-        let on_progress =
-            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let on_progress = &mut |event: ProgressEvent| show_of_round(shown, &words, event);
         let started = Instant::now();
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             if summary.status == Status::Converged {
@@ -119,8 +119,12 @@ impl AccuracyRun<'_, '_, '_> {
             shared_work: SharedWork::default(),
             on_end: &mut complete,
         };
-        match run_simulation(&plan, None, &mut own, job) {
-            Ok(exit::DONE) => Ended::Converged,
+        let ended = run_simulation(&plan, None, &mut own, job);
+        match ended {
+            Ok(exit::DONE) => {
+                self.show_estimate();
+                Ended::Converged
+            }
             Ok(exit::INTERRUPTED) => Ended::Interrupted,
             Ok(_) => Ended::Failed(own.reason.unwrap_or_default()),
             Err(failure) => Ended::Failed(failure.error.to_string()),
@@ -147,8 +151,7 @@ impl AccuracyRun<'_, '_, '_> {
         let search = &mut self.search;
         let words = search.describe(&levels);
         let shown = &mut *self.job.on_progress;
-        let on_progress =
-            &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
+        let on_progress = &mut |event: ProgressEvent| show_of_round(shown, &words, event);
         let started = Instant::now();
         let mut written = false;
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
@@ -176,7 +179,27 @@ impl AccuracyRun<'_, '_, '_> {
         };
         let code = run_simulation(&plan, output, self.summary, job);
         self.written = written.then_some(levels);
+        if !again && self.search.last() == Some(levels) {
+            self.show_estimate();
+        }
         code
+    }
+
+    /// Shows what the last run says of the errors.
+    fn show_estimate(&mut self) {
+        if let Some(text) = self.search.round_message() {
+            (self.job.on_progress)(ProgressEvent::Message(&text));
+        }
+    }
+}
+
+/// Shows an event of a run with the words that say which run it is.
+fn show_of_round(show: &mut (dyn FnMut(ProgressEvent) + Send), words: &str, event: ProgressEvent) {
+    match event {
+        ProgressEvent::Stage(stage, done, residual) => {
+            show(ProgressEvent::Stage(&format!("{words}: {stage}"), done, residual));
+        }
+        ProgressEvent::Message(text) => show(ProgressEvent::Message(&format!("{words}: {text}"))),
     }
 }
 

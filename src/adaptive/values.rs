@@ -19,6 +19,8 @@ pub(super) struct TargetValue {
     pub step: String,
     /// What it is, as in `summary.steps`.
     pub name: &'static str,
+    /// The quantity that it belongs to.
+    pub quantity: AccuracyQuantity,
     /// The value.
     pub value: f64,
     /// What its error is relative to; 0 if there is nothing.
@@ -91,7 +93,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
         // All of the punch touches, so that its outline is the edge of the contact.
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
-        let mut push = |name: &'static str, value: f64, scale: f64| {
+        let mut push = |quantity: AccuracyQuantity, name: &'static str, value: f64, scale: f64| {
             let step = step.name.clone();
             let area_power = match name {
                 _ if !flat => 0.0,
@@ -100,9 +102,10 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
                 _ => 0.0,
             };
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            found.push(TargetValue { step, name, value, scale, area_power, fills_outline: flat });
+            found.push(TargetValue { step, name, quantity, value, scale, area_power, fills_outline: flat });
         };
         if wanted.contains(&AccuracyQuantity::Load) {
+            let load = AccuracyQuantity::Load;
             let [qx, qy] = record.tangential_force;
             let [sx, sy] = record.shift;
             let force = record.normal_force.hypot(qx).hypot(qy);
@@ -110,20 +113,24 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             let touches = record.contact_area > 0.0;
             let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
             match held.normal_force {
-                true => push("approach", record.approach, if touches { record.approach.abs() } else { 0.0 }),
-                false => push("normal_force", record.normal_force, force),
+                true => {
+                    push(load, "approach", record.approach, if touches { record.approach.abs() } else { 0.0 })
+                }
+                false => push(load, "normal_force", record.normal_force, force),
             }
             match held.tangential_force {
-                true => [("shift x", sx), ("shift y", sy)].map(|(name, value)| push(name, value, motion)),
+                true => {
+                    [("shift x", sx), ("shift y", sy)].map(|(name, value)| push(load, name, value, motion))
+                }
                 false => [("tangential_force x", qx), ("tangential_force y", qy)]
-                    .map(|(name, value)| push(name, value, force)),
+                    .map(|(name, value)| push(load, name, value, force)),
             };
         }
         if wanted.contains(&AccuracyQuantity::PeakPressure) {
-            push("peak_pressure", record.peak_pressure, record.peak_pressure);
+            push(AccuracyQuantity::PeakPressure, "peak_pressure", record.peak_pressure, record.peak_pressure);
         }
         if wanted.contains(&AccuracyQuantity::WornVolume) && plan.wear != WearLaw::None {
-            push(WORN, record.worn_volume, record.worn_volume);
+            push(AccuracyQuantity::WornVolume, WORN, record.worn_volume, record.worn_volume);
         }
     }
     for name in found.iter().map(|value| value.name).collect::<Vec<_>>() {

@@ -224,6 +224,7 @@ impl ElasticBody for FeBody {
             faces: &self.faces,
             side: self.side,
             mean_heights: self.heights.clone(),
+            curved_gap: false,
         })
     }
 

@@ -36,8 +36,9 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     let n = record.runs.len();
     let plural = if n == 1 { "run" } else { "runs" };
     let of = record.quantities.join(", ");
+    let reason = record.reason.as_ref().map(|reason| format!("\n{reason}\n")).unwrap_or_default();
     format!(
-        "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}\n{}",
+        "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}{reason}\n{}",
         record.requested,
         align_columns(&rows)
     )

@@ -17,6 +17,7 @@ use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::output::output_dir::{OutputDir, file_error, write_atomically};
 use crate::output::peak_memory::{peak_bytes, restart_peak};
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::output::vtu::pvd_collection;
 use crate::report::remove_stale_report;
@@ -158,8 +159,11 @@ impl VariantRunner<'_> {
         let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
         summary.warnings.extend(variant.warnings.iter().cloned());
         let mut ends = StepEndStates::default();
-        let on_progress = &mut |stage: &str, done, residual| {
-            self.progress.show(&format!("{label} {stage}"), done, residual);
+        let on_progress = &mut |event: ProgressEvent| match event {
+            ProgressEvent::Stage(stage, done, residual) => {
+                self.progress.show(&format!("{label} {stage}"), done, residual);
+            }
+            ProgressEvent::Message(text) => self.progress.message(&format!("{label}: {text}")),
         };
         let job = RunOptions {
             frame: Some(self.frame),

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::to_stderr;
+use crate::output::recorder::ProgressEvent;
 
 /// Stages shorter than this leave no line where there is no terminal.
 const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
@@ -65,6 +66,23 @@ impl ProgressDisplay {
         let residual =
             residual.filter(|r| r.is_finite()).map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
         bar.set_message(format!("{left}{residual}"));
+    }
+
+    /// Shows an event of a run.
+    pub fn on_event(&mut self, event: ProgressEvent) {
+        match event {
+            ProgressEvent::Stage(name, fraction, residual) => self.show(name, fraction, residual),
+            ProgressEvent::Message(text) => self.message(text),
+        }
+    }
+
+    /// Prints a line that stays.
+    pub fn message(&mut self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(text),
+            None if self.lines => to_stderr(&format!("{text}\n")),
+            None => {}
+        }
     }
 
     /// Ends the current stage with a line if it was long.

@@ -103,7 +103,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
             Err(error) => return print_error(&error),
         };
     let mut progress = ProgressDisplay::new(arguments.quiet);
-    let study = match simulation::build(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
+    let study = match simulation::build(&plan, &mut |event| progress.on_event(event), stop) {
         Ok(Some(study)) => study,
         Ok(None) => return exit::INTERRUPTED,
         Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary, Units};
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
@@ -58,7 +59,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     }
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let mut nobody = NullObserver;
-    let on_progress = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
+    let on_progress = &mut |event: ProgressEvent| progress.on_event(event);
     let on_end = &mut keep_files;
     let job = RunOptions {
         frame: None,

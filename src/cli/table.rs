@@ -29,6 +29,9 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     text
 }
 
+/// What the line of a step with cycles shows.
+const REVERSAL_NOTE: &str = "steps with cycles: values at the + reversal point of the last cycle (approach: mean of both reversal points)\n";
+
 /// Columns that only some runs have.
 #[derive(Clone, Copy)]
 struct OptionalColumns {
@@ -53,8 +56,9 @@ pub(super) fn results(summary: &Summary) -> String {
         rotations: last.iter().any(|record| record.rotation != [0.0; 2] || record.twist != 0.0),
     };
     let mut rows = header_rows(&summary.units, optional);
-    rows.extend(last.iter().map(|record| row(record, optional)));
-    align_columns(&rows)
+    rows.extend(last.iter().map(|record| row(&record.at_plus_reversal(), optional)));
+    let note = if last.iter().any(|record| record.stroke_ends.is_some()) { REVERSAL_NOTE } else { "" };
+    align_columns(&rows) + note
 }
 
 /// Peaks of each body in its last entry, and where to refine; empty where no stress was recovered.

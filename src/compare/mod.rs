@@ -155,5 +155,6 @@ fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, 
             *heights = Some(face_map(meshed, index, frame)?.mean_heights(frame, &meshed.mesh));
         }
     }
-    Ok(GapShape::PerCell(surface_distances(plan, frame, heights, &choose_near_fields(plan, frame)?)?))
+    let gap = surface_distances(plan, frame, heights, &choose_near_fields(plan, frame)?)?;
+    Ok(GapShape::PerCell(gap.distance))
 }

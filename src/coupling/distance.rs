@@ -1,7 +1,8 @@
 //! The initial gap between two meshed surfaces, and bodies that overlap before they are pressed together.
 
 use crate::error::{Error, Result};
-use crate::frame::{ContactFrame, MeshedSurface, first_touch};
+use crate::frame::{ContactFrame, MeshedSurface, edge_sagittas, first_touch};
+use crate::geometry::Point;
 
 /// Cells whose normal has less than this share of the largest component along the frame's n do not say where the
 /// surfaces first touch: there a small error of the meshes is a large motion.
@@ -13,36 +14,56 @@ const MIN_STEEP_COSINE: f64 = 0.05;
 /// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Mean distance of the undeformed surfaces over each cell, along its normal, `[N]`, mm, with body 2 at the first touch;
+/// Share of the largest sagitta of a surface's edges by which its curved shape may be wrong between its nodes.
+const CURVED_SHAPE_ERROR: f64 = 0.01;
+
+/// Overlaps below this share of the cells' mean side are rounding.
+const ROUNDING_SHARE: f64 = 1e-6;
+
+/// The initial gap between two meshed surfaces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshedGap {
+    /// Mean distance over each cell, along its normal, with body 2 at the first touch, `[N]`, mm.
+    pub distance: Vec<f64>,
+    /// Motion of body 2 towards body 1 along the frame's n, from where it is meshed to the first touch, mm; negative where the meshes
+    /// overlap.
+    pub closing_motion: f64,
+}
+
+/// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch;
 /// `None` is the plane through the global origin across the frame's n.
 ///
 /// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d / n_I.n,
 /// point by point, in the cells that look along n ([`first_touch`]). The means of a condensed mesh are those of the faces as
 /// they are: the displacement of its contact surface is averaged with the same shape functions, and where it follows a curved
-/// surface its nodes do. Those of a body with the near field of a half-space are bowed ([`MeshedSurface::curved_heights`]).
+/// surface its nodes do. Those of a body with the near field of a half-space follow the curvature of the surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
-/// If the bodies overlap as they are meshed, or no motion along n separates them, or a plane is to meet cells that do
-/// not look at it.
-pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<Vec<f64>> {
+/// If the bodies overlap by more than the error of curved faces and that motion does not remove the overlap (an interference fit), no
+/// motion along n separates them, or a plane is to meet cells that do not look at it.
+pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<MeshedGap> {
     let n = frame.axes.normal();
     let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
     if surfaces.iter().any(Option::is_none) {
         refuse_steep(frame, &cosines)?;
     }
-    let [lower, upper] = surfaces.map(|surface| surface.map(|surface| surface.mean_heights.as_slice()));
-    let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
-    let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
-    let distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
+    let heights = surfaces.map(|surface| {
+        surface.map(|surface| {
+            if surface.curved_gap { surface.curved_heights(frame) } else { surface.mean_heights.clone() }
+        })
+    });
+    let distance = distances(frame, &cosines, heights.each_ref().map(Option::as_deref));
     let moved =
         |by: f64| -> Vec<f64> { distance.iter().zip(&cosines).map(|(d, cosine)| d - by * cosine).collect() };
-    let deepest = |values: &[f64]| -values.iter().copied().fold(f64::INFINITY, f64::min);
     let mut first = first_touch(frame, surfaces, MIN_FACING_COSINE);
     if !first.is_finite() {
         return Err(Error::input(
             "no cell of the contact frame looks along its n, so that body 2 cannot be moved towards body 1: turn \
              frame.normal from body 1 to body 2",
         ));
+    }
+    if first < 0.0 {
+        refuse_interference(frame, (&cosines, first), surfaces)?;
     }
     if deepest(&moved(first)) > tolerance(frame) {
         first = first_touch(frame, surfaces, MIN_STEEP_COSINE);
@@ -52,7 +73,63 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
         refuse_overlap(frame, &distance, deepest(&touching), Overlap::EveryPosition)?;
     }
     refuse_overlap(frame, &distance, -first, Overlap::InitialPosition)?;
-    Ok(touching)
+    Ok(MeshedGap { distance: touching, closing_motion: first })
+}
+
+/// Distances over the cells of surfaces with the given mean heights, `[N]`, mm; `None` is the plane through the global origin.
+fn distances(frame: &ContactFrame, cosines: &[f64], heights: [Option<&[f64]>; 2]) -> Vec<f64> {
+    let n = frame.axes.normal();
+    let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
+    let [lower, upper] =
+        heights.map(|heights| move |cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]));
+    (0..frame.n_cells()).map(|cell| upper(cell) - lower(cell)).collect()
+}
+
+/// The largest overlap among distances, mm; negative where all are open.
+fn deepest(distances: &[f64]) -> f64 {
+    -distances.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Refuses an overlap of the curved surfaces that is left where the motion to the first touch would end: surfaces that enclose one another
+/// overlap on their flanks, too, and are pressed together wherever body 2 is.
+fn refuse_interference(
+    frame: &ContactFrame,
+    (cosines, first): (&[f64], f64),
+    surfaces: [Option<&MeshedSurface>; 2],
+) -> Result<()> {
+    let curved = surfaces.map(|surface| surface.map(|surface| surface.curved_heights(frame)));
+    let meshed = distances(frame, cosines, curved.each_ref().map(Option::as_deref));
+    let moved: Vec<f64> = meshed.iter().zip(cosines).map(|(d, cosine)| d - first * cosine).collect();
+    let (overlap, left) = (deepest(&meshed), deepest(&moved));
+    let shape_error: f64 = surfaces.into_iter().flatten().map(shape_error).sum();
+    if overlap.min(left) <= shape_error + ROUNDING_SHARE * mean_side(frame) {
+        return Ok(());
+    }
+    let count = meshed.iter().filter(|distance| **distance < 0.0).count();
+    Err(Error::input(format!(
+        "the contact surfaces overlap by up to {overlap:.6} in {count} of {} cells, and moving body 2 along n by {:.6} to the first touch \
+         leaves {left:.6}: this is an interference fit, which is not available; mesh body 2 without the interference, or apart from body 1 \
+         along n if it is to be pressed onto its flanks",
+        meshed.len(),
+        -first
+    )))
+}
+
+/// What is uncertain of a curved surface between the nodes of its mesh, mm.
+fn shape_error(surface: &MeshedSurface) -> f64 {
+    let edges = edge_sagittas(surface.mesh, surface.faces).into_iter().flatten().flatten();
+    let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
+    let point = |node: usize| Point::from(surface.mesh.points[node]);
+    // The edge from corner i has its middle node, if any, at n + i.
+    let sagitta = |nodes: &[usize], n: usize, i: usize| {
+        (point(nodes[n + i]) - 0.5 * (point(nodes[i]) + point(nodes[(i + 1) % n]))).norm()
+    };
+    let quadratic = surface.faces.iter().filter(|face| face.kind.n_nodes() >= 2 * face.kind.n_corners());
+    let sagittas = quadratic.flat_map(|face| {
+        let n = face.kind.n_corners();
+        (0..n).map(move |i| sagitta(&face.nodes, n, i))
+    });
+    flat.chain(sagittas.map(|sagitta| CURVED_SHAPE_ERROR * sagitta)).fold(0.0, f64::max)
 }
 
 /// A plane has no distance from cells that are perpendicular to it or look away.
@@ -74,9 +151,14 @@ enum Overlap {
     EveryPosition,
 }
 
+/// Mean side of the cells, mm.
+fn mean_side(frame: &ContactFrame) -> f64 {
+    (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt()
+}
+
 /// Overlap that is taken for the difference between faces and the curved surface, mm.
 fn tolerance(frame: &ContactFrame) -> f64 {
-    OVERLAP_TOLERANCE_CELLS * (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt()
+    OVERLAP_TOLERANCE_CELLS * mean_side(frame)
 }
 
 /// Refuses a `depth` of penetration beyond what curved faces explain.
@@ -85,7 +167,7 @@ fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Over
     if depth <= tolerance {
         return Ok(());
     }
-    let side = tolerance / OVERLAP_TOLERANCE_CELLS;
+    let side = mean_side(frame);
     let cell = (0..distance.len()).fold(0, |best, i| if distance[i] < distance[best] { i } else { best });
     let x = frame.centers[cell];
     let count = distance.iter().filter(|d| **d < 0.0).count();

@@ -20,7 +20,7 @@ use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
-pub use distance::mesh_distance;
+pub use distance::{MeshedGap, mesh_distance};
 
 /// How the equations of the bodies and of the frame are brought together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -236,14 +236,9 @@ pub fn surface_distance(
     body1: &dyn ElasticBody,
     body2: &dyn ElasticBody,
 ) -> Result<Vec<f64>> {
-    let mut surfaces = [body1.surface(), body2.surface()];
+    let surfaces = [body1.surface(), body2.surface()];
     if gap.shape != GapShape::Mesh || surfaces.iter().all(Option::is_none) {
         return gap.evaluate(frame);
     }
-    for (surface, body) in surfaces.iter_mut().zip([body1, body2]) {
-        if let (Some(surface), Hybrid(_)) = (surface, body.equations()) {
-            surface.mean_heights = surface.curved_heights(frame);
-        }
-    }
-    mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))
+    Ok(mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))?.distance)
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
 use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, warning};
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use crate::evolution::large_sliding::large_sliding_warning;
@@ -406,11 +406,16 @@ impl Run<'_> {
         }
         let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
-            let note = format!(
-                "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \
-                 the frame",
+            let larger = if self.prepared.model.frame.grid.is_some() {
+                "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
+            } else {
+                "take more faces into the contact groups"
+            };
+            let note = warning(&format!(
+                "step \"{}\" ({}): the contact reaches the edge of the frame, beyond which the bodies continue: it is cut off there, and loads and \
+                 pressures are wrong; {larger}",
                 record.name, record.increment
-            );
+            ));
             // Strokes have no entry of their own.
             if !self.result.warnings.contains(&note) {
                 self.result.warnings.push(note);

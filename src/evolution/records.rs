@@ -89,7 +89,7 @@ pub struct IncrementRecord {
     pub stick_area: f64,
     /// Largest cell pressure, MPa.
     pub peak_pressure: f64,
-    /// Whether a cell on the rim of the frame carries pressure.
+    /// Whether a cell on an edge of the frame beyond which the bodies continue carries pressure.
     pub contact_touches_edge: bool,
     /// Worn volume of both bodies since the start, mm3.
     pub worn_volume: f64,
@@ -131,6 +131,25 @@ pub struct IncrementRecord {
     /// Creepages of a step of rolling.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rolling: Option<RollingRecord>,
+}
+
+impl IncrementRecord {
+    /// The entry with the shift, rotation, forces, areas and peak of a cycle at its + reversal point, in place of means; the approach stays the mean.
+    pub fn at_plus_reversal(&self) -> Self {
+        let Some([plus, _]) = self.stroke_ends else { return self.clone() };
+        Self {
+            shift: plus.shift,
+            rotation: plus.rotation,
+            twist: plus.twist,
+            normal_force: plus.normal_force,
+            tangential_force: plus.tangential_force,
+            moment: plus.moment,
+            contact_area: plus.contact_area,
+            stick_area: plus.stick_area,
+            peak_pressure: plus.peak_pressure,
+            ..self.clone()
+        }
+    }
 }
 
 /// A fretting cycle resolved into many increments, without wear.

@@ -113,7 +113,7 @@ pub(super) fn resultants(
     result
 }
 
-/// Whether a cell on the rim of the frame carries pressure at any end.
+/// Whether a cell on an edge of the frame beyond which the bodies continue carries pressure at any end.
 pub(super) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
     let n = prepared.n();
     (0..it.rigid_motion.len())

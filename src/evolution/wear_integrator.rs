@@ -127,7 +127,7 @@ pub(super) struct WearJump {
     pub volume_error: f64,
     /// The second stage of SDIRK2 wore past the end of contact.
     pub lost_contact: bool,
-    /// Contact was at the rim of the frame in some stage.
+    /// Contact was at the edge of the frame in some stage.
     pub reaches_frame_edge: bool,
 }
 

@@ -70,6 +70,7 @@ impl ContactFrame {
         self.polygons.iter_mut().for_each(|polygons| only(polygons, kept));
         self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
         self.symmetry_planes.iter_mut().for_each(|planes| only(planes, kept));
+        self.body_ends.iter_mut().for_each(|ends| only(ends, kept));
         self.n_excluded += all - self.n_cells();
         self
     }
@@ -145,6 +146,7 @@ impl FrameBuilder {
             grid_indices: None,
             n_excluded: 0,
             symmetry_bounds: [false; 3],
+            body_ends: None,
             candidates: None,
             symmetry_planes: on_planes.then_some(self.planes),
         }

@@ -58,6 +58,7 @@ impl ContactFrame {
             candidates: None,
             symmetry_planes: None,
             symmetry_bounds: [false; 3],
+            body_ends: None,
         }
     }
 }

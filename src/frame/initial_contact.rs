@@ -36,6 +36,8 @@ pub struct MeshedSurface<'a> {
     pub side: Side,
     /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
     pub mean_heights: Vec<f64>,
+    /// Whether the gap is that of the curved surface its flat faces stand for ([`MeshedSurface::curved_heights`]), not of the faces.
+    pub curved_gap: bool,
 }
 
 /// The faces of a body, bowed as the surface they stand for.

@@ -80,6 +80,8 @@ pub struct ContactFrame {
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
     /// Which of the global axes x, y, z are normal to a plane of symmetry of both bodies at which the frame ends.
     pub symmetry_bounds: [bool; 3],
+    /// Cells at edges of the frame at which a body ends, too, so that contact is not cut off there, `[N]`; `None` where there are none.
+    pub body_ends: Option<Vec<bool>>,
 }
 
 impl ContactFrame {
@@ -174,18 +176,22 @@ impl ContactFrame {
         })
     }
 
-    /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`;
-    /// where the frame repeats itself there is none.
+    /// Whether each cell lies on an edge of the frame beyond which both bodies continue: some edge of it belongs to no other cell, `[N]`;
+    /// where the frame repeats itself, and where a body ends, there is none.
     pub fn edge_cells(&self) -> Vec<bool> {
-        match (self.grid, &self.grid_indices) {
+        let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),
             // The edge of the grid; that of an outline is none.
             (Some(grid), Some(places)) => {
-                let rim = grid.edge_cells();
-                places.iter().map(|&place| rim[place]).collect()
+                let all = grid.edge_cells();
+                places.iter().map(|&place| all[place]).collect()
             }
             (None, _) => edges::edge_cells(&self.all_corners().collect::<Vec<_>>()),
+        };
+        if let Some(ends) = &self.body_ends {
+            on_edge.iter_mut().zip(ends).for_each(|(edge, ends)| *edge &= !ends);
         }
+        on_edge
     }
 
     /// The grid, if every place of it has its cell.

@@ -186,6 +186,7 @@ mod tests {
             candidates: None,
             symmetry_planes: None,
             symmetry_bounds: [false; 3],
+            body_ends: None,
         }
     }
 

@@ -14,8 +14,17 @@ use crate::output::history_table::history_csv;
 use crate::output::output_dir::{OutputDir, StagedFile, write_error};
 use crate::output::summary::Summary;
 
-/// Shows progress: stage, fraction done in 0..=1, natural residual.
-pub type ProgressCallback<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
+/// What a run shows while it computes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ProgressEvent<'e> {
+    /// How far a stage is: its name, the fraction done in 0..=1, the natural residual.
+    Stage(&'e str, f64, Option<f64>),
+    /// A line for the user that should not wait until the run ends.
+    Message(&'e str),
+}
+
+/// Shows progress.
+pub type ProgressCallback<'a> = Box<dyn FnMut(ProgressEvent) + Send + 'a>;
 
 /// The observer of a run that keeps its records and, where it has an output directory, writes its files.
 #[derive(Default)]
@@ -71,7 +80,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Also shows progress.
-    pub fn with_progress(mut self, progress: impl FnMut(&str, f64, Option<f64>) + Send + 'a) -> Self {
+    pub fn with_progress(mut self, progress: impl FnMut(ProgressEvent) + Send + 'a) -> Self {
         self.progress = Some(Box::new(progress));
         self
     }
@@ -210,7 +219,7 @@ fn write_history(output: &mut OutputDir, summary: &Summary) -> Result<()> {
 impl Observer for Recorder<'_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         if let Some(show) = &mut self.progress {
-            show(stage, fraction, residual);
+            show(ProgressEvent::Stage(stage, fraction, residual));
         }
     }
 

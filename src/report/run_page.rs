@@ -163,7 +163,7 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
     });
     let mut all: Vec<usize> = (0..records.len()).collect();
     let mut note =
-        "Forces act on body 1. For cycle jumps forces, areas and peaks are means of both ends of the stroke."
+        "Forces act on body 1. For cycle jumps motions, forces, areas and peaks are those of the + reversal point, the approach is the mean of both."
             .to_owned();
     if all.len() > MAX_TABLE_ROWS {
         all = (0..MAX_TABLE_ROWS / 2).chain(records.len() - MAX_TABLE_ROWS / 2..records.len()).collect();
@@ -191,7 +191,10 @@ fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
         let record = &records[i];
         let mut cells =
             vec![(i + 1).to_string(), format!("{}, {}", to_line(&record["name"]), record["increment"])];
-        cells.extend(columns.iter().map(|(key, _)| format_quantity(key, record)));
+        // At the + reversal point of a cycle.
+        let plus = &record["stroke_ends"][0];
+        let at_plus = |key: &str| if plus[key].is_null() { record } else { plus };
+        cells.extend(columns.iter().map(|(key, _)| format_quantity(key, at_plus(key))));
         cells.push(if record["converged"] == false { "NO".to_owned() } else { "yes".to_owned() });
         cells
     };

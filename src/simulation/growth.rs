@@ -12,6 +12,7 @@ use crate::omitted::{OmissionKind, OmittedWork};
 use crate::scene::plan::{FramePlan, Plan};
 use crate::simulation::build::Simulation;
 use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
+use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::near_field;
 use crate::simulation::failure::SceneError;
 use crate::simulation::mesh_motion;
@@ -64,7 +65,9 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
     if growths == 0 {
         return Ok(start);
     }
-    enlarged(plan, &start, growths).map_err(|error| SceneError { error, key: "frame.grow".to_owned() })
+    let frame = enlarged(plan, &start, growths)
+        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
+    with_body_ends(plan, frame)
 }
 
 fn enlarged(plan: &Plan, start: &ContactFrame, growths: usize) -> Result<ContactFrame> {

@@ -6,6 +6,7 @@ use crate::error::ErrorKind;
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::MeshUpdates;
+use crate::output::recorder::ProgressEvent;
 use crate::scene::Plan;
 use crate::simulation::growth;
 use crate::simulation::mesh_motion::{self, WornMeshes};
@@ -47,8 +48,8 @@ pub(super) struct NextSegment<'p> {
 pub(super) struct SimulationBuilder<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
-    /// Shows stage, fraction done, residual.
-    pub show: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
+    /// Shows how far it is.
+    pub show: &'a mut (dyn FnMut(ProgressEvent) + Send),
     /// Whether to stop.
     pub stop: &'a AtomicBool,
 }
@@ -68,8 +69,7 @@ impl SimulationBuilder<'_> {
         };
         let frame = larger.as_ref().or(self.frame);
         let meshes = mesh_motion::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
-        let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
-        simulation::build_with(plan, (frame, meshes), show, self.stop)
+        simulation::build_with(plan, (frame, meshes), self.show, self.stop)
     }
 
     fn grow_frame<'p>(
@@ -109,8 +109,7 @@ impl SimulationBuilder<'_> {
         };
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
-        let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
-        let Some(study) = simulation::build_with(plan, (frame, meshes), show, self.stop)? else {
+        let Some(study) = simulation::build_with(plan, (frame, meshes), self.show, self.stop)? else {
             return Ok(None);
         };
         let onto = outdated.transfer_to(plan, &study);

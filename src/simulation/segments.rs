@@ -16,7 +16,7 @@ use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
 use crate::output::field_writer::{FieldKind, FieldWriter, WrittenFields};
 use crate::output::output_dir::OutputDir;
-use crate::output::recorder::{Recorder, RecorderParts};
+use crate::output::recorder::{ProgressEvent, Recorder, RecorderParts};
 use crate::output::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
 use crate::simulation::mesh_motion::WearBudget;
@@ -29,8 +29,8 @@ use crate::sweep::shared_beginnings::{PrefixRecorder, RestoredPrefix, SharedPref
 pub struct RunOptions<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
-    /// Shows stage, fraction done, residual.
-    pub on_progress: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
+    /// Shows how far the run is.
+    pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
     /// Hears of each increment.
     pub observer: &'a mut dyn Observer,
     /// Whether to stop.
@@ -486,7 +486,7 @@ checkpoint = { seconds = 1e-9 }
         let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
         let job = RunOptions {
             frame: None,
-            on_progress: &mut |_, _, _| {},
+            on_progress: &mut |_| {},
             observer: &mut frames,
             stop: &stop,
             checkpoints: None,
@@ -523,7 +523,7 @@ checkpoint = { seconds = 1e-9 }
         let (stop, checkpoints) = (AtomicBool::new(false), CheckpointSettings::for_new_run(&plan).unwrap());
         let job = RunOptions {
             frame: None,
-            on_progress: &mut |_, _, _| {},
+            on_progress: &mut |_| {},
             observer: &mut Breaks(3),
             stop: &stop,
             checkpoints: Some(checkpoints),

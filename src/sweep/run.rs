@@ -15,6 +15,7 @@ use crate::evolution::image::Recording;
 use crate::fem::FlexibilityCache;
 use crate::omitted::OmissionKind;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
 use crate::scene::{self, Plan};
@@ -260,7 +261,7 @@ impl StudyRunner<'_> {
         summary: &mut Summary,
         shared_work: SharedWork<'_>,
     ) -> std::result::Result<u8, SceneError> {
-        let on_progress = &mut |_: &str, _: f64, _: Option<f64>| {};
+        let on_progress = &mut |_: ProgressEvent| {};
         let (observer, on_end) = (&mut NullObserver, &mut keep_files);
         let job = RunOptions {
             frame: None,

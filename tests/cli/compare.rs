@@ -313,8 +313,8 @@ fn what_is_compared_with_what_is_told() {
     let (code, text) =
         run(&["--variants", "BE-rigid,HS-rigid", "--out", "w", "--set", "frame.half_width=[0.375, 0.375]"]);
     assert_eq!(code, Some(0), "{text}");
-    let rim = "note: step \"press\" (1): the contact reaches the rim of the frame";
-    assert!(text.contains("BE-rigid: WARNING: a cell of the frame is only") && text.contains(rim), "{text}");
+    let edge = "WARNING: step \"press\" (1): the contact reaches the edge of the frame";
+    assert!(text.contains("BE-rigid: WARNING: a cell of the frame is only") && text.contains(edge), "{text}");
 }
 
 /// Truth: docs/scene.md: groups of supports and loads that differ in area or place from mesh to mesh by more than 5 % are told; equal ones are not.

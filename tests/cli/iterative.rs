@@ -57,7 +57,7 @@ fn limit(scene: &Path) -> [u64; 2] {
 
 fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     let plan = orthowear::scene::read(scene, &[format!("solver.memory_limit={limit}")]).ok().unwrap();
-    let study = orthowear::simulation::build(&plan, &mut |_, _| {}, &AtomicBool::new(false));
+    let study = orthowear::simulation::build(&plan, &mut |_| {}, &AtomicBool::new(false));
     let mut seen = Tractions::default();
     study.ok().unwrap().unwrap().run(&mut seen).unwrap();
     seen.0

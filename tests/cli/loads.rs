@@ -239,7 +239,7 @@ fn outlines() {
     assert_eq!(code, Some(0), "{text}");
     assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(true)));
     let warnings = summary["warnings"].to_string();
-    assert_eq!(warnings.matches("reaches the rim").count(), 2, "{warnings}");
+    assert_eq!(warnings.matches("reaches the edge of the frame").count(), 2, "{warnings}");
 
     let polygon =
         "outline = { shape = \"polygon\", vertices = [[-0.3, -0.3], [0.3, 0.3], [0.3, -0.3], [-0.3, 0.3]] }";

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use super::limits::moved_mesh;
 use super::materials::{folder, orthowear};
+use super::near_field;
 
 /// `check` of a scene of `scenes/` with overrides: code, and what it says on one line.
 fn check(scene: &str, overrides: &[&str]) -> (Option<i32>, String) {
@@ -124,4 +126,140 @@ fn sliding_farther_than_the_contact_allows() {
         "{text}"
     );
     assert!(!said("0.002").contains("displaced tangentially"));
+}
+
+/// `check` of the pin in a hole of `scenes/` with the pin scaled in its plane so that its radius is 9.8 mm times `scale`: code, and what it says on one
+/// line.
+fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let pin = folder.path().join("pin.msh");
+    fs::write(&pin, moved_mesh(&root.join("meshes/pin.msh"), [scale, 1.0, scale], 0.0)).unwrap();
+    let mesh = format!("body2.mesh=\"{}\"", pin.display());
+    check("pin-in-hole.toml", &[&[mesh.as_str()], overrides].concat())
+}
+
+/// Truth: a pin of 9.8 mm scaled to 10.02 mm is 0.02 mm too large in radius for the bore of 10 mm all round: less than the tenth of a cell by which curved faces
+/// may overlap, but no motion along the normal frees it (0.019: faces are averaged over cells). One of 9.98 mm moves down by 0.02 mm to the bottom of the bore (flat faces of 1.3 and 0.64 mm cut off
+/// 0.02 mm, of which bowing them leaves less than a tenth).
+#[test]
+fn press_fit() {
+    let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
+    assert_eq!(code, Some(2), "{text}");
+    for word in ["error: gap:", "overlap by up to 0.019", "24 of 24 cells", "interference fit"] {
+        assert!(text.contains(word), "lacks \"{word}\": {text}");
+    }
+    let (code, text) = pin_of_other_size(9.98 / 9.8, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    let said = text.split_once("body 2 is moved by ").expect("the motion").1;
+    let (value, rest) = said.split_once(' ').unwrap();
+    let motion: f64 = value.parse().unwrap();
+    assert!((motion - 0.02).abs() < 0.002 && rest.starts_with("mm against n = (0, 0, 1)"), "{text}");
+}
+
+/// Truth: a mesh that stands 0.1 mm above the block is moved down by 0.1 mm, one that stands 0.01 mm inside is moved up by 0.01 mm; one that touches is not
+/// moved.
+#[test]
+fn meshes_moved_to_the_first_touch() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    for (drop, said) in [
+        (-0.1, "moved by 0.1 mm against n = (0, 0, 1)"),
+        (0.01, "moved by 0.01 mm along n = (0, 0, 1), because the meshes overlap"),
+        (0.0, ""),
+    ] {
+        let roller = folder.path().join("roller.msh");
+        fs::write(&roller, moved_mesh(&root.join("meshes/roller.msh"), [1.0; 3], drop)).unwrap();
+        let (code, text) = check("cylinder-on-flat.toml", &[&format!("body2.mesh=\"{}\"", roller.display())]);
+        assert_eq!(code, Some(0), "{text}");
+        assert!(text.contains(said) && text.contains("body 2 is moved") == (drop != 0.0), "{drop}: {text}");
+    }
+}
+
+/// Truth: the mirror image of the half bore at x = 0 closes it to a ring: a motion along x would open it on one side and press it on the other, in the image
+/// the other way round.
+#[test]
+fn contact_that_a_plane_of_symmetry_closes() {
+    let planes = ["body1", "body2"].map(|body| {
+        format!(
+            "{body}.fixed=[{{ group = \"held\" }}, {{ group = \"body\", components = [\"y\"] }}]\n{body}.symmetry=[\"mirror\"]"
+        )
+    });
+    let planes: Vec<&str> = planes.iter().flat_map(|lines| lines.split('\n')).collect();
+    let (code, text) = check("pin-in-hole.toml", &[&planes[..], &["frame.normal=[-1.0, 0.0, 0.0]"]].concat());
+    assert!(
+        code == Some(2) && text.contains("error: gap:") && text.contains("closes around body 2"),
+        "{text}"
+    );
+    let (code, text) = check("pin-in-hole.toml", &planes);
+    assert_eq!(code, Some(0), "{text}");
+}
+
+/// Truth: the faces of the pin are 0.64 mm long, those of the bore 1.31 mm: as cells of the frame those of the pin are finer than the bore's. A plate that is 58
+/// times as stiff as the pin hardly deforms, so that its faces do not matter.
+#[test]
+fn coarse_partner_of_a_fine_mesh() {
+    let warned = "WARNING: the contact faces of body1 are coarser than the cells of the frame";
+    let (code, text) = check("pin-in-hole.toml", &["frame.body=2"]);
+    assert!(code == Some(0) && text.contains(warned) && text.contains("(frame.body = 1)"), "{text}");
+    let (code, text) = check("pin-in-hole.toml", &["frame.body=1"]);
+    assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
+    let steel = "materials.steel={ model = \"isotropic\", E = 210e3, nu = 0.3 }";
+    let (code, text) = check("pin-in-hole.toml", &["frame.body=2", steel, "body1.material=\"steel\""]);
+    assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
+}
+
+/// `run` of a scene of `scenes/` with overrides: its summary, and what it says on one line.
+fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().display().to_string();
+    let mut arguments = vec!["run", scene, "--out", &out, "--set", "output.fields=[]"];
+    overrides.iter().for_each(|line| arguments.extend(["--set", line]));
+    let (code, text, errors) = orthowear(&root.join("scenes"), &arguments);
+    assert_eq!(code, Some(0), "{text} {errors}");
+    let summary = serde_json::from_slice(&fs::read(folder.path().join("summary.json")).unwrap()).unwrap();
+    (summary, text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Truth: Hertz: a contact radius of 0.32 mm is cut off by a frame of half-width 0.2 mm on half-spaces and in the middle of a meshed block, not by the flanks of a slice,
+/// a plane of symmetry or the edges of a body.
+#[test]
+fn contact_cut_off_at_the_edge_of_the_frame() {
+    let warned = "the contact reaches the edge of the frame, beyond which the bodies continue";
+    let cut = |summary: &serde_json::Value| summary["steps"][0]["contact_touches_edge"] == true;
+    let small = ["frame.half_width=[0.2, 0.2]", "frame.cells=[16, 16]"];
+    let (summary, text) = run("hertz.toml", &small);
+    assert!(cut(&summary) && text.contains(&format!("WARNING: step \"press\" (1): {warned}")), "{text}");
+    let (summary, text) = run("hertz.toml", &[]);
+    assert!(!cut(&summary) && !text.contains(warned), "{text}");
+    let place = near_field::place([4.0, 4.0], 4.0, [8, 8, 8]);
+    let summary = near_field::run(place.path(), &small);
+    assert!(cut(&summary) && summary["warnings"].to_string().contains(warned), "{summary}");
+    // A half of a slice 1 mm thick: flanks, and a plane of symmetry at the bottom of the bore.
+    let (summary, text) = run("pin-in-hole.toml", &[]);
+    assert!(!cut(&summary) && !text.contains(warned), "{text}");
+    // A flat punch of the size of the block.
+    let all = ["frame={ kind = \"mesh\", body = 1 }", "gap.kind=\"flat\"", "body2={ kind = \"rigid\" }"];
+    let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
+    let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
+    assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
+}
+
+/// Truth: the line of a step with cycles shows one state, that of the + reversal point as `stroke_ends` of the summary has it, and says so; the
+/// means are a shift of 0 between both points.
+#[test]
+fn a_line_of_cycles_shows_one_state() {
+    let steps = "steps=[{ name = \"press\", approach = 0.01 }, { name = \"fret\", cycles = { count = 10, amplitude = 0.002, jumps = 1 } }]";
+    let laws = ["friction={ law = \"coulomb\", mu = 0.3 }", "wear={ law = \"archard\", i = 1e-9 }"];
+    let (summary, text) = run("hertz.toml", &[steps, laws[0], laws[1], "frame.cells=[16, 16]"]);
+    let record = summary["steps"].as_array().unwrap().last().unwrap();
+    let plus = &record["stroke_ends"][0];
+    assert!(text.contains("values at the + reversal point of the last cycle"), "{text}");
+    let line = text.split("fret 10 ").nth(1).expect("the line of the cycles");
+    let load: f64 = line.split(' ').next().unwrap().parse().unwrap();
+    let expected = plus["normal_force"].as_f64().unwrap();
+    assert!((load / expected - 1.0).abs() < 1e-4, "{load} {expected}");
+    let shift: f64 = line.split('(').nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+    assert!((shift / plus["shift"][0].as_f64().unwrap() - 1.0).abs() < 1e-4, "{line}");
 }

@@ -172,6 +172,13 @@ fn a_correction_that_is_not_used() {
         given_up["warnings"].to_string().contains(&format!("not of a half-space: {reason}")),
         "{given_up}"
     );
+    // It is said before anything is solved, and again at the end.
+    let (_, text) = call("run", place.path(), &sets);
+    let said: Vec<usize> = text
+        .match_indices("WARNING: the near field of body1 is that of its mesh")
+        .map(|(at, _)| at)
+        .collect();
+    assert_eq!(said.len(), 2, "{text}");
     // Who asks for the half-space is refused, and not told of a mesh that is not taken.
     let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
     assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");

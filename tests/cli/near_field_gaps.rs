@@ -91,20 +91,40 @@ fn flat_faces_of_a_condensed_mesh_are_doubtful() {
 #[test]
 fn cells_finer_than_faces_beside_a_half_space() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
-    let words = "the cells of the frame are finer than the contact faces of body1";
+    let words = "the contact faces of body1 are coarser than the cells of the frame";
     let summary = run(place.path(), &["body1.near_field=\"mesh\""]);
     let text = warning(&summary, words).expect("a warning");
-    assert!(text.contains("only 0.01 times") && text.contains("cells = [2, 2] or fewer"), "{text}");
     assert!(
-        text.contains("body2 has that of a half-space") && text.contains("body1.near_field = \"auto\""),
+        text.contains("(0.01 of the area per node)") && text.contains("cells of at least 0.948683 mm"),
+        "{text}"
+    );
+    assert!(
+        text.contains("where body1 is softer than body2") && text.contains("body1.near_field = \"auto\""),
         "{text}"
     );
     let base = ["frame.half_width=[3.5, 3.5]", "frame.cells=[35, 35]"];
     let (code, text) = call("check", place.path(), &base);
-    let reason = "body1 has no place for the near field of a half-space: an edge of the body, or a support, is 0.5 from the frame";
+    let reason = "body1 has no place for the near field of a half-space: an edge of the body, or a support, is 0.5 from the frame; at least 0.3 of half its \
+                  side, 1.05, are needed (half_width up to [3.07, 3.07])";
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");
+    // Advice that works: 3.07 mm leave 0.93 mm, 0.3 of which are 0.921 mm.
+    let (code, text) =
+        call("check", place.path(), &["frame.half_width=[3.07, 3.07]", "frame.cells=[35, 35]"]);
+    assert!(code == Some(0) && !text.contains(words), "{text}");
+    // Cells of 0.097 mm on faces of 1 mm are allowed only to who asks for the mesh.
+    let finer = ["frame.half_width=[3.5, 3.5]", "frame.cells=[72, 72]"];
+    let (code, text) = call("check", place.path(), &finer);
+    assert!(
+        code == Some(2)
+            && text.contains("error: body1.near_field: the cells of the frame are far finer")
+            && text.contains("half_width up to [3.07, 3.07]")
+            && text.contains("cells = [7, 7] or fewer"),
+        "{text}"
+    );
+    let (code, text) = call("check", place.path(), &[&finer[..], &["body1.near_field=\"mesh\""]].concat());
+    assert!(code == Some(0) && text.contains(words), "{text}");
     // Beside a rigid body the same is refused, for the same reason.
     let (code, text) = call("check", place.path(), &[&base[..], &["body2={kind=\"rigid\"}"]].concat());
     assert!(

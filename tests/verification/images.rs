@@ -94,7 +94,7 @@ fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::simulation::S
     });
     fs::write(&path, scene).expect("a written file");
     let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|m| panic!("{:?}", m.to_error()));
-    let study = build(&plan, &mut |_, _| {}, &AtomicBool::new(false)).ok().flatten().expect("a study");
+    let study = build(&plan, &mut |_| {}, &AtomicBool::new(false)).ok().flatten().expect("a study");
     work(&study)
 }
 

@@ -326,7 +326,7 @@ fn contact_that_begins_at_the_rim_wears() {
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     assert_eq!(run.records.last().expect("records").cycles_done, 10);
     assert_eq!(
-        run.warnings.iter().filter(|note| note.contains("rim of the frame")).count(),
+        run.warnings.iter().filter(|note| note.contains("edge of the frame")).count(),
         2,
         "{:?}",
         run.warnings

@@ -316,6 +316,7 @@ impl ElasticBody for BeBody {
             faces: &self.faces,
             side: self.side,
             mean_heights: self.heights.clone(),
+            curved_gap: false,
         })
     }
 

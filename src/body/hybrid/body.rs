@@ -284,6 +284,7 @@ impl ElasticBody for HybridBody {
             faces: &self.faces,
             side: self.side,
             mean_heights: self.heights.clone(),
+            curved_gap: true,
         })
     }
 

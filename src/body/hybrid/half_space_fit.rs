@@ -9,7 +9,7 @@ use super::patch::ContactPatch;
 use nalgebra::Matrix6;
 
 use crate::bem::half_space::SurfaceGreen;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fem::{ElementMaterials, FeSpec, find_rigid_body_modes};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_number};
@@ -29,6 +29,9 @@ pub const MAX_RISE: f64 = 0.05;
 
 /// Slope of a curved surface about the patch against that under it, at most, radians.
 const MAX_SLOPE_RAD: f64 = 0.2;
+
+/// Frames smaller than this share of the present one are no advice.
+const MIN_ADVISED_FACTOR: f64 = 0.05;
 
 /// Points along each side of a frame or a face, less one, at least, and at most.
 const MIN_SAMPLE_STEPS: usize = 8;
@@ -95,8 +98,11 @@ impl HalfSpaceFit {
         }
         let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
         if rise > MAX_RISE {
+            // Of a paraboloid.
+            let [x, y] = half_width.map(|half| format_number(round_down(half * MAX_RISE / rise)));
             return Ok(Err(Unsuitable(format!(
-                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed",
+                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed (about \
+                 half_width = [{x}, {y}])",
                 format_number(high - low)
             ))));
         }
@@ -112,7 +118,7 @@ impl HalfSpaceFit {
         let own = regions.element(under[0].owner).unwrap_or(0);
         let stiffness = regions.stiffness(own);
         let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
-        let to_edges = distance(spec, &patch, &curved_faces)?;
+        let to_edges = distance_to_edges(spec, &patch, &curved_faces)?;
         let shorter = half_width[0].min(half_width[1]);
         let limits = [
             ("an edge of the body, or a support,", to_edges, MIN_EDGE_DISTANCE),
@@ -121,10 +127,15 @@ impl HalfSpaceFit {
         if let Some((what, distance, share)) =
             limits.iter().find(|(_, found, share)| *found < share * shorter)
         {
+            let least = |patch: &ContactPatch| {
+                let others = distance_to_others(&regions, &stiffness, mesh, patch);
+                Ok::<_, Error>(others.min(distance_to_edges(spec, patch, &curved_faces)?))
+            };
             return Ok(Err(Unsuitable(format!(
-                "{what} is {} from the frame; at least {share} of half its side, {}, are needed",
+                "{what} is {} from the frame; at least {share} of half its side, {}, are needed{}",
                 format_number(*distance),
-                format_number(share * shorter)
+                format_number(share * shorter),
+                smaller_frame_advice(&patch, (*distance, *share), &least)?
             ))));
         }
         let distance = to_edges.min(to_others);
@@ -164,6 +175,32 @@ impl HalfSpaceFit {
             nodes + usize::from(!self.isotropic) + more
         })
     }
+}
+
+/// Half-widths of a frame with the centre of `patch` that is far enough from its surroundings, in words: now a `distance` away, where a `share` of half of the
+/// shorter side is needed; `least` gives the distance of other frames.
+fn smaller_frame_advice(
+    patch: &ContactPatch,
+    (distance, share): (f64, f64),
+    least: &dyn Fn(&ContactPatch) -> Result<f64>,
+) -> Result<String> {
+    let shorter = patch.half_width[0].min(patch.half_width[1]);
+    // A smaller frame moves away from what is beside it, not from what is below.
+    let beside = (distance + shorter) / ((1.0 + share) * shorter);
+    let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
+    let far_enough = least(&narrow)? >= share * beside * shorter * (1.0 - 1e-9);
+    let factor = if far_enough { beside } else { distance / (share * shorter) };
+    if factor < MIN_ADVISED_FACTOR {
+        return Ok(String::new());
+    }
+    let [x, y] = patch.half_width.map(|half| format_number(round_down(factor * half)));
+    Ok(format!(" (half_width up to [{x}, {y}])"))
+}
+
+/// A length to three digits, no larger.
+fn round_down(length: f64) -> f64 {
+    let unit = 10f64.powf(length.log10().floor() - 2.0);
+    (length / unit * (1.0 + 1e-9)).floor() * unit
 }
 
 /// Whether some part of a face may lie under the rectangle.
@@ -240,7 +277,7 @@ fn curved_surface_faces(
 }
 
 /// Distance from the patch to the faces out of its plane and to the nodes that are held.
-fn distance(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
+fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
     let mesh = &spec.mesh;
     let surface: HashSet<FaceId> = surface.iter().copied().collect();
     let elsewhere = |face: &&SurfaceFace| {

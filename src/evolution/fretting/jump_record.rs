@@ -43,7 +43,7 @@ impl Run<'_> {
         self.commit_jump(step, cycles, (cycling, &jump), (length, 0, clock), observer)
     }
 
-    /// Ends the run before a jump that brings the contact to the rim of the frame, beyond which it would be cut off.
+    /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
     pub(super) fn stop_at_frame_edge(
         &mut self,
         step: &Step,

@@ -45,7 +45,7 @@ pub(in crate::evolution) struct WearStepState {
     pub critical_length: Option<f64>,
     /// Largest pressure at the start of the step.
     pub initial_peak_pressure: f64,
-    /// Contact was at the rim of the frame from the start.
+    /// Contact was at the edge of the frame from the start.
     pub touched_edge_initially: bool,
     /// Cycles and distance before the step.
     pub totals_before: (u64, f64),

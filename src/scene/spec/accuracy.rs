@@ -60,6 +60,15 @@ impl AccuracyQuantity {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Load, Self::PeakPressure, Self::WornVolume];
 
+    /// Its name in scenes.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Load => "load",
+            Self::PeakPressure => "peak_pressure",
+            Self::WornVolume => "worn_volume",
+        }
+    }
+
     /// In words.
     pub fn label(self) -> &'static str {
         match self {

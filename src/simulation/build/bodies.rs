@@ -6,7 +6,7 @@ use crate::body::hybrid::{HalfSpaceFit, Indicators};
 use crate::body::{
     BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
 };
-use crate::coupling::mesh_distance;
+use crate::coupling::{MeshedGap, mesh_distance};
 use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{self, CacheContents, CondensationResources, RigidBodyModes};
 use crate::frame::face_map::covered_cells;
@@ -19,6 +19,7 @@ use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyMaterial, BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::frame::FramePoints;
+use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::memory;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::build::settings::cross_blocks;
@@ -47,7 +48,7 @@ pub(in crate::simulation) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Chec
 pub(crate) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
     let frame = cells(plan)?;
     let symmetry_bounds = symmetry_planes::symmetry_axes_at_frame_edge(plan, &frame);
-    Ok(ContactFrame { symmetry_bounds, ..frame })
+    with_body_ends(plan, ContactFrame { symmetry_bounds, ..frame })
 }
 
 /// The cells of the frame of a plan.
@@ -325,14 +326,14 @@ fn ensure_faces_other_body(
     )))
 }
 
-/// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells, and how their
+/// The initial gap between the surfaces that `plan` has meshes of; `heights` of the two bodies over the cells, and how their
 /// near fields are chosen.
 pub(crate) fn surface_distances(
     plan: &Plan,
     frame: &ContactFrame,
     heights: [Option<Vec<f64>>; 2],
     near: &[NearFieldModel; 2],
-) -> Result<Vec<f64>, SceneError> {
+) -> Result<MeshedGap, SceneError> {
     let mut faces = [Vec::new(), Vec::new()];
     for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
         if let Some(fe) = body.as_meshed() {
@@ -342,11 +343,15 @@ pub(crate) fn surface_distances(
     let mut surfaces = [None, None];
     for (index, heights) in heights.into_iter().enumerate() {
         surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, mean_heights)| {
-            MeshedSurface { mesh: &fe.mesh, faces: &faces[index], side: SIDES[index], mean_heights }
+            let curved_gap = near[index].corrects_face_curvature();
+            MeshedSurface {
+                mesh: &fe.mesh,
+                faces: &faces[index],
+                side: SIDES[index],
+                mean_heights,
+                curved_gap,
+            }
         });
-        if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].corrects_face_curvature()) {
-            surface.mean_heights = surface.curved_heights(frame);
-        }
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
 }

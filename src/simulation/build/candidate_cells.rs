@@ -129,7 +129,7 @@ pub(in crate::simulation) fn initial_gap(
         }
     }
     if heights.iter().any(Option::is_some) {
-        return surface_distances(plan, frame, heights, near);
+        return Ok(surface_distances(plan, frame, heights, near)?.distance);
     }
     plan.gap.evaluate(frame).at("gap")
 }

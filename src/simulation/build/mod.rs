@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod candidate_cells;
+pub(super) mod frame_edges;
 pub(crate) mod memory;
 pub(crate) mod near_field;
 pub(super) mod settings;
@@ -23,6 +24,7 @@ use crate::output::body_fields::{BodyOutput, RecoveryLocation};
 use crate::output::boundary_elements::BoundaryElementRecord;
 use crate::output::condensation::CondensationRecord;
 use crate::output::near_field::NearFieldRecord;
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::Timings;
 use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
@@ -66,13 +68,13 @@ pub struct Simulation<'p> {
     pub timings: Timings,
 }
 
-/// Makes `plan` ready; `progress` hears of each stage (name, fraction done). `None` if `stop` was set meanwhile.
+/// Makes `plan` ready; `progress` hears of each stage. `None` if `stop` was set meanwhile.
 ///
 /// # Errors
 /// If a mesh, support, material or frame of the plan is wrong, or memory does not suffice.
 pub fn build<'p>(
     plan: &'p Plan,
-    progress: &mut dyn FnMut(&str, f64),
+    progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
     build_on_frame(plan, None, progress, stop)
@@ -85,7 +87,7 @@ pub fn build<'p>(
 pub fn build_on_frame<'p>(
     plan: &'p Plan,
     given: Option<&ContactFrame>,
-    progress: &mut dyn FnMut(&str, f64),
+    progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
     build_with(plan, (given, [None, None]), progress, stop)
@@ -98,11 +100,11 @@ pub fn build_on_frame<'p>(
 pub fn build_with<'p>(
     plan: &'p Plan,
     (given, worn): (Option<&ContactFrame>, WornMeshes),
-    progress: &mut dyn FnMut(&str, f64),
+    progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
     let mut timings = Timings::default();
-    progress("frame", 0.0);
+    progress(ProgressEvent::Stage("frame", 0.0, None));
     let frame =
         timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
@@ -115,7 +117,7 @@ pub fn build_with<'p>(
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        progress(key, 0.0);
+        progress(ProgressEvent::Stage(key, 0.0, None));
         let left = memory::remaining_limit(plan, &frame, held);
         let half_space =
             timings.measure(key, || build_body(plan, (index, worn.clone()), (&frame, &near[index]), left))?;
@@ -126,6 +128,7 @@ pub fn build_with<'p>(
                     return Err(half_space_rejected_error(key, &given_up));
                 }
                 let why = near_field_fallback_message(key, &given_up);
+                progress(ProgressEvent::Message(&warning(&why)));
                 near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
                 let fits = crate::simulation::validate::fit::check(plan, &frame, &near);
                 let fits =
@@ -158,7 +161,7 @@ pub fn build_with<'p>(
     if stop.load(Ordering::Relaxed) {
         return Ok(None);
     }
-    progress("flexibility", 0.0);
+    progress(ProgressEvent::Stage("flexibility", 0.0, None));
     let coupled = timings
         .measure("flexibility", || {
             couple(body1.as_mut(), body2.as_mut(), &frame, coupling_method(plan), operators(plan, &frame))

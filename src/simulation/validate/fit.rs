@@ -2,12 +2,15 @@
 
 use std::collections::{HashMap, HashSet};
 
+use nalgebra::Vector6;
+
+use crate::coupling::MeshedGap;
 use crate::element::ElementKind;
 use crate::error::{Error, warning};
 use crate::evolution::step::Normal;
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
-use crate::geometry::{Point, format_number};
+use crate::geometry::{Point, format_direction, format_number};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -22,9 +25,20 @@ use crate::simulation::validate::flat_faces;
 use crate::simulation::validate::inside;
 use crate::simulation::validate::locking;
 use crate::simulation::validate::periodic;
+use crate::simulation::validate::symmetry_planes;
 
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
+
+/// Cells smaller than this share beside a half-space are refused, unless the scene asks for the near field of the mesh.
+const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
+
+/// Coarse faces are warned of if their body has at least this share of the compliance along the normal. Tried with a flat pin of 8 mm on a plate with faces
+/// of 3.3 cells per node: peaks 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+const MIN_COMPLIANCE_SHARE: f64 = 0.1;
+
+/// Grids coarser than this along a side are no advice.
+const MIN_ADVISED_CELLS: usize = 4;
 
 /// Cells smaller than this many such areas put the peak pressure in doubt. Tried with a rigid sphere on 16 and 24 faces
 /// (Hertz): 1 has errors of 1 to 3 % and up to 1800 iterations, 1.19 and more at most 0.5 % up to 2, and fewer than 100.
@@ -39,6 +53,9 @@ const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
 
 /// Heights of a surface under a frame that differ by more than this share of the approach are noted.
 const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
+
+/// Motions to the first touch of less than this share of the frame's size are rounding, and not reported.
+const MIN_REPORTED_MOTION: f64 = 1e-6;
 
 /// A node is held along the normal if this share of the normal lies in the components that are held.
 const FIXED_NORMAL_SHARE: f64 = 0.999;
@@ -91,7 +108,10 @@ pub(crate) fn check(
         heights[index] = Some(over_cells);
     }
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
-        let gap = surface_distances(plan, frame, heights, near)?;
+        let MeshedGap { distance: gap, closing_motion } = surface_distances(plan, frame, heights, near)?;
+        let moves = closing_motion.abs() > MIN_REPORTED_MOTION * frame.size();
+        symmetry_planes::refuse_closed_contact(plan, frame, moves)?;
+        notes.extend(moves.then(|| first_touch_note(plan, frame, closing_motion)));
         if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
             let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
             notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
@@ -99,6 +119,21 @@ pub(crate) fn check(
     }
     notes.extend(check_cell_size(plan, frame, near, (per_node, aligned))?);
     Ok(notes)
+}
+
+/// A note of the motion along n that brings body 2 from where it is meshed to the first touch.
+fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> String {
+    let unit = &plan.units.length;
+    let normal = format_direction(&frame.axes.normal());
+    let (direction, reason) = if closing_motion > 0.0 {
+        ("against", "where the surfaces first touch")
+    } else {
+        ("along", "because the meshes overlap, to where the surfaces first touch")
+    };
+    format!(
+        "gap.kind = \"mesh\": body 2 is moved by {} {unit} {direction} n = {normal}, {reason}; `approach` counts from there",
+        format_number(format!("{:.3e}", closing_motion.abs()).parse().unwrap_or(closing_motion.abs()))
+    )
 }
 
 /// A note if an element (its number among the outer faces, the distance of its nodes over the thickness behind it) is too large for the body
@@ -110,7 +145,7 @@ fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> 
         "the nodes of the boundary element {} of {key} lie {} times the thickness of the body behind it apart: thin bodies come out far too stiff (constant, \
          linear elements) or too soft; take elements of at most half of the thickness, or finite elements (kind = \"fe\")",
         face.tag,
-        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio))
+        short(ratio)
     )))
 }
 
@@ -133,55 +168,119 @@ fn check_cell_size(
         }
     }
     if [0, 1].into_iter().any(is_half_space) {
-        let doubts = [0, 1].map(|index| {
-            let partner = BODY_KEYS[1 - index];
-            per_node[index]
-                .and_then(|face| cells_finer_than_faces_warning(plan, frame, (index, partner), face))
-        });
-        return Ok(doubts.into_iter().flatten().map(|doubt| warning(&(doubt + &why))).collect());
+        let mut warnings = Vec::new();
+        for (index, face) in per_node.into_iter().enumerate() {
+            let Some(face) = face else { continue };
+            refuse_far_finer_cells(plan, frame, (index, face), &why)?;
+            warnings.extend(coarse_faces_warning(plan, frame, (index, face), &why));
+        }
+        return Ok(warnings);
     }
     // A cell per node is as many as the nodes can feel.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
     // Boundary elements feel the tractions of each of their own nodes by themselves, if no cell lies over two elements.
-    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let cell = mean_cell_area(frame);
     let by_boundary = |face: &f64| {
         let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*face);
         (0..2).any(of_boundary) && cell >= MIN_CELL_AREA_RATIO * face
     };
     let finest = finest.filter(|face| !by_boundary(face));
     let note = finest.map(|face| check_cell_area_ratio(plan, frame, face, &why)).transpose()?.flatten();
-    Ok(note.into_iter().collect())
+    let least = per_node.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    let coarse = |index: usize| {
+        let face = per_node[index].filter(|face| *face > least)?;
+        let matters = compliance_share(plan, frame, index) >= MIN_COMPLIANCE_SHARE;
+        coarse_faces_warning(plan, frame, (index, face), &why).filter(|_| matters)
+    };
+    Ok(note.into_iter().chain((0..2).filter_map(coarse)).collect())
 }
 
-/// What to say if the condensed mesh of body `index` has larger faces than the cells of a grid which its `partner` feels one by one.
-/// Tried with a sphere on a block a twentieth as stiff as the other half-space: peaks are 1.7 to 3.3 times too high at 0.16 of the area
-/// per node, a quarter at 0.36, less than 0.01 at 0.92.
-fn cells_finer_than_faces_warning(
+/// Share of body `index` in the compliance of both bodies along the frame's n, by the uniaxial moduli of their materials.
+fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
+    let n = frame.axes.normal();
+    let stress = Vector6::new(n.x * n.x, n.y * n.y, n.z * n.z, n.y * n.z, n.x * n.z, n.x * n.y);
+    let compliances = plan.bodies.each_ref().map(|body| {
+        let stiffness = body.material().map(|material| material.stiffness_in_frame(0.0));
+        stiffness.map_or(0.0, |stiffness| stress.dot(&(stiffness.compliance() * stress)))
+    });
+    compliances[index] / compliances.iter().sum::<f64>()
+}
+
+/// A warning if the condensed mesh of body `index`, with the area `face` per contact node, is coarser than the cells of the frame, which the other body
+/// feels one by one. Tried with a sphere on a block a twentieth as stiff as the other half-space: peaks are 1.7 to 3.3 times too high at 0.16 of the
+/// area per node, a quarter at 0.36, less than 0.01 at 0.92.
+fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
-    (index, partner): (usize, &str),
-    face: f64,
+    (index, face): (usize, f64),
+    why: &str,
 ) -> Option<String> {
-    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
-    let ratio = cell / face;
-    if frame.grid.is_none() || ratio >= MIN_CELL_AREA_RATIO {
-        return None;
+    let ratio = mean_cell_area(frame) / face;
+    (ratio < MIN_CELL_AREA_RATIO).then(|| {
+        let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
+        warning(&format!(
+            "the contact faces of {key} are coarser than the cells of the frame: its nodes are {} {unit} apart, the mean side of a cell is {} {unit} ({} of the \
+             area per node). Pressures peak along these faces, up to several times too high where {key} is softer than {partner}, and parts of the contact may \
+             open; {}{why}",
+            format_number(face.sqrt()),
+            format_number(mean_cell_area(frame).sqrt()),
+            short(ratio),
+            coarse_faces_remedy(plan, frame, (index, face))
+        ))
+    })
+}
+
+/// Refuses cells beside a half-space that are far finer than the contact faces of body `index`.
+///
+/// # Errors
+/// If they are, and the scene does not ask for the near field of the mesh.
+fn refuse_far_finer_cells(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (index, face): (usize, f64),
+    why: &str,
+) -> Result<(), SceneError> {
+    let ratio = mean_cell_area(frame) / face;
+    let auto = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Auto);
+    if ratio >= MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE || !auto {
+        return Ok(());
     }
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
-    let own = plan.bodies[index].as_meshed().is_some_and(|fe| fe.near_field == NearField::Mesh);
-    let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
-    Some(format!(
-        "the cells of the frame are finer than the contact faces of {key}, whose near field is that of its mesh: a cell is only {} times \
-         the contact area of a node (mean side {} {unit}, nodes {} {unit} apart). {partner} has that of a half-space and feels each \
-         cell, {key} does not: pressures have peaks along its faces, several times too high where it is the softer one, that finer cells do \
-         not remove; take cells of at least {} {unit}{}, smaller faces under the contact{half_space}",
-        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio)),
-        format_number(cell.sqrt()),
+    let error = Error::input(format!(
+        "the cells of the frame are far finer than the contact faces of {key}, which has the near field of its mesh: nodes are {} {unit} apart, the mean side \
+         of a cell is {} {unit}, and pressures would be several times too high along these faces; {}, or allow this with {key}.near_field = \"mesh\"{why}",
         format_number(face.sqrt()),
-        format_number((face * MIN_CELL_AREA_RATIO).sqrt()),
-        at_most(frame, ratio, MIN_CELL_AREA_RATIO)
-    ))
+        format_number(mean_cell_area(frame).sqrt()),
+        coarse_faces_remedy(plan, frame, (index, face))
+    ));
+    Err(SceneError { error, key: format!("{key}.near_field") })
+}
+
+/// What to do about contact faces of body `index` that are coarser than the cells of the frame.
+fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize, f64)) -> String {
+    let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
+    let side = format_number((face * MIN_CELL_AREA_RATIO).sqrt());
+    let smaller = format!("take smaller faces of {key} under the contact");
+    match plan.frame {
+        FramePlan::Mesh { .. } => format!("{smaller}, or its faces as cells (frame.body = {})", index + 1),
+        FramePlan::Grid { .. } => {
+            let own = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Mesh);
+            let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
+            let cells = at_most(frame, mean_cell_area(frame) / face, MIN_CELL_AREA_RATIO);
+            format!("{smaller}, cells of at least {side} {unit}{cells}{half_space}")
+        }
+    }
+}
+
+/// Mean area of the cells, mm2.
+fn mean_cell_area(frame: &ContactFrame) -> f64 {
+    frame.areas.iter().sum::<f64>() / frame.n_cells() as f64
+}
+
+/// A number with three digits.
+fn short(value: f64) -> String {
+    format_number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
@@ -260,7 +359,7 @@ fn check_cell_area_ratio(
     face: f64,
     why: &str,
 ) -> Result<Option<String>, SceneError> {
-    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let cell = mean_cell_area(frame);
     let ratio = cell / face;
     if ratio >= SMOOTH_CELL_AREA_RATIO {
         return Ok(None);
@@ -293,7 +392,7 @@ fn check_cell_area_ratio(
         "a cell of the frame is only {} times the contact area of a node of the finest body (mean side {} {unit}, nodes {} \
          {unit} apart), so that tractions are not determined; take {nodes}cells of at least {} {unit}{}, refine a mesh or \
          give it elements of order 2, or make one body a half-space{why}",
-        format_number(format!("{ratio:.2e}").parse().unwrap_or(ratio)),
+        short(ratio),
         format_number(cell),
         format_number(face),
         format_number(face * MIN_CELL_AREA_RATIO.sqrt()),
@@ -315,11 +414,15 @@ fn first_order(plan: &Plan, index: usize) -> bool {
     group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(fe.mesh.kind(cell))))
 }
 
-/// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`.
+/// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`; nothing if it is too coarse to be of use.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
-    let [x, y] = grid.cells.map(|n| ((n as f64 * (ratio / wanted).sqrt()).floor() as usize).max(1));
-    format!(" (cells = [{x}, {y}] or fewer)")
+    // A slice keeps its one cell across.
+    let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;
+    let coarser = |n: usize| (n as f64 * (ratio / wanted).powf(1.0 / directions)).floor() as usize;
+    let [x, y] = grid.cells.map(|n| if n > 1 { coarser(n) } else { 1 });
+    let usable = grid.cells.iter().zip([x, y]).all(|(n, fewer)| *n == 1 || fewer >= MIN_ADVISED_CELLS);
+    if usable { format!(" (cells = [{x}, {y}] or fewer)") } else { String::new() }
 }
 
 /// A note if a law takes the body's fibre although elements with another one lie under the frame.

@@ -10,7 +10,7 @@ use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential,
 use crate::fem::symmetry_component;
 use crate::frame::ContactFrame;
 use crate::frame::symmetry::SymmetryNodes;
-use crate::geometry::{Point, Triad, format_number};
+use crate::geometry::{Point, Triad, format_direction, format_number};
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::frame::FramePoints;
@@ -177,6 +177,40 @@ pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &Co
         }
     }
     found
+}
+
+/// Refuses a contact that planes of symmetry close to a ring, if body 2 is moved along n across one of them: in the gap (`moves`), or by
+/// the steps.
+///
+/// # Errors
+/// At the key of the gap, or of the first step.
+pub(super) fn refuse_closed_contact(
+    plan: &Plan,
+    frame: &ContactFrame,
+    moves: bool,
+) -> Result<(), SceneError> {
+    let n = frame.axes.normal();
+    let planes = plan.bodies.iter().flat_map(support_planes);
+    let mut closing = planes.filter(|plane| {
+        plane.is_symmetry && n[plane.component].abs() > ROUNDING_SHARE && plane.bounds(frame)
+    });
+    let Some(plane) = closing.next() else { return Ok(()) };
+    let pressed = plan.steps.iter().position(|step| match step.normal {
+        Some(Normal::Approach(value) | Normal::Force(value)) => value != 0.0,
+        None => false,
+    });
+    let what = match pressed {
+        _ if moves => "gap.kind = \"mesh\" moves".to_owned(),
+        Some(step) => format!("step \"{}\" moves", plan.steps[step].name),
+        None => return Ok(()),
+    };
+    let error = Error::input(format!(
+        "{what} body 2 along n = {}, across the plane of symmetry {} at which the contact ends: with its images the contact closes around \
+         body 2, and an interference or clearance all round is not available; set frame.normal along the plane, or take a full model",
+        format_direction(&n),
+        plane.name()
+    ));
+    Err(SceneError { error, key: if moves { "gap".to_owned() } else { "steps".to_owned() } })
 }
 
 /// Refuses what contradicts planes of symmetry under the contact where friction acts: loads and motions across them, friction ellipses

@@ -99,6 +99,7 @@ impl Cells {
             candidates: None,
             symmetry_planes: None,
             symmetry_bounds: [false; 3],
+            body_ends: None,
         }
     }
 

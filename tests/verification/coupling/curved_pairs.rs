@@ -125,7 +125,8 @@ fn pin_pressed_sideways() {
     assert!(down.0 > 100.0 && relative(sideways.0, down.0) < 1e-7, "{down:?} {sideways:?}");
     assert!(down.1[0].abs() < 1e-7 * down.0);
     let faces = [group_faces(&hole, "low1").unwrap(), group_faces(&pin, "high1").unwrap()];
-    let surface = |mesh, faces, side| MeshedSurface { mesh, faces, side, mean_heights: Vec::new() };
+    let surface =
+        |mesh, faces, side| MeshedSurface { mesh, faces, side, mean_heights: Vec::new(), curved_gap: false };
     let surfaces = [surface(&hole, &faces[0], Side::Lower), surface(&pin, &faces[1], Side::Upper)];
     let first = first_touch(&frame, surfaces.each_ref().map(Some), 0.5);
     println!("{first}");

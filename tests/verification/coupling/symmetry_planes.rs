@@ -127,7 +127,7 @@ impl Pair {
         self.write(folder.path(), "scene.toml", text);
         let plan = orthowear::scene::read(&folder.path().join("scene.toml"), &[])
             .unwrap_or_else(|mistakes| panic!("{:?}", mistakes.to_error()));
-        let study = build(&plan, &mut |_, _| {}, &AtomicBool::new(false))
+        let study = build(&plan, &mut |_| {}, &AtomicBool::new(false))
             .map_err(|failure| (failure.key, failure.error.to_string()))?
             .expect("a study");
         let result = study.run(&mut Silent).expect("a run without errors");

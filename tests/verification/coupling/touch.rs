@@ -41,7 +41,7 @@ fn with_surface<T>(
 ) -> T {
     let faces: Vec<SurfaceFace> = group_faces(mesh, group).unwrap();
     let mean_heights = FaceMap::new(frame, mesh, &faces, side).unwrap().mean_heights(frame, mesh);
-    then(&MeshedSurface { mesh, faces: &faces, side, mean_heights })
+    then(&MeshedSurface { mesh, faces: &faces, side, mean_heights, curved_gap: false })
 }
 
 /// Motion of the meshed surface down to the plane z = 0.
@@ -142,7 +142,7 @@ fn a_bevelled_foot_is_flat() {
     let found = touch_of(&frame, &mesh);
     assert!((found - 0.2).abs() < 1e-14, "{found}");
     let gap = with_surface(&frame, (&mesh, "low2", Side::Upper), |upper| {
-        mesh_distance(&frame, [None, Some(upper)]).unwrap()
+        mesh_distance(&frame, [None, Some(upper)]).unwrap().distance
     });
     assert!(gap.iter().all(|g| *g > -1e-14) && gap[40].abs() < 1e-14);
 }

@@ -56,7 +56,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
         Ok(plan) => plan,
         Err(mistakes) => return refused(mistakes.to_string()),
     };
-    let study = match build(&plan, &mut |_, _| {}, &AtomicBool::new(false)) {
+    let study = match build(&plan, &mut |_| {}, &AtomicBool::new(false)) {
         Ok(study) => study.expect("nobody interrupts"),
         Err(failure) => return refused(failure.error.to_string()),
     };

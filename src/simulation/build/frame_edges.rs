@@ -1,0 +1,71 @@
+//! Where the frame ends together with a body, so that contact at its edge is not cut off.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::frame::ContactFrame;
+use crate::frame::face_map::covered_cells;
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::scene::plan::Plan;
+use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
+use crate::simulation::failure::{AtKey, SceneError};
+
+/// A surface continues over an edge at which its normals turn by less than this angle (cosine): edges of bodies, chamfers and planes of symmetry turn it by more.
+const MIN_SMOOTH_COSINE: f64 = 0.9;
+
+/// `frame` with the cells at whose edges a meshed body ends: at an edge of the body, a plane of symmetry, a flank of a slice. A surface that continues
+/// beyond the contact group does not end.
+///
+/// # Errors
+/// If a contact group is not sound.
+pub(in crate::simulation) fn with_body_ends(
+    plan: &Plan,
+    frame: ContactFrame,
+) -> Result<ContactFrame, SceneError> {
+    if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
+        return Ok(frame);
+    }
+    let (strips, cells) = frame.strips_beyond_edges();
+    let mut continues = vec![true; cells.len()];
+    for (index, body) in plan.bodies.iter().enumerate() {
+        let Some(fe) = body.as_meshed() else { continue };
+        let mut faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
+        let mut covered = covered_cells(&strips, &fe.mesh, &faces, SIDES[index]);
+        if covered.contains(&false) {
+            faces.extend(smooth_continuation(&fe.mesh, &faces));
+            covered = covered_cells(&strips, &fe.mesh, &faces, SIDES[index]);
+        }
+        continues.iter_mut().zip(covered).for_each(|(continues, covered)| *continues &= covered);
+    }
+    let mut ends = vec![false; frame.n_cells()];
+    cells.iter().for_each(|&cell| ends[cell] = true);
+    cells
+        .iter()
+        .zip(&continues)
+        .filter(|(_, continues)| **continues)
+        .for_each(|(&cell, _)| ends[cell] = false);
+    let body_ends = ends.contains(&true).then_some(ends);
+    Ok(ContactFrame { body_ends, ..frame })
+}
+
+/// The outer faces beside `faces` that continue their surface smoothly.
+fn smooth_continuation(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<SurfaceFace> {
+    let edges = |face: &SurfaceFace| -> Vec<[usize; 2]> {
+        let n = face.kind.n_corners();
+        let ends = |k: usize| [face.nodes[k], face.nodes[(k + 1) % n]];
+        (0..n).map(ends).map(|[a, b]| [a.min(b), a.max(b)]).collect()
+    };
+    let normals: HashMap<[usize; 2], Point> = faces
+        .iter()
+        .flat_map(|face| edges(face).into_iter().map(|edge| (edge, face.area_vector(mesh).normalize())))
+        .collect();
+    let own: HashSet<_> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
+    let continues = |face: &SurfaceFace| {
+        let normal = face.area_vector(mesh).normalize();
+        let smooth =
+            |edge: &[usize; 2]| normals.get(edge).is_some_and(|n| n.dot(&normal) >= MIN_SMOOTH_COSINE);
+        !own.contains(&(face.owner, face.local_face)) && edges(face).iter().any(smooth)
+    };
+    outer_faces(mesh).into_iter().filter(continues).collect()
+}
