@@ -244,7 +244,8 @@ impl RefinementLadder {
                     if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
                         &mut cycles.motion
                     {
-                        used.tolerance = share;
+                        // What the accuracy search estimates itself.
+                        (used.tolerance, used.error_warning) = (share, f64::INFINITY);
                     }
                 }
                 None if increments && step.rolling.is_none() => step.increments *= levels.increments(),

@@ -10,6 +10,7 @@ use crate::evolution::step::{
     Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
 };
 use crate::fem::FlexibilityCache;
+use crate::geometry::format_direction;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
@@ -136,23 +137,27 @@ fn summary_rows(plan: &Plan, forecast: &RunEstimate) -> Vec<Vec<String>> {
             format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
+    let axes = matches!(plan.frame, FramePlan::Mesh { .. }).then(|| {
+        let [x, y, n] = [0, 1, 2].map(|k| format_direction(&forecast.frame_axes.0.column(k).into()));
+        ("frame axes", format!("x = {x}, y = {y}, n = {n}; `approach` moves body 2 against n"))
+    });
     let allowed = plan.memory_limit.description().map_or_else(String::new, |words| format!(" ({words})"));
     let mib = forecast.memory_bytes / f64::from(1 << 20);
     let mib = if mib < 100.0 { format!("{mib:.1}") } else { format!("{mib:.0}") };
-    [
+    let first = [
         ("body 1", forecast.bodies[0].description.clone()),
         ("body 2", forecast.bodies[1].description.clone()),
         ("frame", frame),
+    ];
+    let rest = [
         ("unknowns", format!("{} tractions", 3 * forecast.n_cells)),
         ("friction", describe_friction(&plan.friction)),
         ("wear", describe_wear(plan)),
         ("contact problems", forecast.n_contact_problems.to_string()),
         ("memory", format!("about {mib} MiB{allowed}")),
         ("time", format!("about {} (within a factor of a few)", format_duration(forecast.seconds))),
-    ]
-    .into_iter()
-    .map(|(name, value)| vec![name.to_owned(), value])
-    .collect()
+    ];
+    first.into_iter().chain(axes).chain(rest).map(|(name, value)| vec![name.to_owned(), value]).collect()
 }
 
 fn describe_friction(law: &FrictionLaw) -> String {

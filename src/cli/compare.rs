@@ -216,8 +216,12 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
         write_atomically(&directory.join("differences.pvd"), pvd_collection(&files).as_bytes())?;
     }
     write_atomically(&directory.join("compare.csv"), comparison.to_csv().as_bytes())?;
-    let picture = ends.profiles_svg(&comparison.units);
-    write_atomically(&directory.join("compare.svg"), picture.as_bytes())?;
+    let picture = directory.join("compare.svg");
+    if ends.frame.is_single_valued() {
+        write_atomically(&picture, ends.profiles_svg(&comparison.units).as_bytes())?;
+    } else if picture.exists() {
+        std::fs::remove_file(&picture).map_err(|error| file_error("remove", &picture, &error))?;
+    }
     remove_stale_report(directory);
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }

@@ -10,6 +10,7 @@ use crate::error::Context;
 use crate::estimate::saved::Spent;
 use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
 use crate::frame::ContactFrame;
+use crate::geometry::Triad;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
@@ -100,6 +101,8 @@ pub struct BodyEstimate {
 pub struct RunEstimate {
     /// Cells of the frame.
     pub n_cells: usize,
+    /// Axes of the frame.
+    pub frame_axes: Triad,
     /// The bodies.
     pub bodies: [BodyEstimate; 2],
     /// Contact problems to be solved: increments, and strokes of cycle jumps.
@@ -157,7 +160,8 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
         &Spent { steps, bodies: making, operators: making, share: None },
         &mut skipped,
     );
-    Ok(RunEstimate { n_cells: frame.n_cells(), bodies, n_contact_problems, skipped, memory_bytes, seconds })
+    let (n_cells, frame_axes) = (frame.n_cells(), frame.axes);
+    Ok(RunEstimate { n_cells, frame_axes, bodies, n_contact_problems, skipped, memory_bytes, seconds })
 }
 
 fn estimate_body(

@@ -87,6 +87,8 @@ pub struct ResolvedCycleSettings {
     pub tolerance: f64,
     /// What they are used for.
     pub correction: Correction,
+    /// Estimated relative errors of the wear above this are warned of.
+    pub error_warning: f64,
 }
 
 /// What resolved cycles change.

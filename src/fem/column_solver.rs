@@ -1,6 +1,8 @@
 //! Many displacement fields of one body at a time: forces of prescribed displacements and solutions for given forces, for
 //! fields that are superposed on a known one.
 
+use rayon::prelude::*;
+
 use super::condensation_method::CondensationMethod;
 use super::loads::FaceLoad;
 use super::model::FeModel;
@@ -67,10 +69,13 @@ impl ColumnSolver {
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
     pub fn solve(&self, columns: &mut [f64]) -> Result<()> {
-        for batch in columns.chunks_mut(COLUMNS_PER_SOLVE * self.n_free) {
-            self.solver.solve_in_place(batch, batch.len() / self.n_free)?;
+        let solve = |batch: &mut [f64]| self.solver.solve_in_place(batch, batch.len() / self.n_free);
+        let batch = COLUMNS_PER_SOLVE * self.n_free;
+        match self.info.method {
+            // A solution with the factor runs on one thread; batches do not depend on each other.
+            CondensationMethod::Factorisation => columns.par_chunks_mut(batch).try_for_each(solve),
+            CondensationMethod::ConjugateGradients(_) => columns.chunks_mut(batch).try_for_each(solve),
         }
-        Ok(())
     }
 }
 

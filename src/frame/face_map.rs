@@ -9,8 +9,8 @@
 
 use std::collections::HashMap;
 
-use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
+use sprs::CsMat;
 
 use super::cell_coverage::{CellCoverage, FacetIndex, is_covered, refuse_uncovered};
 use super::{ContactFrame, Side};
@@ -25,15 +25,15 @@ use crate::mesh::faces::SurfaceFace;
 pub struct FaceMap {
     nodes: Vec<usize>,
     /// I, one row per cell, `[N, n_c]`.
-    rows: CsrMatrix<f64>,
+    rows: CsMat<f64>,
     /// Its transpose, one row per contact node.
-    columns: CsrMatrix<f64>,
+    columns: CsMat<f64>,
     triads: PerCell<Triad>,
     areas: Vec<f64>,
 }
 
 /// Rows of weights as a matrix with `n_columns` columns.
-fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsrMatrix<f64> {
+fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
     let mut starts = vec![0];
     let (mut indices, mut weights) = (Vec::new(), Vec::new());
     for list in lists {
@@ -41,15 +41,13 @@ fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsrMatrix<f64> {
         weights.extend(list.iter().map(|entry| entry.1));
         starts.push(indices.len());
     }
-    let matrix = CsrMatrix::try_from_csr_data(lists.len(), n_columns, starts, indices, weights);
-    matrix.expect("rows by ascending columns")
+    CsMat::new((lists.len(), n_columns), starts, indices, weights)
 }
 
 /// Entries (column, weight) of a row.
-fn entries(matrix: &CsrMatrix<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-    let (starts, columns, weights) = matrix.csr_data();
-    let range = starts[row]..starts[row + 1];
-    columns[range.clone()].iter().copied().zip(weights[range].iter().copied())
+fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let range = matrix.indptr().outer_inds_sz(row);
+    matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
 }
 
 /// Whether the faces (of body `side`) cover each cell enough for it to take part in contact, `[N]`: to rounding on
@@ -104,7 +102,7 @@ impl FaceMap {
             .map(|c| c.weights.into_iter().map(|(node, w)| (local[&node], w)).collect())
             .collect();
         let rows = matrix(&lists, nodes.len());
-        let columns = rows.transpose();
+        let columns = rows.transpose_view().to_csr();
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
@@ -121,7 +119,7 @@ impl FaceMap {
         let lists: Vec<Vec<(usize, f64)>> =
             (0..self.n_cells()).map(|cell| if cells[cell] { row(cell) } else { Vec::new() }).collect();
         let rows = matrix(&lists, kept.len());
-        let columns = rows.transpose();
+        let columns = rows.transpose_view().to_csr();
         let nodes = kept.iter().map(|&node| self.nodes[node]).collect();
         Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
     }
@@ -133,7 +131,7 @@ impl FaceMap {
 
     /// Number of cells N.
     pub fn n_cells(&self) -> usize {
-        self.rows.nrows()
+        self.rows.rows()
     }
 
     /// Local axes of the cells.

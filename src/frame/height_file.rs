@@ -37,6 +37,12 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
+        if line.contains(';') && line.contains(',') {
+            return Err(Error::input(format!(
+                "line {} has commas as well as semicolons: decimal commas are not read; write decimal points, or separate all values alike",
+                number + 1
+            )));
+        }
         let start = values.len();
         for cell in split_fields(line) {
             let column = values.len() - start + 1;
@@ -111,6 +117,7 @@ mod tests {
             ("1,2\n3,nan", &["row 2, column 2", "NaN"]),
             ("1,inf\n3,4", &["row 1, column 2", "inf"]),
             ("1,2\n3", &["line 2 (row 2) has 1 values, the first row 2"]),
+            ("0,5;1,5\n1,0;2,0\n", &["line 1", "decimal commas are not read"]),
             ("# only words\n", &["no numbers"]),
         ] {
             std::fs::write(&path, text).unwrap();

@@ -32,6 +32,9 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::{MeshedSurface, first_touch};
 pub use outline::Outline;
 
+/// Cells with a smaller component of their normal along the frame's n are perpendicular to its plane.
+const PERPENDICULAR_COSINE: f64 = 1e-6;
+
 /// Layout of a uniform grid frame; cell (ix, iy) has the place `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
@@ -202,6 +205,12 @@ impl ContactFrame {
     /// Place in the grid of a cell; its index where the frame is no grid.
     pub fn grid_index(&self, cell: usize) -> usize {
         self.grid_indices.as_ref().map_or(cell, |places| places[cell])
+    }
+
+    /// Whether each point of the frame's plane has one cell at most: all cells look along n, none away from it.
+    pub fn is_single_valued(&self) -> bool {
+        let n = self.axes.normal();
+        self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)
     }
 
     /// Whether the axes of all cells are the frame's own.

@@ -96,7 +96,10 @@ impl RunFigures {
                 write_text(output, name, &picture)?;
             }
         }
-        write_text(output, "profiles.svg", &self.profiles((frame, surface), units))?;
+        // Around a bore two sides would lie on each other.
+        if frame.is_single_valued() {
+            write_text(output, "profiles.svg", &self.profiles((frame, surface), units))?;
+        }
         write_text(output, "history.svg", &history_svg(&summary.steps, units))
     }
 

@@ -113,13 +113,19 @@ fn scene(page: &mut Page, scene: &Value, names: &UnitNames) {
         page.scene_missing = true;
         return;
     };
-    page.drawings = vec![
-        EmbeddedImage::of_svg(
-            "The bodies from the side: shapes are schematic, fibre directions are to scale",
-            &drawing::side_view_svg(scene, names),
-        ),
-        EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing::top_view_svg(scene, names)),
-    ];
+    // Meshed surfaces, and the frame that is made of one, are in the view in space.
+    if scene["frame"]["kind"] != "mesh" {
+        page.drawings = vec![
+            EmbeddedImage::of_svg(
+                "The bodies from the side: shapes are schematic, fibre directions are to scale",
+                &drawing::side_view_svg(scene, names),
+            ),
+            EmbeddedImage::of_svg(
+                "The contact frame from above, to scale",
+                &drawing::top_view_svg(scene, names),
+            ),
+        ];
+    }
     for (i, step) in scene["steps"].as_array().into_iter().flatten().enumerate() {
         let name = step["name"].as_str().map_or_else(|| format!("step {}", i + 1), str::to_owned);
         page.steps.push([name, value_text::describe_step(names, step)]);

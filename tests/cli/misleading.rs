@@ -263,3 +263,131 @@ fn a_line_of_cycles_shows_one_state() {
     let shift: f64 = line.split('(').nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
     assert!((shift / plus["shift"][0].as_f64().unwrap() - 1.0).abs() < 1e-4, "{line}");
 }
+
+/// A steel sphere that frets on a unidirectional half-space along y, fibres at an angle to x.
+const OBLIQUE: &str = r#"
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 140e3
+E2 = 9.5e3
+G12 = 5.0e3
+nu12 = 0.3
+nu23 = 0.4
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "cfrp"
+fibre = { tilt = 0.0, azimuth = 30.0 }
+[body2]
+kind = "half-space"
+material = "steel"
+[frame]
+kind = "grid"
+half_width = [0.8, 0.8]
+cells = [16, 16]
+[gap]
+kind = "sphere"
+radius = 4.0
+[friction]
+law = "frp"
+mu_L = 0.25
+mu_T = 0.35
+mu_N = 0.4
+[wear]
+law = "frp"
+i_L = 4.0e-9
+i_T = 6.0e-9
+i_N = 7.0e-9
+[[steps]]
+name = "press"
+normal_force = 500.0
+[[steps]]
+name = "fret"
+cycles = { count = 2000, amplitude = 0.1, angle = 90.0 }
+[output]
+fields = []
+"#;
+
+/// Truth: gross sliding along y under an ellipse M = diag(0.25, 0.35) turned by the azimuth t of the fibre: the associated rule gives q = p M^2 v / |M v|, so
+/// Q = P (mL^2 - mT^2) sin t cos t / m across the stroke and P m along it, m^2 = mL^2 sin^2 t + mT^2 cos^2 t; to 2 %, since tractions turn over strokes of a few
+/// elastic lags. The end of a stroke in one increment has half of the force across it. At an amplitude of 0.05 mm four increments wear by chance the
+/// same volume.
+#[test]
+fn oblique_fretting() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), OBLIQUE).unwrap();
+    for azimuth in [30.0_f64, 60.0] {
+        let set = format!("body1.fibre.azimuth={azimuth:.1}");
+        let summary = near_field::run(folder.path(), &[&set]);
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        let mu = (0.0625 * sin * sin + 0.1225 * cos * cos).sqrt();
+        let expected = [500.0 * (0.0625 - 0.1225) * sin * cos / mu, 500.0 * mu];
+        let record = summary["steps"].as_array().unwrap().last().unwrap();
+        for (k, expected) in expected.into_iter().enumerate() {
+            let found = record["tangential_force"][k].as_f64().unwrap();
+            assert!((found / expected - 1.0).abs() < 0.02, "{azimuth}, {k}: {found} {expected}");
+        }
+        let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
+        assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
+    }
+}
+
+/// Truth: heights (x^2 + y^2) / 20 are those of a ball of 10 mm; in micrometres they rise a thousand times as fast (0.04 at the edge of 0.4 mm, 40 then);
+/// with the other sign they are largest in the middle; a map of +-0.25 mm does not cover a frame of +-0.4 mm.
+#[test]
+fn maps_of_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |n: i32, factor: f64, decimal: &str| {
+        let at = |i: i32| 0.05 * f64::from(i - n / 2);
+        let row = |i: i32| -> Vec<String> {
+            (0..n).map(|j| format!("{:.9}", factor * (at(i) * at(i) + at(j) * at(j)) / 20.0)).collect()
+        };
+        let lines: Vec<String> = (0..n).map(|i| row(i).join(";").replace('.', decimal)).collect();
+        let file = folder.path().join("map.csv");
+        fs::write(&file, lines.join("\n")).unwrap();
+        let gap =
+            format!("gap={{ kind = \"heights\", file = \"{}\", spacing = [0.05, 0.05] }}", file.display());
+        check("hertz.toml", &[&gap])
+    };
+    let (code, text) = said(21, 1.0, ".");
+    assert_eq!(code, Some(0), "{text}");
+    let radius = text.split("the best sphere has a radius of ").nth(1).expect("a sphere");
+    let radius: f64 = radius.split(' ').next().unwrap().parse().unwrap();
+    assert!((radius / 10.0 - 1.0).abs() < 0.01 && !text.contains("WARNING"), "{text}");
+    let (code, text) = said(21, 1000.0, ".");
+    assert!(code == Some(0) && text.contains("WARNING: the heights of the gap rise by up to"), "{text}");
+    let (code, text) = said(21, -1.0, ".");
+    assert!(
+        code == Some(0) && text.contains("WARNING: the heights of the gap are largest in the middle"),
+        "{text}"
+    );
+    let (code, text) = said(11, 1.0, ".");
+    assert!(code == Some(2) && text.contains("gap heights reach 0.25 mm"), "{text}");
+    let (code, text) = said(21, 1.0, ",");
+    assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
+}
+
+/// Truth: around the bore two cells lie over each other as seen along n, so that lines along the frame's axes zigzag between both sides; a drawing of a ball on a plane
+/// is not what it is.
+#[test]
+fn figures_of_a_curved_frame() {
+    let (code, text) = check("pin-in-hole.toml", &[]);
+    assert!(code == Some(0) && text.contains("x = (1, 0, 0), y = (0, 1, 0), n = (0, 0, 1)"), "{text}");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for (scene, drawn) in [("pin-in-hole.toml", false), ("hertz.toml", true)] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().display().to_string();
+        let (code, text, errors) =
+            orthowear(&root, &["run", scene, "--out", &out, "--set", "output.fields=[\"svg\"]"]);
+        assert_eq!(code, Some(0), "{text} {errors}");
+        assert!(folder.path().join("history.svg").exists());
+        assert_eq!(folder.path().join("profiles.svg").exists(), drawn, "{scene}");
+        let (code, text, errors) = orthowear(&root, &["report", &out]);
+        assert_eq!(code, Some(0), "{text} {errors}");
+        let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert_eq!(page.contains("The bodies from the side"), drawn, "{scene}");
+    }
+}

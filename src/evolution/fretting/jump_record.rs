@@ -107,7 +107,11 @@ impl Run<'_> {
         let it = &cycling.cycle.contact;
         let worn = self.state.wear_depth.clone();
         let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
-        let ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
+        let mut ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
+        let resolved = cycling.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
+        if let Some(corrections) = resolved {
+            ends.iter_mut().zip(&corrections).for_each(|(values, correction)| correction.apply(values));
+        }
         let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
         let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, it, half);

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
-use crate::evolution::Run;
 use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
-use crate::evolution::monotone::{ProgressSpan, root_mean_square};
-use crate::evolution::records::Observer;
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
+use crate::evolution::records::{Observer, Resultants};
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
+use crate::evolution::{Run, state};
 use crate::frame::grid::extend_field;
 
 /// Increments of a stroke, at most, or four times those between the ends.
@@ -23,6 +23,13 @@ const DRIFT_ERROR_FACTOR: f64 = 4.0;
 
 /// Increments of a resolved cycle over those between its reversal points, at least.
 const MIN_REFINEMENT: usize = 4;
+
+/// Increments of a second resolved cycle over those of a first one, both of which must agree with the slip from end to end where that stands alone.
+const CONFIRMING_REFINEMENT: usize = 4;
+
+/// Change of the tangential force at a reversal point by the last refinement, over the force, at most. Tried with a pin that slides at 15 to 75 degrees to the
+/// fibre: in 8 increments the wear was right to 1e-3, the force across the stroke 15 % too small.
+const MAX_FORCE_CHANGE: f64 = 0.01;
 
 /// Wear of a cell by the slip from end to end over the largest below which it says nothing.
 const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
@@ -75,6 +82,39 @@ pub(in crate::evolution) struct ResolvedCycle {
     remaining_volume_error: f64,
     /// Share of the wear volume that no factor stands for.
     unresolved_wear_fraction: f64,
+    /// What it adds to the resultants at the reversal points (+, -); `None` where increments are prescribed, or it did not converge.
+    pub reversal_correction: Option<[ReversalCorrection; 2]>,
+}
+
+/// Resultants of a resolved cycle at a reversal point, less those of the slip from end to end there.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(in crate::evolution) struct ReversalCorrection {
+    shift: [f64; 2],
+    normal_force: f64,
+    tangential_force: [f64; 2],
+    moment: [f64; 3],
+    stick_area: f64,
+}
+
+impl ReversalCorrection {
+    fn between(resolved: &Resultants, by_ends: &Resultants) -> Self {
+        Self {
+            shift: [0, 1].map(|k| resolved.shift[k] - by_ends.shift[k]),
+            normal_force: resolved.normal_force - by_ends.normal_force,
+            tangential_force: [0, 1].map(|k| resolved.tangential_force[k] - by_ends.tangential_force[k]),
+            moment: [0, 1, 2].map(|k| resolved.moment[k] - by_ends.moment[k]),
+            stick_area: resolved.stick_area - by_ends.stick_area,
+        }
+    }
+
+    /// Adds it to the resultants at its reversal point.
+    pub fn apply(&self, values: &mut Resultants) {
+        (0..2).for_each(|k| values.shift[k] += self.shift[k]);
+        values.normal_force += self.normal_force;
+        (0..2).for_each(|k| values.tangential_force[k] += self.tangential_force[k]);
+        (0..3).for_each(|k| values.moment[k] += self.moment[k]);
+        values.stick_area = (values.stick_area + self.stick_area).clamp(0.0, values.contact_area);
+    }
 }
 
 /// Wear of a cycle.
@@ -86,13 +126,26 @@ struct CycleWear {
     power: f64,
     /// Change of the volume of its second half since the half cycle before it, mm3: the tractions have not settled yet.
     drift: f64,
+    /// Resultants at its reversal points (+, -).
+    reversals: [Resultants; 2],
 }
 
 impl CycleWear {
-    /// The limit of first order of this one and one in half as many increments.
-    fn extrapolated(&self, coarser: &Self) -> Self {
-        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| (2.0 * fine - coarse).max(0.0));
-        Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power, drift: self.drift }
+    /// Change of the tangential forces at the reversal points from another one, over the forces; the larger.
+    fn force_change(&self, other: &Self) -> f64 {
+        let change = |(now, before): (&Resultants, &Resultants)| {
+            let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
+            let force = x.hypot(y);
+            if force > 0.0 { (x - x0).hypot(y - y0) / force } else { 0.0 }
+        };
+        self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
+    }
+
+    /// The limit of first order of this one and one in fewer increments, by this ratio.
+    fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
+        let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
+        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
+        Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..*self }
     }
 }
 
@@ -103,6 +156,8 @@ struct RefinedCycle {
     change: Vec<f64>,
     /// Increments per stroke.
     increments: usize,
+    /// Whether the slip from end to end wears the same volume as this cycle and as one in a quarter of its increments, all within the tolerance.
+    agrees_with_ends: bool,
 }
 
 /// How a cycle slips between its reversal points.
@@ -184,6 +239,9 @@ impl Run<'_> {
         let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
         problem.evaluate(&mut cycling.cycle.contact);
         let slip = self.cycle_slip(&problem, cycling);
+        let half = course.reversal_index();
+        let reversals =
+            [0, half].map(|end| state::resultants(&self.prepared, &problem, &cycling.cycle.contact, end));
         drop(problem);
         let changed = |before: &[f64]| self.slip_change(&cycling.cycle.contact, before);
         if cycling.resolved_cycle.as_ref().is_some_and(|before| !before.is_due(used, &slip, changed)) {
@@ -194,14 +252,19 @@ impl Run<'_> {
             rate: cycling.cycle.contact.wear_rate.clone(),
             power: cycling.dissipation_rate / cycling.dissipation_factor(),
             drift: 0.0,
+            reversals,
         };
         let way = (&course, closed, slip);
         let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)?
         else {
             if used.correction == Correction::Never {
                 // It is not tried again: nothing is known of the error.
-                let unknown =
-                    RefinedCycle { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
+                let unknown = RefinedCycle {
+                    wear: by_ends.clone(),
+                    change: vec![0.0; worn.len()],
+                    increments: 0,
+                    agrees_with_ends: false,
+                };
                 cycling.resolved_cycle = Some(self.error_measurement(cycling, (unknown, &by_ends), slip));
             }
             return Ok(());
@@ -214,7 +277,7 @@ impl Run<'_> {
             Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
                 false
             }
-            Correction::WhereNeeded => !slip.full_slip || difference > used.tolerance,
+            Correction::WhereNeeded => !refined.agrees_with_ends,
             Correction::Never => false,
         };
         if used.correction != Correction::Never {
@@ -224,6 +287,9 @@ impl Run<'_> {
         {
             self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
         }
+        let at =
+            |end: usize| ReversalCorrection::between(&refined.wear.reversals[end], &by_ends.reversals[end]);
+        let reversal_correction = (used.correction != Correction::Never).then(|| [0, 1].map(at));
         let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
         if corrects {
             self.apply_correction(
@@ -232,6 +298,9 @@ impl Run<'_> {
                 (factors, unresolved_wear_fraction),
                 (before, slip),
             );
+            if let Some(resolved) = &mut cycling.resolved_cycle {
+                resolved.reversal_correction = reversal_correction;
+            }
             return Ok(());
         }
         if let Some(before) = before {
@@ -241,6 +310,7 @@ impl Run<'_> {
         cycling.dissipation_rate = by_ends.power;
         cycling.resolved_cycle = Some(ResolvedCycle {
             unresolved_wear_fraction,
+            reversal_correction,
             ..self.error_measurement(cycling, (refined, &by_ends), slip)
         });
         Ok(())
@@ -250,7 +320,7 @@ impl Run<'_> {
     fn apply_correction(
         &mut self,
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
-        RefinedCycle { wear, change, increments }: RefinedCycle,
+        RefinedCycle { wear, change, increments, .. }: RefinedCycle,
         (factors, unresolved_wear_fraction): (Vec<f64>, f64),
         (before, slip): (Option<ResolvedCycle>, CycleSlip),
     ) {
@@ -287,6 +357,7 @@ impl Run<'_> {
             remaining_volume_error: (unresolved_wear_fraction.abs() + drift)
                 / (1.0 - unresolved_wear_fraction).max(f64::EPSILON),
             unresolved_wear_fraction,
+            reversal_correction: None,
         });
     }
 
@@ -295,7 +366,7 @@ impl Run<'_> {
     fn error_measurement(
         &self,
         cycling: &WearStepState,
-        (RefinedCycle { wear, change, increments }, by_ends): (RefinedCycle, &CycleWear),
+        (RefinedCycle { wear, change, increments, .. }, by_ends): (RefinedCycle, &CycleWear),
         slip: CycleSlip,
     ) -> ResolvedCycle {
         let n = by_ends.rate.len();
@@ -321,6 +392,7 @@ impl Run<'_> {
             remaining_error: remaining.collect(),
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
+            reversal_correction: None,
         }
     }
 
@@ -438,25 +510,44 @@ impl Run<'_> {
             wear
         };
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
+        let most = MAX_STROKE_INCREMENTS.max(4 * closed.increments);
+        // The first cycle in several times the increments between the reversal points, and their number.
+        let mut first: Option<(usize, CycleWear)> =
+            (increments >= MIN_REFINEMENT * closed.increments).then(|| (increments, coarser.clone()));
         loop {
-            increments *= 2;
+            // Where the first agrees with the slip from end to end, which it may by chance, the next one confirms it.
+            let confirms = may_agree
+                && first
+                    .as_ref()
+                    .is_some_and(|(at, wear)| increments == *at && self.agree(by_ends, wear, used));
+            let ratio = if confirms { CONFIRMING_REFINEMENT.min(most / increments).max(2) } else { 2 };
+            increments *= ratio;
             let way = (course, closed, (increments, slip_spread_share));
             let cycle =
                 self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
             let Some(wear) = cycle else { return Ok(None) };
-            let limit = if extrapolates { wear.extrapolated(&coarser) } else { wear.clone() };
+            let limit = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
+            if first.is_none() && increments >= MIN_REFINEMENT * closed.increments {
+                first = Some((increments, limit.clone()));
+            }
             if let Some(last) = &last {
-                let (change, most) = (
-                    self.relative_rms_difference(&limit.rate, &last.rate),
-                    MAX_STROKE_INCREMENTS.max(4 * closed.increments),
-                );
+                let change = self.relative_rms_difference(&limit.rate, &last.rate);
                 let measured =
                     MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
                 let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
-                let agrees = may_agree && self.volume_difference(by_ends, &limit) <= used.tolerance;
+                let near = may_agree && self.agree(by_ends, &limit, used);
+                let confirmed = |(at, wear): &(usize, CycleWear)| {
+                    increments >= most.min(CONFIRMING_REFINEMENT * at)
+                        && self.agree(by_ends, wear, used)
+                        && self.agree(wear, &limit, used)
+                };
+                let agrees = near && first.as_ref().is_some_and(confirmed);
+                let open = near
+                    && first.as_ref().is_none_or(|(at, _)| increments < most.min(CONFIRMING_REFINEMENT * at));
                 // Two in a row: the first refinement alone may change little by chance.
                 let twice = increments >= MIN_REFINEMENT * closed.increments;
-                if twice && (change <= tolerance || agrees) || increments >= most {
+                let settled = !corrects || limit.force_change(last) <= MAX_FORCE_CHANGE;
+                if twice && !open && settled && (change <= tolerance || agrees) || increments >= most {
                     // Once, not in every jump.
                     let known =
                         cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
@@ -472,7 +563,12 @@ impl Run<'_> {
                     let both = limit.rate.iter().zip(&last.rate);
                     let change =
                         both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 }).collect();
-                    return Ok(Some(RefinedCycle { wear: limit, change, increments }));
+                    return Ok(Some(RefinedCycle {
+                        wear: limit,
+                        change,
+                        increments,
+                        agrees_with_ends: agrees,
+                    }));
                 }
             }
             (coarser, last) = (wear, Some(limit));
@@ -495,7 +591,8 @@ impl Run<'_> {
         let part = cycling.completed / cycles.count;
         let stage = ProgressSpan { name: &step.name, from: part, to: part };
         let n = worn.len();
-        let mut wear = CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0 };
+        let mut wear =
+            CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
         let mut here = place.clone();
         // What comes before the first stroke back is forgotten but for cells that stick. It is the second half of a cycle, too.
         let up = (increments + 1..=2 * increments).map(|end| (end, false));
@@ -526,6 +623,18 @@ impl Run<'_> {
                 wear.drift += if counts { self.volume(&worn) } else { -self.volume(&worn) };
             }
             here = next;
+            if counts && end % increments == 0 {
+                let laws = ActiveLaws {
+                    friction: step.friction,
+                    wear: false,
+                    slip_repeats: 0.0,
+                    wear_path_factors: None,
+                };
+                let depth = self.state.wear_depth.as_slice();
+                let problem = increment_problem(&self.prepared, &options, depth, laws, Vec::new());
+                let reversal = if end == increments { 1 } else { 0 };
+                wear.reversals[reversal] = state::resultants(&self.prepared, &problem, &here.it, 0);
+            }
             if counts && end == increments {
                 *place = here.clone();
             }
@@ -558,6 +667,11 @@ impl Run<'_> {
         let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
         let larger = volume.max(others);
         if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
+    }
+
+    /// Whether two cycles wear the same volume within the tolerance.
+    fn agree(&self, one: &CycleWear, other: &CycleWear, used: ResolvedCycleSettings) -> bool {
+        self.volume_difference(one, other) <= used.tolerance
     }
 
     /// Volume of a depth, `[N]`.

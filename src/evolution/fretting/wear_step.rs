@@ -6,14 +6,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
-use crate::error::Result;
+use crate::error::{Result, warning};
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
 use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
-use crate::evolution::step::{CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
 
@@ -138,6 +138,7 @@ impl Run<'_> {
         if observer.wants_loops() {
             self.record_fretting_loop(step, cycles, cycling, observer)?;
         }
+        self.warn_of_wear_error(step, cycles);
         self.controls.normal = cycling.load_path.end.normal;
         if let (SlipSource::ClosedPath(course), false, Outcome::Converged) =
             (&cycling.slip_source, last, &self.result.outcome)
@@ -145,6 +146,27 @@ impl Run<'_> {
             self.return_to_center(step, course, observer)?;
         }
         Ok(())
+    }
+
+    /// Warns of an estimated error of the wear volume above the tolerance, at the end of a step.
+    fn warn_of_wear_error(&mut self, step: &Step, cycles: &Cycles) {
+        let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = cycles.motion else {
+            return;
+        };
+        let Some(record) = self.result.records.last() else { return };
+        let share = |error: f64, value: f64| if value > 0.0 { error / value } else { 0.0 };
+        let volume = share(record.worn_volume_error, record.worn_volume);
+        let depth = share(record.wear_depth_error, record.max_wear_depth);
+        if volume > used.error_warning {
+            self.result.warnings.push(warning(&format!(
+                "step \"{}\": the estimated error of the wear volume is {:.2} %, more than wear.tolerance = {:e} (depth: {:.2} % of the largest, root mean \
+                 square). Take more increments per stroke (cycles.increments) or more jumps (cycles.jumps, a smaller wear.tolerance)",
+                step.name,
+                100.0 * volume,
+                used.error_warning,
+                100.0 * depth
+            )));
+        }
     }
 
     /// The first strokes and the rates before the first jump; `None` where something does not converge.

@@ -104,7 +104,8 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
         Some(StrokeIncrements::Given(number)) => (number.0, Correction::Never),
         Some(StrokeIncrements::Automatic(AutoKeyword::Auto)) => (usual, Correction::Always),
     };
-    let resolved_cycles = tolerance.map(|tolerance| ResolvedCycleSettings { tolerance, correction });
+    let resolved_cycles =
+        tolerance.map(|tolerance| ResolvedCycleSettings { tolerance, correction, error_warning: tolerance });
     if cycles.path == CyclePath::Ellipse && increments < 2 {
         let message = "with one increment per half cycle an elliptic path degenerates to a line";
         r.report(

@@ -22,6 +22,7 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES, face_map, surface_dista
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::validate::flat_faces;
+use crate::simulation::validate::height_map;
 use crate::simulation::validate::inside;
 use crate::simulation::validate::locking;
 use crate::simulation::validate::periodic;
@@ -115,6 +116,12 @@ pub(crate) fn check(
         if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
             let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
             notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
+        }
+    }
+    if plan.gap.shape != GapShape::Mesh {
+        let gap = plan.gap.evaluate(frame).at("gap")?;
+        if matches!(plan.gap.shape, GapShape::Heights(_)) {
+            notes.extend(height_map::check(plan, frame, &gap));
         }
     }
     notes.extend(check_cell_size(plan, frame, near, (per_node, aligned))?);

@@ -3,6 +3,7 @@
 pub(crate) mod controls;
 pub(crate) mod fit;
 pub(crate) mod flat_faces;
+mod height_map;
 mod inside;
 mod locking;
 mod periodic;

@@ -17,7 +17,7 @@ use crate::common::{
 
 /// Resolved cycles that correct the wear everywhere.
 fn always(tolerance: f64) -> Option<ResolvedCycleSettings> {
-    Some(ResolvedCycleSettings { tolerance, correction: Correction::Always })
+    Some(ResolvedCycleSettings { tolerance, correction: Correction::Always, error_warning: f64::INFINITY })
 }
 
 /// Cycles of the reference scene on coarser cells: so many increments per stroke, or those and resolved cycles.
@@ -185,8 +185,11 @@ impl PartialSlip {
         let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
         let path = path_of(&mut cycles);
         (path.drive, path.angle, path.increments) = (self.drive, self.angle.to_radians(), increments);
-        path.resolved_cycles =
-            correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
+        path.resolved_cycles = correction.map(|correction| ResolvedCycleSettings {
+            tolerance: 1e-3,
+            correction,
+            error_warning: f64::INFINITY,
+        });
         let run = solve(&self.model(), &[self.pressed(), cycles]);
         assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
         (run.records.last().expect("records").clone(), run)
@@ -222,7 +225,11 @@ fn wear_in_partial_slip_by_default() {
 #[test]
 fn gross_slip_keeps_single_increments() {
     let run = |correction: Option<Correction>| {
-        let resolve = correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
+        let resolve = correction.map(|correction| ResolvedCycleSettings {
+            tolerance: 1e-3,
+            correction,
+            error_warning: f64::INFINITY,
+        });
         reference_scene(0.0, fretting(100_000, 0.08, 4, Integrator::Sdirk2), 1, resolve)
     };
     let (plain, found) = (run(None), run(Some(Correction::WhereNeeded)));
@@ -248,7 +255,11 @@ fn ellipses_in_gross_slip_are_corrected() {
         assert_eq!(run.outcome, Outcome::Converged);
         run.records.last().expect("records").worn_volume
     };
-    let corrected = Some(ResolvedCycleSettings { tolerance: 1e-3, correction: Correction::WhereNeeded });
+    let corrected = Some(ResolvedCycleSettings {
+        tolerance: 1e-3,
+        correction: Correction::WhereNeeded,
+        error_warning: f64::INFINITY,
+    });
     let sixteenth = std::f64::consts::PI / 16.0;
     let polygon = sixteenth.sin() / sixteenth;
     assert!(
