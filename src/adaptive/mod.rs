@@ -186,13 +186,15 @@ impl<'p> AccuracySearch<'p> {
             })
             .map(|quantity| format!("\"{}\"", quantity.key()))
             .collect();
+        let cells = self.knobs[self.refinements.len() - 1] == RefinementParameter::Cells;
+        let cause = if cells { ", as at a sharp edge or one that the cells do not resolve" } else { "" };
         let remedy = if rest.is_empty() {
             "ask for the accuracy of another quantity (accuracy.of)".to_owned()
         } else {
             format!("leave it out with accuracy.of = [{}]", rest.join(", "))
         };
         format!(
-            "{} of step \"{}\" does not converge: its change has not shrunk in {MAX_GROWING_CHANGES} rounds and was {:.1} % in the last, as at a sharp edge; \
+            "{} of step \"{}\" does not converge: its change has not shrunk in {MAX_GROWING_CHANGES} rounds and was {:.1} % in the last{cause}; \
              {remedy}",
             found.name,
             found.step,

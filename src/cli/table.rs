@@ -3,6 +3,7 @@
 use crate::evolution::records::IncrementRecord;
 use crate::output::body_peaks::Peak;
 pub(super) use crate::output::number_format::five_digits;
+use crate::output::number_format::five_digits_of_small;
 use crate::output::summary::{Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
@@ -129,7 +130,7 @@ fn row(record: &IncrementRecord, optional: OptionalColumns) -> Vec<String> {
         five_digits(record.contact_area),
         five_digits(record.stick_area),
         five_digits(record.peak_pressure),
-        five_digits(record.worn_volume),
+        five_digits_of_small(record.worn_volume),
         format!("{:.1e}{mark}", record.certificate.natural_residual),
     ];
     if optional.rotations {

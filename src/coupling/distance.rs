@@ -14,8 +14,11 @@ const MIN_STEEP_COSINE: f64 = 0.05;
 /// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Share of the largest sagitta of a surface's edges by which its curved shape may be wrong between its nodes.
+/// Share of the largest sagitta of flat edges by which the curved shape through them may be wrong.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
+
+/// Margin of the interpolation error of curved edges.
+const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
 /// Overlaps below this share of the cells' mean side are rounding.
 const ROUNDING_SHARE: f64 = 1e-6;
@@ -62,10 +65,12 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
              frame.normal from body 1 to body 2",
         ));
     }
+    // Overlap that is left on flanks which the first touch did not look at.
+    let flanks = curved_overlap(frame, (&cosines, first), surfaces);
     if first < 0.0 {
-        refuse_interference(frame, (&cosines, first), surfaces)?;
+        refuse_interference(&flanks, first)?;
     }
-    if deepest(&moved(first)) > tolerance(frame) {
+    if flanks.is_certain() || deepest(&moved(first)) > tolerance(frame) {
         first = first_touch(frame, surfaces, MIN_STEEP_COSINE);
     }
     let touching = moved(first);
@@ -90,46 +95,74 @@ fn deepest(distances: &[f64]) -> f64 {
     -distances.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Refuses an overlap of the curved surfaces that is left where the motion to the first touch would end: surfaces that enclose one another
-/// overlap on their flanks, too, and are pressed together wherever body 2 is.
-fn refuse_interference(
+/// Overlap of the curved surfaces, as they are meshed and after the motion to the first touch.
+struct CurvedOverlap {
+    /// As meshed, mm; negative if all cells are open.
+    meshed: f64,
+    /// After the motion, mm.
+    left: f64,
+    /// Overlaps below this are errors of the curved shapes, mm.
+    shape_error: f64,
+    /// Number of cells that overlap as meshed, and of all.
+    cells: [usize; 2],
+}
+
+impl CurvedOverlap {
+    /// Whether more is left after the motion than errors of the curved shapes.
+    fn is_certain(&self) -> bool {
+        self.left > self.shape_error
+    }
+}
+
+fn curved_overlap(
     frame: &ContactFrame,
     (cosines, first): (&[f64], f64),
     surfaces: [Option<&MeshedSurface>; 2],
-) -> Result<()> {
+) -> CurvedOverlap {
     let curved = surfaces.map(|surface| surface.map(|surface| surface.curved_heights(frame)));
     let meshed = distances(frame, cosines, curved.each_ref().map(Option::as_deref));
     let moved: Vec<f64> = meshed.iter().zip(cosines).map(|(d, cosine)| d - first * cosine).collect();
-    let (overlap, left) = (deepest(&meshed), deepest(&moved));
     let shape_error: f64 = surfaces.into_iter().flatten().map(shape_error).sum();
-    if overlap.min(left) <= shape_error + ROUNDING_SHARE * mean_side(frame) {
+    CurvedOverlap {
+        meshed: deepest(&meshed),
+        left: deepest(&moved),
+        shape_error: shape_error + ROUNDING_SHARE * mean_side(frame),
+        cells: [meshed.iter().filter(|distance| **distance < 0.0).count(), meshed.len()],
+    }
+}
+
+/// Refuses an overlap of the curved surfaces that the motion to the first touch leaves: surfaces that enclose one another overlap on their flanks, too, and are
+/// pressed together wherever body 2 is.
+fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
+    if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());
     }
-    let count = meshed.iter().filter(|distance| **distance < 0.0).count();
+    let CurvedOverlap { meshed, left, cells: [count, n], .. } = overlap;
     Err(Error::input(format!(
-        "the contact surfaces overlap by up to {overlap:.6} in {count} of {} cells, and moving body 2 along n by {:.6} to the first touch \
-         leaves {left:.6}: this is an interference fit, which is not available; mesh body 2 without the interference, or apart from body 1 \
-         along n if it is to be pressed onto its flanks",
-        meshed.len(),
+        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells: this is an interference fit, which is not available. Moving body 2 along n by \
+         {:.6} to the first touch would leave {left:.6}. Mesh body 2 without the interference; to press it onto the flanks, mesh it apart from body 1 along n",
         -first
     )))
 }
 
-/// What is uncertain of a curved surface between the nodes of its mesh, mm.
+/// Possible error of a curved surface between the nodes of its mesh, mm. Of a circle that is interpolated quadratically over an edge of the length h with the sagitta
+/// s it is 4 s^3 / (3 h^2); curvatures that are fitted to flat faces are less certain.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(surface.mesh, surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
     let point = |node: usize| Point::from(surface.mesh.points[node]);
     // The edge from corner i has its middle node, if any, at n + i.
-    let sagitta = |nodes: &[usize], n: usize, i: usize| {
-        (point(nodes[n + i]) - 0.5 * (point(nodes[i]) + point(nodes[(i + 1) % n]))).norm()
+    let interpolation = |nodes: &[usize], n: usize, i: usize| {
+        let (start, end) = (point(nodes[i]), point(nodes[(i + 1) % n]));
+        let sagitta = (point(nodes[n + i]) - 0.5 * (start + end)).norm();
+        4.0 / 3.0 * sagitta.powi(3) / (end - start).norm_squared()
     };
     let quadratic = surface.faces.iter().filter(|face| face.kind.n_nodes() >= 2 * face.kind.n_corners());
-    let sagittas = quadratic.flat_map(|face| {
+    let curved = quadratic.flat_map(|face| {
         let n = face.kind.n_corners();
-        (0..n).map(move |i| sagitta(&face.nodes, n, i))
+        (0..n).map(move |i| interpolation(&face.nodes, n, i))
     });
-    flat.chain(sagittas.map(|sagitta| CURVED_SHAPE_ERROR * sagitta)).fold(0.0, f64::max)
+    flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
 /// A plane has no distance from cells that are perpendicular to it or look away.

@@ -406,13 +406,18 @@ impl Run<'_> {
         }
         let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
-            let larger = if self.prepared.model.frame.grid.is_some() {
+            let frame = &self.prepared.model.frame;
+            let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
+                "take the frame from the body whose surface ends there (frame.body), or smaller faces"
+            } else if frame.grid_indices.is_some() {
+                "enlarge frame.half_width beyond frame.outline"
+            } else if frame.grid.is_some() {
                 "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
             } else {
                 "take more faces into the contact groups"
             };
             let note = warning(&format!(
-                "step \"{}\" ({}): the contact reaches the edge of the frame, beyond which the bodies continue: it is cut off there, and loads and \
+                "step \"{}\" ({}): the contact reaches the edge of the frame, beyond which the bodies continue. It is cut off there: loads and \
                  pressures are wrong; {larger}",
                 record.name, record.increment
             ));

@@ -2,7 +2,12 @@
 
 /// A number with five significant digits; round-off is shown as 0.
 pub fn five_digits(x: f64) -> String {
-    if x.abs() < 1e-12 {
+    if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
+}
+
+/// The same of quantities that are no differences, such as volumes, however small.
+pub fn five_digits_of_small(x: f64) -> String {
+    if x == 0.0 {
         return "0".to_owned();
     }
     let digits = x.abs().log10().floor() as i32;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::error::Result;
-use crate::output::number_format::five_digits;
+use crate::output::number_format::{five_digits, five_digits_of_small};
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::report::body_surfaces::Bodies;
@@ -155,6 +155,9 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("seconds", "time"),
 ];
 
+/// What entries of cycles show.
+const REVERSAL_NOTE: &str = " Entries of cycles show motions, forces, areas and peaks at the + reversal point, and the mean approach of both reversal points.";
+
 /// Tables of entries, certificates and peaks.
 fn results(page: &mut Page, said: &Value, names: &UnitNames) {
     let records = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
@@ -163,14 +166,15 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
     }
     let last = |i: &usize| records.get(i + 1).is_none_or(|next| next["name"] != records[*i]["name"]);
     let ends: Vec<usize> = (0..records.len()).filter(last).collect();
+    let has_cycles = records.iter().any(|record| record["stroke_ends"].is_array());
+    let reversal = if has_cycles { REVERSAL_NOTE } else { "" };
+    let mut note = format!("Forces act on body 1.{reversal}");
     page.key_table = Some(Table {
         title: "Results at the ends of the steps".to_owned(),
+        note: note.clone(),
         ..entry_table(records, &ends, names)
     });
     let mut all: Vec<usize> = (0..records.len()).collect();
-    let mut note =
-        "Forces act on body 1. For cycle jumps motions, forces, areas and peaks are those of the + reversal point, the approach is the mean of both."
-            .to_owned();
     if all.len() > MAX_TABLE_ROWS {
         all = (0..MAX_TABLE_ROWS / 2).chain(records.len() - MAX_TABLE_ROWS / 2..records.len()).collect();
         note +=
@@ -183,13 +187,21 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
     page.tables.extend(peaks);
 }
 
+/// What has the `key` of an entry: its + reversal point, if it is one of cycles and that has it.
+fn at_plus_reversal<'a>(record: &'a Value, key: &str) -> &'a Value {
+    let plus = &record["stroke_ends"][0];
+    if plus[key].is_null() { record } else { plus }
+}
+
 fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
     let counts = |value: &Value| match value {
         Value::Array(items) => items.iter().any(|item| item.as_f64().is_some_and(|x| x != 0.0)),
         value => value.as_f64().is_some_and(|x| x != 0.0),
     };
-    let columns: Vec<_> =
-        ENTRY_COLUMNS.iter().filter(|(key, _)| records.iter().any(|record| counts(&record[key]))).collect();
+    let columns: Vec<_> = ENTRY_COLUMNS
+        .iter()
+        .filter(|(key, _)| records.iter().any(|record| counts(&at_plus_reversal(record, key)[key])))
+        .collect();
     let mut heads = vec![["entry".to_owned(), String::new()], ["step".to_owned(), String::new()]];
     heads.extend(columns.iter().map(|(key, head)| [(*head).to_owned(), names.unit_of_key(key)]));
     heads.push(["converged".to_owned(), String::new()]);
@@ -197,15 +209,15 @@ fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
         let record = &records[i];
         let mut cells =
             vec![(i + 1).to_string(), format!("{}, {}", to_line(&record["name"]), record["increment"])];
-        // At the + reversal point of a cycle.
-        let plus = &record["stroke_ends"][0];
-        let at_plus = |key: &str| if plus[key].is_null() { record } else { plus };
-        cells.extend(columns.iter().map(|(key, _)| format_quantity(key, at_plus(key))));
+        cells.extend(columns.iter().map(|(key, _)| format_quantity(key, at_plus_reversal(record, key))));
         cells.push(if record["converged"] == false { "NO".to_owned() } else { "yes".to_owned() });
         cells
     };
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
+
+/// Quantities that are small in metres, and no round-off.
+const VOLUMES_AND_DEPTHS: [&str; 2] = ["worn_volume", "max_wear_depth"];
 
 /// A number or some; forces and moments that are round-off beside the load as 0.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
@@ -217,6 +229,9 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
             items.iter().filter_map(Value::as_f64).map(part).collect::<Vec<_>>().join(", ")
         }
         Value::Number(number) if number.is_u64() => number.to_string(),
+        Value::Number(number) if VOLUMES_AND_DEPTHS.contains(&key) => {
+            number.as_f64().map_or(String::new(), five_digits_of_small)
+        }
         Value::Number(number) => number.as_f64().map_or(String::new(), five_digits),
         other => to_line(other),
     }

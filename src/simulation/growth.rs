@@ -12,7 +12,7 @@ use crate::omitted::{OmissionKind, OmittedWork};
 use crate::scene::plan::{FramePlan, Plan};
 use crate::simulation::build::Simulation;
 use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
-use crate::simulation::build::frame_edges::with_body_ends;
+use crate::simulation::build::frame_edges::continuing_axes;
 use crate::simulation::build::near_field;
 use crate::simulation::failure::SceneError;
 use crate::simulation::mesh_motion;
@@ -65,15 +65,17 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
     if growths == 0 {
         return Ok(start);
     }
-    let frame = enlarged(plan, &start, growths)
-        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
-    with_body_ends(plan, frame)
+    let axes = continuing_axes(plan, &start)?;
+    enlarged(plan, (&start, axes), growths)
+        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })
 }
 
-fn enlarged(plan: &Plan, start: &ContactFrame, growths: usize) -> Result<ContactFrame> {
+/// The frame of `start` with more cells along the `axes` along which the bodies continue.
+fn enlarged(plan: &Plan, (start, axes): (&ContactFrame, [bool; 2]), growths: usize) -> Result<ContactFrame> {
     let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
-    let more = grid.cells.map(|n| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 });
-    if more.contains(&0) {
+    let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
+    let more = [0, 1].map(|axis| if axes[axis] { more_cells(grid.cells[axis]) } else { 0 });
+    if (0..2).any(|axis| axes[axis] && more[axis] == 0) {
         return Err(Error::input("a frame of one cell across is not enlarged"));
     }
     ensure_grid(plan, [0, 1].map(|axis| grid.cells[axis].saturating_add(2 * more[axis])))?;

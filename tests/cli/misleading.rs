@@ -149,12 +149,39 @@ fn press_fit() {
     for word in ["error: gap:", "overlap by up to 0.019", "24 of 24 cells", "interference fit"] {
         assert!(text.contains(word), "lacks \"{word}\": {text}");
     }
+    let (code, text) = pin_of_other_size(10.003 / 9.8, &[]);
+    assert!(code == Some(2) && text.contains("interference fit"), "{text}");
     let (code, text) = pin_of_other_size(9.98 / 9.8, &[]);
     assert_eq!(code, Some(0), "{text}");
     let said = text.split_once("body 2 is moved by ").expect("the motion").1;
     let (value, rest) = said.split_once(' ').unwrap();
     let motion: f64 = value.parse().unwrap();
     assert!((motion - 0.02).abs() < 0.002 && rest.starts_with("mm against n = (0, 0, 1)"), "{text}");
+}
+
+/// Truth: chords of 1.3 mm on the bore of 10 mm lie up to h^2 / 8R = 0.021 mm inside it, of which the mean over a cell between the finer chords of the pin is a half:
+/// a pin with a clearance of 0.01 mm overlaps, as flat faces, at an approach of 0.
+#[test]
+fn load_of_flat_faces_at_the_first_touch() {
+    let words = "WARNING: where the curved surfaces first touch, their flat faces overlap by up to 0.01";
+    let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.0"]);
+    assert!(code == Some(0) && text.contains(words), "{text}");
+    let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0"]);
+    assert!(code == Some(0) && !text.contains("flat faces overlap"), "{text}");
+}
+
+/// Truth: a pin meshed 0.5 mm above the bottom of the bore is moved by u = 0.7 mm in all on a frame of R = 10 mm: u^2 / R = 0.05 mm, a fifth of the approach.
+#[test]
+fn long_motion_to_the_first_touch() {
+    let words = "WARNING: the frame is curved, and the motion of body 2 by 0.";
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let pin = folder.path().join("pin.msh");
+    fs::write(&pin, moved_mesh(&root.join("meshes/pin.msh"), [1.0; 3], -0.5)).unwrap();
+    let (code, text) = check("pin-in-hole.toml", &[&format!("body2.mesh=\"{}\"", pin.display())]);
+    assert!(code == Some(0) && text.contains(words), "{text}");
+    let (code, text) = check("pin-in-hole.toml", &[]);
+    assert!(code == Some(0) && !text.contains(words), "{text}");
 }
 
 /// Truth: a mesh that stands 0.1 mm above the block is moved down by 0.1 mm, one that stands 0.01 mm inside is moved up by 0.01 mm; one that touches is not
@@ -244,6 +271,13 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
     let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
     assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
+    // In its place a half-space continues.
+    let sets = [&flat[..], &["gap={ kind = \"flat\" }"]].concat();
+    let mut arguments = vec!["compare", "scene.toml", "--variants", "FE-rigid,HS-rigid", "--out", "c"];
+    sets.iter().for_each(|line| arguments.extend(["--set", line]));
+    let (_, text, errors) = orthowear(place.path(), &arguments);
+    assert!(text.contains("HS-rigid: WARNING: step \"press\" (1)"), "{text} {errors}");
+    assert!(!text.contains("FE-rigid: WARNING: step \"press\" (1)"), "{text}");
 }
 
 /// Truth: the line of a step with cycles shows one state, that of the + reversal point as `stroke_ends` of the summary has it, and says so; the
@@ -332,6 +366,13 @@ fn oblique_fretting() {
         }
         let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
         assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
+    }
+    // The law is homogeneous in the load: the ratio of the forces stays when the load falls to a hundredth, and never exceeds a coefficient.
+    let summary = near_field::run(folder.path(), &["steps.fret.normal_force=5.0"]);
+    for record in summary["steps"].as_array().unwrap().iter().skip(1) {
+        let [x, y] = [0, 1].map(|k| record["tangential_force"][k].as_f64().unwrap());
+        let load = record["stroke_ends"][0]["normal_force"].as_f64().unwrap();
+        assert!(x.hypot(y) < 0.35 * load && (x / y + 0.2417).abs() < 0.025, "{x} {y} {load}");
     }
 }
 

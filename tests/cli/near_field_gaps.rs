@@ -94,10 +94,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let words = "the contact faces of body1 are coarser than the cells of the frame";
     let summary = run(place.path(), &["body1.near_field=\"mesh\""]);
     let text = warning(&summary, words).expect("a warning");
-    assert!(
-        text.contains("(0.01 of the area per node)") && text.contains("cells of at least 0.948683 mm"),
-        "{text}"
-    );
+    assert!(text.contains("(0.01 of the area per node)") && !text.contains("cells of at least"), "{text}");
     assert!(
         text.contains("where body1 is softer than body2") && text.contains("body1.near_field = \"auto\""),
         "{text}"

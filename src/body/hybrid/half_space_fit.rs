@@ -98,12 +98,10 @@ impl HalfSpaceFit {
         }
         let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
         if rise > MAX_RISE {
-            // Of a paraboloid.
-            let [x, y] = half_width.map(|half| format_number(round_down(half * MAX_RISE / rise)));
             return Ok(Err(Unsuitable(format!(
-                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed (about \
-                 half_width = [{x}, {y}])",
-                format_number(high - low)
+                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed{}",
+                format_number(high - low),
+                flatter_frame_advice(mesh, &under, (&level, rise))
             ))));
         }
         // The tangent plane of a curved surface.
@@ -175,6 +173,28 @@ impl HalfSpaceFit {
             nodes + usize::from(!self.isotropic) + more
         })
     }
+}
+
+/// Half-widths of a frame with the centre of `level` under which the `faces` rise by an allowed share, in words; `rise` is that of the present frame.
+fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&ContactPatch, f64)) -> String {
+    let (mut factor, mut rise) = (1.0, rise);
+    while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
+        // The rise of a paraboloid over the side is proportional to the side.
+        factor *= 0.95 * MAX_RISE / rise;
+        let half_width = level.half_width.map(|half| round_down(factor * half));
+        let narrow = ContactPatch { half_width, ..*level };
+        let heights = faces
+            .iter()
+            .filter(|face| touches(mesh, face, &narrow))
+            .flat_map(|face| heights_under(mesh, face, &narrow));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        rise = (high - low) / narrow.size();
+    }
+    if factor < MIN_ADVISED_FACTOR || rise.is_nan() {
+        return String::new();
+    }
+    let [x, y] = level.half_width.map(|half| format_number(round_down(factor * half)));
+    format!(" (half_width up to [{x}, {y}])")
 }
 
 /// Half-widths of a frame with the centre of `patch` that is far enough from its surroundings, in words: now a `distance` away, where a `share` of half of the

@@ -31,6 +31,9 @@ const CONFIRMING_REFINEMENT: usize = 4;
 /// fibre: in 8 increments the wear was right to 1e-3, the force across the stroke 15 % too small.
 const MAX_FORCE_CHANGE: f64 = 0.01;
 
+/// Difference of the tangential force of prescribed increments from that of the resolved cycle, over the force, that is warned of.
+const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
+
 /// Wear of a cell by the slip from end to end over the largest below which it says nothing.
 const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
 
@@ -45,6 +48,9 @@ const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
 
 /// Growth of the elastic lag over the slip after which a correction that was not needed is checked again.
 const RECHECK_LAG_GROWTH: f64 = 2.0;
+
+/// Ratio of normal forces from which on a cycle is resolved again: the elastic lag is then another share of the stroke.
+const RECHECK_FORCE_RATIO: f64 = 2.0;
 
 /// Share of the error that it measures to which a resolved cycle is refined where it corrects nothing.
 const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
@@ -74,6 +80,8 @@ pub(in crate::evolution) struct ResolvedCycle {
     lag_ratio: f64,
     /// Whether all of the contact slid then.
     full_slip: bool,
+    /// Mean normal force at the reversal points then, N.
+    normal_force: f64,
     /// Wear depth then, `[N]`, mm.
     wear_depth: Vec<f64>,
     /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
@@ -82,11 +90,12 @@ pub(in crate::evolution) struct ResolvedCycle {
     remaining_volume_error: f64,
     /// Share of the wear volume that no factor stands for.
     unresolved_wear_fraction: f64,
-    /// What it adds to the resultants at the reversal points (+, -); `None` where increments are prescribed, or it did not converge.
+    /// Correction of the resultants at the reversal points (+, -); `None` if increments are prescribed or the cycle did not converge.
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
 }
 
-/// Resultants of a resolved cycle at a reversal point, less those of the slip from end to end there.
+/// Difference of the resultants of a resolved cycle and of the slip from end to end, at a reversal point. Forces and moments are relative to the normal force and
+/// the stick area to the contact area, so that the difference follows a contact that is unloaded or worn later.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::evolution) struct ReversalCorrection {
     shift: [f64; 2],
@@ -98,22 +107,28 @@ pub(in crate::evolution) struct ReversalCorrection {
 
 impl ReversalCorrection {
     fn between(resolved: &Resultants, by_ends: &Resultants) -> Self {
+        let share =
+            |now: f64, before: f64, whole: f64| if whole > 0.0 { (now - before) / whole } else { 0.0 };
+        let force = by_ends.normal_force;
         Self {
             shift: [0, 1].map(|k| resolved.shift[k] - by_ends.shift[k]),
-            normal_force: resolved.normal_force - by_ends.normal_force,
-            tangential_force: [0, 1].map(|k| resolved.tangential_force[k] - by_ends.tangential_force[k]),
-            moment: [0, 1, 2].map(|k| resolved.moment[k] - by_ends.moment[k]),
-            stick_area: resolved.stick_area - by_ends.stick_area,
+            normal_force: share(resolved.normal_force, force, force),
+            tangential_force: [0, 1]
+                .map(|k| share(resolved.tangential_force[k], by_ends.tangential_force[k], force)),
+            moment: [0, 1, 2].map(|k| share(resolved.moment[k], by_ends.moment[k], force)),
+            stick_area: share(resolved.stick_area, by_ends.stick_area, by_ends.contact_area),
         }
     }
 
-    /// Adds it to the resultants at its reversal point.
+    /// Adds the difference to the resultants at the reversal point.
     pub fn apply(&self, values: &mut Resultants) {
+        let force = values.normal_force;
         (0..2).for_each(|k| values.shift[k] += self.shift[k]);
-        values.normal_force += self.normal_force;
-        (0..2).for_each(|k| values.tangential_force[k] += self.tangential_force[k]);
-        (0..3).for_each(|k| values.moment[k] += self.moment[k]);
-        values.stick_area = (values.stick_area + self.stick_area).clamp(0.0, values.contact_area);
+        values.normal_force += self.normal_force * force;
+        (0..2).for_each(|k| values.tangential_force[k] += self.tangential_force[k] * force);
+        (0..3).for_each(|k| values.moment[k] += self.moment[k] * force);
+        let stick_area = values.stick_area + self.stick_area * values.contact_area;
+        values.stick_area = stick_area.clamp(0.0, values.contact_area);
     }
 }
 
@@ -160,6 +175,11 @@ struct RefinedCycle {
     agrees_with_ends: bool,
 }
 
+/// Mean normal force at the reversal points, N.
+fn mean_normal_force(reversals: &[Resultants; 2]) -> f64 {
+    0.5 * (reversals[0].normal_force + reversals[1].normal_force)
+}
+
 /// How a cycle slips between its reversal points.
 #[derive(Clone, Copy)]
 struct CycleSlip {
@@ -197,10 +217,18 @@ impl ResolvedCycle {
     }
 
     /// Whether another resolved cycle is needed, which has come to `slip`; `changed` gives the relative change of the slip since this one.
-    fn is_due(&self, used: ResolvedCycleSettings, slip: &CycleSlip, changed: impl Fn(&[f64]) -> f64) -> bool {
+    fn is_due(
+        &self,
+        used: ResolvedCycleSettings,
+        (slip, normal_force): (&CycleSlip, f64),
+        changed: impl Fn(&[f64]) -> f64,
+    ) -> bool {
+        let ratio = normal_force / self.normal_force;
+        let unloaded = !(1.0 / RECHECK_FORCE_RATIO..=RECHECK_FORCE_RATIO).contains(&ratio);
         match used.correction {
-            _ if self.corrects => changed(&self.slip) > used.tolerance,
             Correction::Never => false,
+            _ if unloaded => true,
+            _ if self.corrects => changed(&self.slip) > used.tolerance,
             _ if slip.full_slip != self.full_slip => true,
             _ if slip.full_slip => slip.lag > RECHECK_LAG_GROWTH * self.lag_ratio,
             _ => changed(&self.slip) > used.tolerance,
@@ -243,8 +271,10 @@ impl Run<'_> {
         let reversals =
             [0, half].map(|end| state::resultants(&self.prepared, &problem, &cycling.cycle.contact, end));
         drop(problem);
+        let normal_force = mean_normal_force(&reversals);
         let changed = |before: &[f64]| self.slip_change(&cycling.cycle.contact, before);
-        if cycling.resolved_cycle.as_ref().is_some_and(|before| !before.is_due(used, &slip, changed)) {
+        let is_due = |before: &ResolvedCycle| before.is_due(used, (&slip, normal_force), changed);
+        if cycling.resolved_cycle.as_ref().is_some_and(|before| !is_due(before)) {
             return Ok(());
         }
         let course = course.clone();
@@ -284,6 +314,7 @@ impl Run<'_> {
             self.warn_of_unresolved_wear(step, cycling, (unresolved_wear_fraction, used.tolerance));
         } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
             > used.tolerance
+            || by_ends.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
         {
             self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
         }
@@ -352,6 +383,7 @@ impl Run<'_> {
             lag_ratio: slip.lag,
             wear_depth: self.state.wear_depth.clone(),
             full_slip: slip.full_slip,
+            normal_force: mean_normal_force(&by_ends.reversals),
             remaining_error: change,
             // Over the wear that the factors stand for.
             remaining_volume_error: (unresolved_wear_fraction.abs() + drift)
@@ -389,6 +421,7 @@ impl Run<'_> {
             lag_ratio: slip.lag,
             wear_depth: self.state.wear_depth.clone(),
             full_slip: slip.full_slip,
+            normal_force: mean_normal_force(&by_ends.reversals),
             remaining_error: remaining.collect(),
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
@@ -439,9 +472,11 @@ impl Run<'_> {
             "all of its wear".to_owned()
         };
         self.result.warnings.push(format!(
-            "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}). The difference is in \
-             the estimated errors. Leave out `increments`, or take \"auto\", to correct the wear",
-            step.name, refined.increments
+            "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}) and by {:.1} % of the tangential \
+             force at a reversal point. The difference of the wear is in the estimated errors. Leave out `increments`, or take \"auto\", to correct both",
+            step.name,
+            refined.increments,
+            100.0 * by_ends.force_change(&refined.wear)
         ));
     }
 
@@ -512,8 +547,9 @@ impl Run<'_> {
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
         let most = MAX_STROKE_INCREMENTS.max(4 * closed.increments);
         // The first cycle in several times the increments between the reversal points, and their number.
+        let is_refined = increments >= MIN_REFINEMENT * closed.increments;
         let mut first: Option<(usize, CycleWear)> =
-            (increments >= MIN_REFINEMENT * closed.increments).then(|| (increments, coarser.clone()));
+            (is_refined && !extrapolates).then(|| (increments, coarser.clone()));
         loop {
             // Where the first agrees with the slip from end to end, which it may by chance, the next one confirms it.
             let confirms = may_agree

@@ -13,9 +13,10 @@ use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
 use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
-use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
+use crate::geometry::format_number;
 
 /// Worn depth over the approach that the first controlled jump aims at.
 const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
@@ -153,20 +154,30 @@ impl Run<'_> {
         let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = cycles.motion else {
             return;
         };
-        let Some(record) = self.result.records.last() else { return };
-        let share = |error: f64, value: f64| if value > 0.0 { error / value } else { 0.0 };
-        let volume = share(record.worn_volume_error, record.worn_volume);
-        let depth = share(record.wear_depth_error, record.max_wear_depth);
-        if volume > used.error_warning {
-            self.result.warnings.push(warning(&format!(
-                "step \"{}\": the estimated error of the wear volume is {:.2} %, more than wear.tolerance = {:e} (depth: {:.2} % of the largest, root mean \
-                 square). Take more increments per stroke (cycles.increments) or more jumps (cycles.jumps, a smaller wear.tolerance)",
-                step.name,
-                100.0 * volume,
-                used.error_warning,
-                100.0 * depth
-            )));
+        let Some(record) = self.result.records.last().filter(|record| record.worn_volume > 0.0) else {
+            return;
+        };
+        let error = record.worn_volume_error / record.worn_volume;
+        // Where all of the contact sticks what wears is rounding.
+        if error <= used.error_warning || record.stick_area >= record.contact_area {
+            return;
         }
+        let by_jumps =
+            self.result.records.iter().filter_map(|record| record.jump).map(|jump| jump.volume_error);
+        let remedy = if by_jumps.sum::<f64>() > 0.5 * record.worn_volume_error {
+            "Shorter jumps reduce it (a smaller wear.tolerance, more cycles.jumps)"
+        } else if used.correction == Correction::Never {
+            "It is that of the path between the reversal points: leave out cycles.increments, or take \"auto\", to correct the wear"
+        } else {
+            "It is that of the path between the reversal points, which is resolved into 64 increments per stroke at most: accept it, or take finer cells where \
+             the stick zone moves"
+        };
+        self.result.warnings.push(warning(&format!(
+            "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}. {remedy}",
+            step.name,
+            format_number(format!("{:.2e}", 100.0 * error).parse().unwrap_or(100.0 * error)),
+            used.error_warning
+        )));
     }
 
     /// The first strokes and the rates before the first jump; `None` where something does not converge.

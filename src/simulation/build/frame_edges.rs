@@ -23,11 +23,52 @@ pub(in crate::simulation) fn with_body_ends(
     plan: &Plan,
     frame: ContactFrame,
 ) -> Result<ContactFrame, SceneError> {
+    let mut ends = vec![false; frame.n_cells()];
+    let edges = outer_edges(plan, &frame)?;
+    edges.iter().for_each(|edge| ends[edge.cell] = true);
+    edges.iter().filter(|edge| edge.continues).for_each(|edge| ends[edge.cell] = false);
+    let body_ends = ends.contains(&true).then_some(ends);
+    Ok(ContactFrame { body_ends, ..frame })
+}
+
+/// Along which axes of a grid both bodies continue beyond an edge of the frame.
+///
+/// # Errors
+/// If a contact group is not sound.
+pub(in crate::simulation) fn continuing_axes(
+    plan: &Plan,
+    frame: &ContactFrame,
+) -> Result<[bool; 2], SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
-        return Ok(frame);
+        return Ok([true; 2]);
+    }
+    let mut found = [false; 2];
+    for edge in outer_edges(plan, frame)?.iter().filter(|edge| edge.continues) {
+        found[usize::from(edge.outward[0].abs() < edge.outward[1].abs())] = true;
+    }
+    Ok(found)
+}
+
+/// An edge of a cell that is an edge of the frame.
+struct OuterEdge {
+    cell: usize,
+    /// Outward direction along the frame's x and y.
+    outward: [f64; 2],
+    /// Whether both bodies continue beyond it.
+    continues: bool,
+}
+
+/// The edges of the frame; none without meshed bodies, whose surfaces end nowhere.
+fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, SceneError> {
+    if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
+        return Ok(Vec::new());
     }
     let (strips, cells) = frame.strips_beyond_edges();
-    let mut continues = vec![true; cells.len()];
+    let outward = |(strip, &cell): (usize, &usize)| {
+        let local = frame.axes.to_local(&(strips.centers[strip] - frame.centers[cell]));
+        OuterEdge { cell, outward: [local.x, local.y], continues: true }
+    };
+    let mut edges: Vec<OuterEdge> = cells.iter().enumerate().map(outward).collect();
     for (index, body) in plan.bodies.iter().enumerate() {
         let Some(fe) = body.as_meshed() else { continue };
         let mut faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
@@ -36,17 +77,9 @@ pub(in crate::simulation) fn with_body_ends(
             faces.extend(smooth_continuation(&fe.mesh, &faces));
             covered = covered_cells(&strips, &fe.mesh, &faces, SIDES[index]);
         }
-        continues.iter_mut().zip(covered).for_each(|(continues, covered)| *continues &= covered);
+        edges.iter_mut().zip(covered).for_each(|(edge, covered)| edge.continues &= covered);
     }
-    let mut ends = vec![false; frame.n_cells()];
-    cells.iter().for_each(|&cell| ends[cell] = true);
-    cells
-        .iter()
-        .zip(&continues)
-        .filter(|(_, continues)| **continues)
-        .for_each(|(&cell, _)| ends[cell] = false);
-    let body_ends = ends.contains(&true).then_some(ends);
-    Ok(ContactFrame { body_ends, ..frame })
+    Ok(edges)
 }
 
 /// The outer faces beside `faces` that continue their surface smoothly.

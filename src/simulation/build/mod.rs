@@ -32,6 +32,7 @@ use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::body::NearField;
 use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
 use crate::simulation::build::candidate_cells::with_active_cells;
+use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::build::settings::{coupling_method, operators, options};
 use crate::simulation::failure::{AtKey, SceneError};
@@ -105,8 +106,9 @@ pub fn build_with<'p>(
 ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
     let mut timings = Timings::default();
     progress(ProgressEvent::Stage("frame", 0.0, None));
-    let frame =
-        timings.measure("frame", || given.map_or_else(|| contact_frame(plan), |given| Ok(given.clone())))?;
+    let frame = timings.measure("frame", || {
+        given.map_or_else(|| contact_frame(plan), |given| with_body_ends(plan, given.clone()))
+    })?;
     refuse_impossible_controls(plan, &frame)?;
     let mut near = choose_near_fields(plan, &frame)?;
     let mut warnings = crate::simulation::validate::fit::check(plan, &frame, &near)?;
@@ -300,6 +302,13 @@ impl Simulation<'_> {
         if let Some(approach) = flat_faces::max_reached_approach(self.plan, &result.records) {
             let frame = &self.model.frame;
             let gap = &self.model.initial_gap[2 * frame.n_cells()..];
+            if self.bodies.iter().all(|body| body.free_gap().is_none()) {
+                result.warnings.extend(flat_faces::reached_preload_warning(
+                    self.plan,
+                    frame,
+                    (gap, approach),
+                ));
+            }
             if approach > 0.0 {
                 let bowed = [1, 2].map(|body| self.has_half_space_near_field(body));
                 let doubts = flat_faces::check(self.plan, frame, (gap, approach), bowed);

@@ -18,6 +18,9 @@ use crate::simulation::failure::{AtKey, SceneError};
 /// (docs/theory-coupling.md): the load errs by one to two times the share.
 const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
 
+/// An overlap of less than this share of the frame's size is rounding.
+const MIN_OVERLAP_SHARE: f64 = 1e-6;
+
 /// A bow of less than this share of an edge is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -25,6 +28,42 @@ const ROUNDING: f64 = 1e-9;
 pub(in crate::simulation) fn max_prescribed_approach(plan: &Plan) -> Option<f64> {
     let approach = |normal| if let Some(Normal::Approach(approach)) = normal { Some(approach) } else { None };
     plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
+}
+
+/// A warning if flat faces of curved surfaces overlap where the surfaces first touch (`gap`, `[N]`, mm) and the steps prescribe no approach beyond it.
+pub(in crate::simulation) fn preload_warning(
+    plan: &Plan,
+    frame: &ContactFrame,
+    gap: &[f64],
+) -> Option<String> {
+    let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let pressed_by_approach = max_prescribed_approach(plan).is_some();
+    let under_force = plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(_))));
+    let certain = overlap > MIN_OVERLAP_SHARE * frame.size() && !pressed_by_approach && !under_force;
+    certain.then(|| overlap_warning(plan, overlap))
+}
+
+/// A warning if a run under forces reaches an `approach` of no more than that of the first touch, in spite of an overlap of flat faces there: `gap` as in
+/// [`preload_warning`], without loads of the bodies.
+pub(in crate::simulation) fn reached_preload_warning(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (gap, approach): (&[f64], f64),
+) -> Option<String> {
+    let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let under_force =
+        plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(value)) if value > 0.0));
+    let certain = plan.gap.shape == GapShape::Mesh && overlap > MIN_OVERLAP_SHARE * frame.size();
+    (certain && under_force && approach < overlap).then(|| overlap_warning(plan, overlap))
+}
+
+fn overlap_warning(plan: &Plan, overlap: f64) -> String {
+    let unit = &plan.units.length;
+    warning(&format!(
+        "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. Loads and pressures of an approach of this size come from the \
+         mesh, not from the bodies: take elements of second order, or matching nodes on both surfaces",
+        short(overlap)
+    ))
 }
 
 /// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.

@@ -1,6 +1,6 @@
 //! Whether the heights of a gap can be meant: their extent, slopes and curvature under the frame.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Matrix2, Matrix6, Vector6};
 
 use crate::error::warning;
 use crate::frame::ContactFrame;
@@ -11,25 +11,49 @@ use crate::scene::plan::Plan;
 /// are taken for millimetres rise a thousand times as fast.
 const MAX_SLOPE: f64 = 0.5;
 
-/// The rise of the best sphere from its middle to the farthest cell over the deviation from it from which on the heights count as those of a sphere.
+/// Rise of the best paraboloid to the farthest cell over the deviation from it, at least, for its radii to be shown.
 const MIN_SAGITTA_OVER_DEVIATION: f64 = 3.0;
 
-/// Heights with a spread below this share of the size of the frame are a plane.
-const ROUNDING: f64 = 1e-12;
+/// A rise of less than this share of the largest height is rounding.
+const ROUNDING: f64 = 1e-6;
 
-/// The sphere (paraboloid) on a tilted plane that fits heights best.
-struct BestSphere {
-    /// 1 / R, positive where the gap opens away from the middle, 1/mm.
-    curvature: f64,
+/// Smaller over larger curvature of a cylinder, at most.
+const CYLINDER_CURVATURE_RATIO: f64 = 1e-2;
+
+/// Difference of the curvatures of a sphere over the larger, at most.
+const SPHERE_CURVATURE_DIFFERENCE: f64 = 0.05;
+
+/// The paraboloid on a tilted plane that fits heights best.
+struct BestParaboloid {
+    /// Principal curvatures, the larger in magnitude first, positive where the gap opens away from the middle, 1/mm.
+    curvatures: [f64; 2],
     /// Root mean square of the heights about it, mm.
     deviation: f64,
-    /// Rise from its middle to the farthest cell, mm.
+    /// Rise from its middle to the farthest cell along the larger curvature, mm.
     sagitta: f64,
 }
 
-impl BestSphere {
-    fn is_seen(&self) -> bool {
+impl BestParaboloid {
+    /// Whether the heights, the largest of which is `highest`, show it.
+    fn is_seen(&self, highest: f64) -> bool {
         self.sagitta.abs() >= MIN_SAGITTA_OVER_DEVIATION * self.deviation
+            && self.sagitta.abs() > ROUNDING * highest
+    }
+
+    fn describe(&self, unit: &str) -> String {
+        let [larger, smaller] = self.curvatures;
+        let shape = if smaller.abs() < CYLINDER_CURVATURE_RATIO * larger.abs() {
+            format!("the best cylinder has a radius of {} {unit}", short(1.0 / larger))
+        } else if (larger - smaller).abs() < SPHERE_CURVATURE_DIFFERENCE * larger.abs() {
+            format!("the best sphere has a radius of {} {unit}", short(2.0 / (larger + smaller)))
+        } else {
+            format!(
+                "the best ellipsoid has radii of {} and {} {unit}",
+                short(1.0 / larger),
+                short(1.0 / smaller)
+            )
+        };
+        format!("{shape} (deviation {} {unit}, root mean square)", short(self.deviation))
     }
 }
 
@@ -40,29 +64,23 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
     let mean = mean(frame, gap);
     let rms = mean_square(frame, gap.iter().map(|g| g - mean)).sqrt();
     let mut notes = Vec::new();
-    let sphere = (rms > ROUNDING * frame.size()).then(|| best_sphere(frame, gap)).flatten();
-    let of_sphere = match &sphere {
-        Some(sphere) if sphere.is_seen() => format!(
-            "the best sphere has a radius of {} {unit} (deviation {} {unit}, root mean square)",
-            short(1.0 / sphere.curvature),
-            short(sphere.deviation)
-        ),
-        _ => "no sphere fits".to_owned(),
-    };
+    let shape = best_paraboloid(frame, gap).filter(|shape| shape.is_seen(highest));
+    let described = shape.as_ref().map_or_else(|| "no sphere fits".to_owned(), |shape| shape.describe(unit));
     notes.push(format!(
-        "gap.kind = \"heights\": 0 to {} {unit} under the frame, {} {unit} about their mean (root mean square); {of_sphere}",
+        "gap.kind = \"heights\": 0 to {} {unit} under the frame, {} {unit} about their mean (root mean square); {described}",
         short(highest),
         short(rms)
     ));
     let slope = steepest_slope(frame, gap);
     if slope > MAX_SLOPE {
         notes.push(warning(&format!(
-            "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells: pressures under them mean nothing. Check that they are \
-             given in {unit}, not in micrometres, and that no values are missing or misread",
+            "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells. Unless this is the edge of a punch, pressures there are wrong: \
+             check the unit of the file ({unit} is expected), and missing or misread values",
             short(slope)
         )));
     }
-    if sphere.is_some_and(|sphere| sphere.is_seen() && sphere.curvature < 0.0) {
+    let repeats = frame.grid.is_some_and(|grid| grid.periodic != [false; 2]);
+    if !repeats && shape.is_some_and(|shape| shape.curvatures.iter().sum::<f64>() < 0.0) {
         notes.push(warning(
             "the heights of the gap are largest in the middle, so that the bodies touch at the edge of the frame first. Heights are distances, large where the \
              surfaces are far apart: change the sign if the map is one of the height of body 2's surface",
@@ -84,33 +102,39 @@ fn mean_square(frame: &ContactFrame, values: impl Iterator<Item = f64>) -> f64 {
     values.zip(&frame.areas).map(|(v, area)| v * v * area).sum::<f64>() / frame.areas.iter().sum::<f64>()
 }
 
-/// Least squares of c + b_x x + b_y y + (x^2 + y^2) / (2 R) over the cells; `None` of fewer than five.
-fn best_sphere(frame: &ContactFrame, gap: &[f64]) -> Option<BestSphere> {
+/// Least squares of c + b_x x + b_y y + (k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2 over the cells; `None` of fewer than seven.
+fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> {
     let n = gap.len();
-    if n < 5 {
+    if n < 7 {
         return None;
     }
     // In lengths of the frame, so that all terms are of one size.
     let size = frame.size();
     let places: Vec<[f64; 2]> = (0..n).map(|cell| frame.plane_coordinates(cell).map(|x| x / size)).collect();
-    let term = |cell: usize, k: usize| {
+    let terms = |cell: usize| {
         let [x, y] = places[cell];
-        [1.0, x, y, 0.5 * (x * x + y * y)][k]
+        Vector6::new(1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)
     };
-    let normal = DMatrix::from_fn(4, 4, |i, j| {
-        (0..n).map(|cell| frame.areas[cell] * term(cell, i) * term(cell, j)).sum::<f64>()
-    });
-    let right =
-        DVector::from_fn(4, |i, _| (0..n).map(|cell| frame.areas[cell] * term(cell, i) * gap[cell]).sum());
-    // A single row of cells does not determine the slope across it.
-    let scale = normal.amax();
-    let found = normal.svd(true, true).solve(&right, 1e-12 * scale).ok()?;
-    let off = |cell: usize| gap[cell] - (0..4).map(|k| found[k] * term(cell, k)).sum::<f64>();
-    let deviation = mean_square(frame, (0..n).map(off)).sqrt();
-    let middle = [1, 2].map(|k| mean(frame, &(0..n).map(|cell| term(cell, k)).collect::<Vec<_>>()));
+    let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+    for (cell, (height, area)) in gap.iter().zip(&frame.areas).enumerate() {
+        let terms = terms(cell);
+        normal += *area * terms * terms.transpose();
+        right += area * height * terms;
+    }
+    // A single row of cells does not determine the shape across it.
+    let found = normal.svd(true, true).solve(&right, 1e-12 * normal.amax()).ok()?;
+    let deviation = mean_square(frame, (0..n).map(|cell| gap[cell] - found.dot(&terms(cell)))).sqrt();
+    let mut curvatures: [f64; 2] =
+        Matrix2::new(found[3], found[4], found[4], found[5]).symmetric_eigenvalues().into();
+    curvatures.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+    let middle = [0, 1].map(|k| mean(frame, &places.iter().map(|x| x[k]).collect::<Vec<_>>()));
     let farthest =
         places.iter().map(|[x, y]| (x - middle[0]).powi(2) + (y - middle[1]).powi(2)).fold(0.0, f64::max);
-    Some(BestSphere { curvature: found[3] / (size * size), deviation, sagitta: 0.5 * found[3] * farthest })
+    Some(BestParaboloid {
+        curvatures: curvatures.map(|k| k / (size * size)),
+        deviation,
+        sagitta: 0.5 * curvatures[0] * farthest,
+    })
 }
 
 /// The largest slope between neighbouring cells of a grid; 0 of other frames.
@@ -137,23 +161,30 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: heights (x^2 + y^2) / (2 R) plus a plane have the radius R and no deviation, on a square and on a single row; a cosine about a plane
-    /// has no sphere.
+    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and no deviation, on a rectangle, of which a single row shows one of them;
+    /// planes and waves have no radius.
     #[test]
-    fn spheres() {
-        for cells in [[20, 20], [20, 1]] {
+    fn paraboloids() {
+        for cells in [[20, 16], [20, 1]] {
             let frame = ContactFrame::grid([1.0, 0.6], cells, [0.3, 0.1], 0.2).unwrap();
             let of = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
                 (0..frame.n_cells()).map(|cell| frame.plane_coordinates(cell)).map(|[x, y]| f(x, y)).collect()
             };
-            let gap = of(&|x, y| (x * x + y * y) / 100.0 + 0.01 * x);
-            let found = best_sphere(&frame, &gap).unwrap();
-            assert!((found.curvature * 50.0 - 1.0).abs() < 1e-9 && found.is_seen(), "{}", found.curvature);
+            let found =
+                best_paraboloid(&frame, &of(&|x, y| x * x / 40.0 + y * y / 100.0 + 0.01 * x)).unwrap();
+            assert!((found.curvatures[0] * 20.0 - 1.0).abs() < 1e-8 && found.is_seen(0.04));
+            assert!(cells[1] == 1 || (found.curvatures[1] * 50.0 - 1.0).abs() < 1e-8);
             assert!(found.deviation < 1e-12, "{}", found.deviation);
-            let inverted = best_sphere(&frame, &of(&|x, y| -(x * x + y * y) / 100.0)).unwrap();
-            assert!((inverted.curvature * 50.0 + 1.0).abs() < 1e-9 && inverted.is_seen());
-            let waves = of(&|x, _| 1e-3 * (31.0 * x).cos());
-            assert!(!best_sphere(&frame, &waves).unwrap().is_seen());
+            let words =
+                if cells[1] == 1 { "best cylinder has a radius of 20 mm" } else { "radii of 20 and 50 mm" };
+            assert!(found.describe("mm").contains(words), "{}", found.describe("mm"));
+            let inverted = best_paraboloid(&frame, &of(&|x, y| -(x * x + y * y) / 100.0)).unwrap();
+            assert!((inverted.curvatures[0] * 50.0 + 1.0).abs() < 1e-8 && inverted.is_seen(0.02));
+            for plane in 0..40 {
+                let (a, b) = (0.013 * f64::from(plane), 0.1 - 0.007 * f64::from(plane));
+                assert!(!best_paraboloid(&frame, &of(&|x, y| a * x + b * y)).unwrap().is_seen(0.5));
+            }
+            assert!(!best_paraboloid(&frame, &of(&|x, _| 1e-3 * (31.0 * x).cos())).unwrap().is_seen(2e-3));
         }
     }
 

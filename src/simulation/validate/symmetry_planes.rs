@@ -47,7 +47,8 @@ struct SupportPlane {
 
 impl SupportPlane {
     fn name(&self) -> String {
-        format!("{} = {}", AXES[self.component], format_number(self.coordinate))
+        let coordinate = if self.coordinate.abs() <= self.tolerance { 0.0 } else { self.coordinate };
+        format!("{} = {}", AXES[self.component], format_number(coordinate))
     }
 
     fn coincides_with(&self, other: &Self) -> bool {
@@ -179,6 +180,11 @@ pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &Co
     found
 }
 
+/// The key by which a step presses the bodies together.
+fn pressing_key(step: &Step) -> &'static str {
+    if matches!(step.normal, Some(Normal::Force(_))) { "normal_force" } else { "approach" }
+}
+
 /// Refuses a contact that planes of symmetry close to a ring, if body 2 is moved along n across one of them: in the gap (`moves`), or by
 /// the steps.
 ///
@@ -190,11 +196,16 @@ pub(super) fn refuse_closed_contact(
     moves: bool,
 ) -> Result<(), SceneError> {
     let n = frame.axes.normal();
-    let planes = plan.bodies.iter().flat_map(support_planes);
-    let mut closing = planes.filter(|plane| {
-        plane.is_symmetry && n[plane.component].abs() > ROUNDING_SHARE && plane.bounds(frame)
-    });
-    let Some(plane) = closing.next() else { return Ok(()) };
+    let planes = plan.bodies.each_ref().map(support_planes);
+    let shared = |own: usize, plane: &SupportPlane| {
+        let other = partner(&plan.bodies[1 - own], &planes[1 - own], plane);
+        matches!(other, OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry)
+    };
+    let closes = |own: usize, plane: &SupportPlane| {
+        n[plane.component].abs() > ROUNDING_SHARE && shared(own, plane) && plane.bounds(frame)
+    };
+    let closing = (0..2).find_map(|own| planes[own].iter().find(|plane| closes(own, plane)));
+    let Some(plane) = closing else { return Ok(()) };
     let pressed = plan.steps.iter().position(|step| match step.normal {
         Some(Normal::Approach(value) | Normal::Force(value)) => value != 0.0,
         None => false,
@@ -206,11 +217,15 @@ pub(super) fn refuse_closed_contact(
     };
     let error = Error::input(format!(
         "{what} body 2 along n = {}, across the plane of symmetry {} at which the contact ends: with its images the contact closes around \
-         body 2, and an interference or clearance all round is not available; set frame.normal along the plane, or take a full model",
+         body 2, and an interference or clearance all round is not available; take a model without that plane and set frame.normal",
         format_direction(&n),
         plane.name()
     ));
-    Err(SceneError { error, key: if moves { "gap".to_owned() } else { "steps".to_owned() } })
+    let key = match pressed {
+        Some(step) if !moves => step_key(&plan.steps, step, pressing_key(&plan.steps[step])),
+        _ => "gap".to_owned(),
+    };
+    Err(SceneError { error, key })
 }
 
 /// Refuses what contradicts planes of symmetry under the contact where friction acts: loads and motions across them, friction ellipses
