@@ -115,6 +115,11 @@ pub fn format_number(x: f64) -> String {
     }
 }
 
+/// A number as people write it, three digits of it.
+pub fn format_short(x: f64) -> String {
+    format_number(format!("{x:.2e}").parse().unwrap_or(x))
+}
+
 /// A place in messages: (x, y, z).
 pub fn format_point(x: &[f64; 3]) -> String {
     format!("({}, {}, {})", format_number(x[0]), format_number(x[1]), format_number(x[2]))

@@ -244,7 +244,7 @@ impl RefinementLadder {
                     if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
                         &mut cycles.motion
                     {
-                        // What the accuracy search estimates itself.
+                        // The accuracy search has its own estimates.
                         (used.tolerance, used.error_warning) = (share, f64::INFINITY);
                     }
                 }

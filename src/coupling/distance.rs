@@ -65,13 +65,15 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
              frame.normal from body 1 to body 2",
         ));
     }
-    // Overlap that is left on flanks which the first touch did not look at.
-    let flanks = curved_overlap(frame, (&cosines, first), surfaces);
-    if first < 0.0 {
-        refuse_interference(&flanks, first)?;
-    }
-    if flanks.is_certain() || deepest(&moved(first)) > tolerance(frame) {
-        first = first_touch(frame, surfaces, MIN_STEEP_COSINE);
+    // Overlap that is left on flanks which the first touch did not look at; a level frame has none.
+    if !frame.has_uniform_axes() {
+        let flanks = curved_overlap(frame, (&cosines, first), surfaces);
+        if first < 0.0 {
+            refuse_interference(&flanks, first)?;
+        }
+        if flanks.is_certain() || deepest(&moved(first)) > tolerance(frame) {
+            first = first_touch(frame, surfaces, MIN_STEEP_COSINE);
+        }
     }
     let touching = moved(first);
     if deepest(&distance) > 0.0 {

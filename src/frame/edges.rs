@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::ContactFrame;
+use super::faces::FrameBuilder;
 use crate::geometry::Point;
 
 /// Width of the strips beyond the edges of a frame, over the size of the cell.
@@ -43,35 +44,20 @@ fn bits(point: &Point) -> [u64; 3] {
 }
 
 impl ContactFrame {
-    /// Narrow strips just beyond the edges of the frame, as cells of a frame of their own, and the cell beside each. An outline and the sides of periodic
-    /// directions are no edges.
+    /// Narrow strips just beyond the edges of the frame, as cells of a frame of their own, and the neighbouring cell of each strip. An outline and the sides
+    /// of periodic directions are no edges.
     pub fn strips_beyond_edges(&self) -> (Self, Vec<usize>) {
-        let outer = self.outer_edges();
-        let strip = |&(cell, [a, b]): &(usize, [Point; 2])| {
-            let outward = (b - a).cross(&self.triads[cell].normal()).normalize();
+        let (mut strips, mut cells) = (FrameBuilder::default(), Vec::new());
+        for (cell, [a, b]) in self.outer_edges() {
+            let Some(outward) = (b - a).cross(&self.triads[cell].normal()).try_normalize(0.0) else {
+                continue;
+            };
             let across = outward * (STRIP_WIDTH * self.areas[cell].sqrt());
-            vec![b, a, a + across, b + across]
-        };
-        let polygons: Vec<Vec<Point>> = outer.iter().map(strip).collect();
-        let cells: Vec<usize> = outer.iter().map(|edge| edge.0).collect();
-        let area = |strip: &Vec<Point>| (strip[1] - strip[0]).norm() * (strip[2] - strip[1]).norm();
-        let strips = Self {
-            centers: polygons.iter().map(|corners| corners.iter().sum::<Point>() / 4.0).collect(),
-            areas: polygons.iter().map(area).collect(),
-            triads: cells.iter().map(|&cell| self.triads[cell]).collect(),
-            polygons: Some(polygons),
-            origin: self.origin,
-            azimuth: self.azimuth,
-            axes: self.axes,
-            grid: None,
-            grid_indices: None,
-            n_excluded: 0,
-            candidates: None,
-            symmetry_planes: None,
-            symmetry_bounds: [false; 3],
-            body_ends: None,
-        };
-        (strips, cells)
+            if strips.push(vec![b, a, a + across, b + across], b - a).is_some() {
+                cells.push(cell);
+            }
+        }
+        (strips.frame([0.0; 2], self.azimuth), cells)
     }
 
     /// The edges of cells that are edges of the frame: the cell, and the ends of its edge, counter-clockwise.

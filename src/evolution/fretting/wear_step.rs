@@ -16,7 +16,7 @@ use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
-use crate::geometry::format_number;
+use crate::geometry::format_short;
 
 /// Worn depth over the approach that the first controlled jump aims at.
 const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
@@ -175,7 +175,7 @@ impl Run<'_> {
         self.result.warnings.push(warning(&format!(
             "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}. {remedy}",
             step.name,
-            format_number(format!("{:.2e}", 100.0 * error).parse().unwrap_or(100.0 * error)),
+            format_short(100.0 * error),
             used.error_warning
         )));
     }

@@ -2,13 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::frame::ContactFrame;
 use crate::frame::face_map::covered_cells;
+use crate::frame::{ContactFrame, Side};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::scene::plan::Plan;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::{AtKey, SceneError};
 
 /// A surface continues over an edge at which its normals turn by less than this angle (cosine): edges of bodies, chamfers and planes of symmetry turn it by more.
@@ -69,13 +68,13 @@ fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, Scen
         OuterEdge { cell, outward: [local.x, local.y], continues: true }
     };
     let mut edges: Vec<OuterEdge> = cells.iter().enumerate().map(outward).collect();
-    for (index, body) in plan.bodies.iter().enumerate() {
+    for (side, body) in [Side::Lower, Side::Upper].into_iter().zip(&plan.bodies) {
         let Some(fe) = body.as_meshed() else { continue };
-        let mut faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
-        let mut covered = covered_cells(&strips, &fe.mesh, &faces, SIDES[index]);
+        let mut faces = group_faces(&fe.mesh, &fe.contact).at(side.key())?;
+        let mut covered = covered_cells(&strips, &fe.mesh, &faces, side);
         if covered.contains(&false) {
             faces.extend(smooth_continuation(&fe.mesh, &faces));
-            covered = covered_cells(&strips, &fe.mesh, &faces, SIDES[index]);
+            covered = covered_cells(&strips, &fe.mesh, &faces, side);
         }
         edges.iter_mut().zip(covered).for_each(|(edge, covered)| edge.continues &= covered);
     }

@@ -10,7 +10,7 @@ use crate::error::{Error, warning};
 use crate::evolution::step::Normal;
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
-use crate::geometry::{Point, format_direction, format_number};
+use crate::geometry::{Point, format_direction, format_number, format_short};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -153,8 +153,8 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
         warning(&format!(
             "the frame is curved, and the motion of body 2 by {} {unit} to the first touch makes distances uncertain by about {} {unit}: mesh body 2 so that it \
              nearly touches body 1",
-            short(closing_motion.abs()),
-            short(error)
+            format_short(closing_motion.abs()),
+            format_short(error)
         ))
     })
 }
@@ -183,7 +183,7 @@ fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> 
         "the nodes of the boundary element {} of {key} lie {} times the thickness of the body behind it apart: thin bodies come out far too stiff (constant, \
          linear elements) or too soft; take elements of at most half of the thickness, or finite elements (kind = \"fe\")",
         face.tag,
-        short(ratio)
+        format_short(ratio)
     )))
 }
 
@@ -268,7 +268,7 @@ fn coarse_faces_warning(
              open; {}{why}",
             format_number(face.sqrt()),
             format_number(cell.sqrt()),
-            short(ratio),
+            format_short(ratio),
             coarse_faces_remedy(plan, frame, (index, face))
         ))
     })
@@ -321,11 +321,6 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
 /// Mean area of the cells, mm2.
 fn mean_cell_area(frame: &ContactFrame) -> f64 {
     frame.areas.iter().sum::<f64>() / frame.n_cells() as f64
-}
-
-/// A number with three digits.
-fn short(value: f64) -> String {
-    format_number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
@@ -437,7 +432,7 @@ fn check_cell_area_ratio(
         "a cell of the frame is only {} times the contact area of a node of the finest body (mean side {} {unit}, nodes {} \
          {unit} apart), so that tractions are not determined; take {nodes}cells of at least {} {unit}{}, refine a mesh or \
          give it elements of order 2, or make one body a half-space{why}",
-        short(ratio),
+        format_short(ratio),
         format_number(cell),
         format_number(face),
         format_number(face * MIN_CELL_AREA_RATIO.sqrt()),

@@ -8,7 +8,7 @@ use crate::error::warning;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
-use crate::geometry::format_number;
+use crate::geometry::format_short;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::build::bodies::{BODY_KEYS, face_map};
@@ -62,7 +62,7 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> String {
     warning(&format!(
         "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. Loads and pressures of an approach of this size come from the \
          mesh, not from the bodies: take elements of second order, or matching nodes on both surfaces",
-        short(overlap)
+        format_short(overlap)
     ))
 }
 
@@ -151,9 +151,9 @@ pub(in crate::simulation) fn own_load_warning(
         "what loads and prescribed displacements of {key} do to its surface under the frame is uncertain by an estimated {} {unit}, \
          {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet, and loads and pressures by as much or twice as much: take \
          elements of second order, or smaller ones (`orthowear refine` says where)",
-        short(error),
+        format_short(error),
         100.0 * error / depth,
-        short(depth)
+        format_short(depth)
     )))
 }
 
@@ -167,8 +167,13 @@ fn faceting_warning(
     let share = 100.0 * lost / depth;
     let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();
     let radius = cut.length * cut.length / (8.0 * cut.largest());
-    let (length, lost, depth, fine, radius) =
-        (short(cut.length), short(lost), short(depth), short(fine), short(radius));
+    let (length, lost, depth, fine, radius) = (
+        format_short(cut.length),
+        format_short(lost),
+        format_short(depth),
+        format_short(fine),
+        format_short(radius),
+    );
     let what = if bowed {
         format!(
             "the flat contact faces of {key}, edges of {length} {unit}, are bowed in the gap by the curvature of the surface around \
@@ -186,9 +191,4 @@ fn faceting_warning(
         "{what}: take elements of second order, faces of at most {fine} {unit} there, or the gap of the shape itself (gap.kind = \
          \"ellipsoid\", \"sphere\" or \"cylinder\", with its radii)"
     ))
-}
-
-/// Three digits of a length that is no more certain.
-fn short(value: f64) -> String {
-    format_number(format!("{value:.2e}").parse().unwrap_or(value))
 }

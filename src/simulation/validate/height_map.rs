@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix6, Vector6};
 
 use crate::error::warning;
 use crate::frame::ContactFrame;
-use crate::geometry::format_number;
+use crate::geometry::format_short;
 use crate::scene::plan::Plan;
 
 /// Slopes between neighbouring cells above this are warned of: half-spaces and small displacements stand for slopes far below 1, and heights in micrometres that
@@ -43,17 +43,17 @@ impl BestParaboloid {
     fn describe(&self, unit: &str) -> String {
         let [larger, smaller] = self.curvatures;
         let shape = if smaller.abs() < CYLINDER_CURVATURE_RATIO * larger.abs() {
-            format!("the best cylinder has a radius of {} {unit}", short(1.0 / larger))
+            format!("the best cylinder has a radius of {} {unit}", format_short(1.0 / larger))
         } else if (larger - smaller).abs() < SPHERE_CURVATURE_DIFFERENCE * larger.abs() {
-            format!("the best sphere has a radius of {} {unit}", short(2.0 / (larger + smaller)))
+            format!("the best sphere has a radius of {} {unit}", format_short(2.0 / (larger + smaller)))
         } else {
             format!(
                 "the best ellipsoid has radii of {} and {} {unit}",
-                short(1.0 / larger),
-                short(1.0 / smaller)
+                format_short(1.0 / larger),
+                format_short(1.0 / smaller)
             )
         };
-        format!("{shape} (deviation {} {unit}, root mean square)", short(self.deviation))
+        format!("{shape} (deviation {} {unit}, root mean square)", format_short(self.deviation))
     }
 }
 
@@ -68,15 +68,15 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
     let described = shape.as_ref().map_or_else(|| "no sphere fits".to_owned(), |shape| shape.describe(unit));
     notes.push(format!(
         "gap.kind = \"heights\": 0 to {} {unit} under the frame, {} {unit} about their mean (root mean square); {described}",
-        short(highest),
-        short(rms)
+        format_short(highest),
+        format_short(rms)
     ));
     let slope = steepest_slope(frame, gap);
     if slope > MAX_SLOPE {
         notes.push(warning(&format!(
             "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells. Unless this is the edge of a punch, pressures there are wrong: \
              check the unit of the file ({unit} is expected), and missing or misread values",
-            short(slope)
+            format_short(slope)
         )));
     }
     let repeats = frame.grid.is_some_and(|grid| grid.periodic != [false; 2]);
@@ -87,10 +87,6 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
         ));
     }
     notes
-}
-
-fn short(value: f64) -> String {
-    format_number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// Mean over the area.
