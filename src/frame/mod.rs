@@ -5,6 +5,7 @@
 mod ball_tree;
 mod cell_coverage;
 mod clip;
+mod edge_strips;
 mod edges;
 mod face_curvature;
 pub mod face_map;
