@@ -3,11 +3,7 @@
 //! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, n = outward normal
 //! of body 1; components of local vectors are always in that order.
 
-mod symmetry;
-
 use nalgebra::{Matrix3, Vector3};
-
-pub use symmetry::GridSymmetry;
 
 /// A point or vector in global coordinates.
 pub type Point = Vector3<f64>;

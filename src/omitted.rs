@@ -88,8 +88,6 @@ pub enum OmissionKind {
     MovingMeshes,
     /// Steps that another run has done.
     CommonSteps,
-    /// Steps of which another run has done the image.
-    Image,
     /// What other keys, or the cache, decide.
     Other,
 }

@@ -75,8 +75,8 @@ class Study:
         max_memory: of all runs together; with a client of each run.
         progress: called with how many runs have ended, and how many are wanted.
         cache: whether flexibilities of meshed bodies are kept and shared.
-        client: a dask.distributed.Client; a run with its images is then a task, or several runs that begin alike as far as there are twice as many tasks
-            as threads of workers that are there or asked for, and what a lost worker had begun is gone on with by another one. All workers see the folders of the study and of its results under the same paths.
+        client: a dask.distributed.Client; a run is then a task, or several runs that begin alike as far as there are twice as many tasks as
+            threads of workers that are there or asked for, and what a lost worker had begun is gone on with by another one. All workers see the folders of the study and of its results under the same paths.
 
         A run that fails or does not converge is no exception: `status` of its row says so.
         """

@@ -116,7 +116,7 @@ fn concluded(
     ended: StudyOutcome,
     write: bool,
 ) -> Result<(StudyResult, u8, usize), Error> {
-    let StudyOutcome { runs, code, reused, images: _, problems } = ended;
+    let StudyOutcome { runs, code, reused, problems } = ended;
     if let Some(problem) = problems.first() {
         return Err(Error::resources(problem));
     }

@@ -94,34 +94,6 @@ def test_parts(folder):
             study.run(folder / "parts", only=[wrong])
 
 
-def test_images(folder):
-    """Truth: the run by itself: all fields on the frame of a run that is the mirror image of another one, and of its bodies."""
-    meshio = pytest.importorskip("meshio")
-    fields = {}
-    for symmetry in ("true", "false"):
-        study = folder / f"images-{symmetry}.toml"
-        axis = '[[axes]]\nkeys = ["steps.shift.shift.angle"]\nvalues = [30, -30]\n'
-        study.write_text(f'[study]\nscene = "scene.toml"\nsymmetry = {symmetry}\n{axis}')
-        result = orthowear.study.run(study, overrides={"solver.tolerance": 1e-11, "frame.cells": [24, 20]})
-        place = result.folder / result.runs[1]["folder"]
-        files = sorted(place.glob("*.vtu"))
-        fields[symmetry] = {file.name: meshio.read(file) for file in files}
-        summary = json.loads((place / "summary.json").read_text())
-        assert any(entry["what"] == "all steps" for entry in summary["skipped"]) == (symmetry == "true")
-    assert fields["true"].keys() == fields["false"].keys() and len(fields["true"]) >= 2
-    compared = 0
-    for name, image in fields["true"].items():
-        alone = fields["false"][name]
-        assert np.allclose(image.points, alone.points, rtol=0, atol=1e-9)
-        for own, other in ((image.cell_data, alone.cell_data), (image.point_data, alone.point_data)):
-            assert own.keys() == other.keys()
-            for key in own:
-                ours, theirs = np.asarray(own[key], float), np.asarray(other[key], float)
-                assert np.allclose(ours, theirs, rtol=0, atol=1e-7 * np.abs(theirs).max()), (name, key)
-                compared += np.abs(theirs).max() > 0
-    assert compared > 8
-
-
 def test_elsewhere(folder, monkeypatch):
     """Truth: a study is that of its file, wherever the process has gone meanwhile."""
     monkeypatch.chdir(folder)

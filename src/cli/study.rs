@@ -79,6 +79,9 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
             return files.iter().map(print_diagnostics).max().unwrap_or(exit::INPUT);
         }
     };
+    if !arguments.quiet {
+        sweep.notes.iter().for_each(|note| to_stderr(&format!("{note}\n")));
+    }
     sweep.set_memory_limit(arguments.max_memory.map(MaxMemory::limit));
     let directory = arguments.out.clone().unwrap_or_else(|| arguments.study.with_extension("study"));
     if arguments.emit.is_some() {
@@ -110,7 +113,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         progress.end();
         (ended, Some(shared))
     };
-    let StudyOutcome { runs, code, reused, images, problems } = ended;
+    let StudyOutcome { runs, code, reused, problems } = ended;
     problems.iter().for_each(|problem| to_stderr(&format!("error: {problem}\n")));
     let result = StudyResult::new(&sweep, runs);
     let table = if arguments.only.is_some() {
@@ -138,11 +141,6 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         Some(shared) => {
             if reused > 0 {
                 text.push_str(&format!(", {reused} kept from before"));
-            }
-            match images {
-                0 => {}
-                1 => text.push_str(", 1 obtained from another run by symmetry"),
-                more => text.push_str(&format!(", {more} obtained from other runs by symmetry")),
             }
             text.push_str(&format!(
                 ", {}, in {}",

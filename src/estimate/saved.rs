@@ -72,15 +72,14 @@ impl Spent {
 /// Says of the entries of `ledger` what they save, where that is not known yet.
 pub fn estimate(plan: &Plan, frame: &ContactFrame, spent: &Spent, ledger: &mut [OmittedWork]) {
     // Meshes that move are factorised anew, whatever the cache had.
-    let making =
-        ledger.iter().filter(|entry| !matches!(entry.kind, OmissionKind::CommonSteps | OmissionKind::Image));
+    let making = ledger.iter().filter(|entry| entry.kind != OmissionKind::CommonSteps);
     let measured: f64 = making.filter_map(|entry| entry.saved).map(|saved| saved.seconds).sum();
     for entry in ledger.iter_mut().filter(|entry| entry.saved.is_none()) {
         let seconds = match entry.kind {
             OmissionKind::Named(skip) => Some(of_skip(plan, frame, spent, skip)),
             OmissionKind::Cycles => Some(of_cycles(plan, spent)),
             OmissionKind::MovingMeshes => Some((spent.bodies + measured) * entries(&plan.steps, spent)),
-            OmissionKind::CommonSteps | OmissionKind::Image | OmissionKind::Other => None,
+            OmissionKind::CommonSteps | OmissionKind::Other => None,
         };
         let known = seconds.filter(|seconds| seconds.is_finite());
         entry.saved = known.map(|seconds| Saved { seconds: seconds.max(0.0), basis: Basis::Estimated });

@@ -17,14 +17,6 @@ use crate::geometry::Side;
 /// Below this a direction, whose length is 1, has no part left.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
-/// How it is told that a motion is held.
-const UNRESISTED: &str = "nothing resists the";
-
-/// Whether what a run that converged tells names a direction.
-pub(super) fn names_direction(warning: &str) -> bool {
-    warning.contains(UNRESISTED)
-}
-
 impl Run<'_> {
     /// The end of an increment under the given loads, with the balance they ask for.
     ///
@@ -59,7 +51,7 @@ impl Run<'_> {
             .map_err(|unresisted| prepared.unresisted_load_error(step, &unresisted))?;
         for motion in &balance.unresisted_motions {
             let note = format!(
-                "step \"{}\": {UNRESISTED} {} of {} and no load drives it: it is held",
+                "step \"{}\": nothing resists the {} of {} and no load drives it: it is held",
                 step.name,
                 prepared.motion_name(motion),
                 prepared.who()

@@ -8,7 +8,6 @@ mod balance;
 mod checkpoint;
 mod controls;
 mod fretting;
-pub mod image;
 mod model;
 mod large_sliding;
 mod monotone;

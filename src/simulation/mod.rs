@@ -3,7 +3,6 @@
 pub(crate) mod build;
 pub(crate) mod failure;
 pub mod growth;
-pub(crate) mod image;
 pub mod job;
 pub mod mesh_motion;
 pub(crate) mod omitted;

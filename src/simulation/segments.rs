@@ -8,13 +8,12 @@ use std::time::Instant;
 
 use crate::error::{Error, ErrorKind, Result, exit};
 use crate::estimate::saved::{self, Spent};
-use crate::evolution::image::Entries;
 use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
-use crate::output::field_writer::{FieldKind, FieldWriter, WrittenFields};
+use crate::output::field_writer::{FieldWriter, WrittenFields};
 use crate::output::output_dir::OutputDir;
 use crate::output::recorder::{ProgressEvent, Recorder, RecorderParts};
 use crate::output::summary::{FrameRecord, Status, Summary};
@@ -76,8 +75,6 @@ struct RunObserver<'a, 'r, 'p> {
     wear_budget: Option<WearBudget>,
     /// The run, and what others go on from, on its first frame and with unmoved meshes.
     forks: Option<(&'a Simulation<'p>, &'a mut PrefixRecorder)>,
-    /// Its entries for runs that are its images, and whether they need fretting loops.
-    entries: Option<(&'a mut Entries, bool)>,
 }
 
 impl Observer for RunObserver<'_, '_, '_> {
@@ -87,9 +84,6 @@ impl Observer for RunObserver<'_, '_, '_> {
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.recorder.increment_done(record, state)?;
-        if let Some((entries, _)) = &mut self.entries {
-            entries.add(record, state);
-        }
         self.user_observer.increment_done(record, state)
     }
 
@@ -100,9 +94,8 @@ impl Observer for RunObserver<'_, '_, '_> {
         };
         let snapshot = snapshot();
         if forks.after_steps.contains(&snapshot.n_steps()) {
-            let entries = self.entries.as_ref().map(|(entries, _)| (**entries).clone());
             let (written, folder) = (self.recorder.written(), self.recorder.folder());
-            forks.recorded.push(SharedPrefix::new((study, snapshot), written, folder, entries));
+            forks.recorded.push(SharedPrefix::new((study, snapshot), written, folder));
         }
         Ok(())
     }
@@ -116,13 +109,11 @@ impl Observer for RunObserver<'_, '_, '_> {
     }
 
     fn wants_loops(&self) -> bool {
-        self.recorder.wants_loops() || self.entries.as_ref().is_some_and(|(_, loops)| *loops)
+        self.recorder.wants_loops()
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap()
-            || self.user_observer.wants_tangential_gap()
-            || self.entries.is_some()
+        self.recorder.wants_tangential_gap() || self.user_observer.wants_tangential_gap()
     }
 }
 
@@ -157,12 +148,6 @@ pub fn run_simulation(
         }
         Err(failure) => return conclude_unstarted(early(output), summary, failure),
     };
-    if from.is_some() {
-        // The fields before the checkpoint are not known.
-        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(None));
-        job.shared_work.original = None;
-    }
-    let fork = job.shared_work.from;
     let begun = job.shared_work.from.take().filter(|_| from.is_none());
     let begun = match begun.map(|fork| fork.restore(&study, output.as_mut())).transpose() {
         Ok(taken) => taken.flatten(),
@@ -175,8 +160,6 @@ pub fn run_simulation(
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
     if let Some(RestoredPrefix { snapshot, course, written, skipped }) = begun {
         summary.skipped.push(skipped);
-        let entries = || fork.and_then(|fork| fork.entries.clone());
-        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
         let records = snapshot.records().to_vec();
         let checkpoint_writer = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
         let parts = RecorderParts { output, records, written, checkpoint_writer };
@@ -276,26 +259,16 @@ fn run_segments<'p>(
         job.observer.on_frame(&study.model().frame);
         let is_first = stage.frame_growths == 0 && stage.mesh_updates == MeshUpdates::default();
         let forks = job.shared_work.recorder.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
-        let loops = plan.output.fields.contains(&FieldKind::Loops);
-        let entries = job.shared_work.for_images.as_deref_mut().filter(|_| is_first);
-        let entries =
-            entries.and_then(|for_images| for_images.entries.as_mut()).map(|entries| (entries, loops));
         let mut watched = RunObserver {
             recorder: &mut recorder,
             user_observer: &mut *job.observer,
             wear_budget,
             forks,
-            entries,
         };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
-        let original = job.shared_work.original.take();
-        let result = catch_unwind(AssertUnwindSafe(|| {
-            let image = original.map(|original| original.deliver(&study, &mut watched)).transpose()?;
-            image.flatten().map_or_else(|| study.run_from(from, &mut watched), Ok)
-        }));
+        let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
         let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
-        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
         let way = catch_panic(plan, || {
             Ok(result

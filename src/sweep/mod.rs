@@ -2,11 +2,10 @@
 //!
 //! [`spec`] are the keys of a study file, [`mod@read`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
 //! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
-//! `images` finds runs that are images of each other; [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
+//! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
 
 pub mod axes;
 pub mod collect;
-mod images;
 mod parts;
 pub mod plots;
 mod queue;
@@ -23,4 +22,4 @@ pub mod table;
 
 pub use crate::sweep::axes::Axis;
 pub use crate::sweep::parts::parts;
-pub use crate::sweep::read::{ImageOf, RunSpec, Sweep, read};
+pub use crate::sweep::read::{RunSpec, Sweep, read};

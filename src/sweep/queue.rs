@@ -1,23 +1,15 @@
-//! Which run of a study is next: those that go on from another one, or are its image, wait for it.
+//! Which run of a study is next: those that go on from another one wait for it.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use crate::bem::half_space::KernelCache;
-use crate::evolution::image::Recording;
-use crate::simulation::image::ForImages;
 use crate::sweep::RunSpec;
 use crate::sweep::shared_beginnings::SharedPrefix;
 
 /// The runs that are left, and what they are made from.
 pub(super) struct Queue {
-    /// By run, that which it is an image of.
-    image_of: Vec<Option<usize>>,
-    /// By run, whether it is wanted for its images alone.
-    hidden: Vec<bool>,
-    /// By run, whether images are made of it, or of runs that go on from it.
-    recorded: Vec<bool>,
     /// By run, those with which it begins, the longest beginning first: the run that is the first of them, and the number of common steps.
     prefix_sources: Vec<Vec<(usize, usize)>>,
     left: Mutex<Left>,
@@ -31,8 +23,6 @@ struct Left {
     stages: Vec<RunStage>,
     /// States, with the run that left them.
     forks: Vec<(usize, Arc<SharedPrefix>)>,
-    /// By run, what is known of those that others are images of.
-    originals: Vec<Known>,
 }
 
 /// How far a run is.
@@ -44,71 +34,35 @@ enum RunStage {
     Over,
 }
 
-/// What is known of a run that others are images of.
-#[derive(Clone)]
-pub(super) enum Known {
-    /// Nothing: it has not been computed here from its start.
-    Nothing,
-    /// That it has no images, as it did not converge on one frame.
-    NoImages,
-    /// All of it.
-    Recording(Arc<Recording>),
-}
-
 /// A run that is to be done; it has ended when this is dropped.
 pub(super) struct ClaimedRun<'a> {
     pub queue: &'a Queue,
     pub number: usize,
-    /// Whether it is wanted for its images alone.
-    pub hidden: bool,
     /// What it goes on from.
     pub from: Option<Arc<SharedPrefix>>,
     /// Numbers of its steps after which others go on.
     pub after: Vec<usize>,
-    /// The run that it is an image of.
-    pub original: Known,
-    /// Whether images are made of it, or of runs that go on from it.
-    pub records: bool,
 }
 
 impl Queue {
     pub fn new(specs: &[RunSpec], numbers: &[usize]) -> Self {
         let mut stages = vec![RunStage::Over; specs.len()];
         numbers.iter().for_each(|&number| stages[number] = RunStage::Waiting);
-        let original = |number: usize| specs[number].image_of.map(|image| image.run);
-        let wanted =
-            |number: usize| if stages[number] == RunStage::Waiting { original(number) } else { None };
-        let image_of: Vec<_> = (0..specs.len()).map(wanted).collect();
-        let mut hidden = vec![false; specs.len()];
-        for &original in image_of.iter().flatten() {
-            hidden[original] |= stages[original] == RunStage::Over;
-            stages[original] = RunStage::Waiting;
-        }
         let mut prefix_sources = vec![Vec::new(); specs.len()];
-        // The first runs with a beginning: of those that leave files, and of all.
-        let (mut with_files, mut all) = (HashMap::new(), HashMap::new());
-        let computed = |number: usize| stages[number] == RunStage::Waiting && image_of[number].is_none();
-        for (number, spec) in specs.iter().enumerate().filter(|(number, _)| computed(*number)) {
-            let known: &HashMap<&str, usize> = if hidden[number] { &all } else { &with_files };
+        // The first run with each beginning.
+        let mut known: HashMap<&str, usize> = HashMap::new();
+        let waiting = |number: usize| stages[number] == RunStage::Waiting;
+        for (number, spec) in specs.iter().enumerate().filter(|(number, _)| waiting(*number)) {
             let first =
                 |(steps, beginning): &(usize, String)| Some((*known.get(beginning.as_str())?, *steps));
             prefix_sources[number] = spec.prefix_keys.iter().rev().filter_map(first).collect();
             for (_, beginning) in &spec.prefix_keys {
-                all.entry(beginning).or_insert(number);
-                if !hidden[number] {
-                    with_files.entry(beginning).or_insert(number);
-                }
+                known.entry(beginning).or_insert(number);
             }
         }
-        let mut recorded = vec![false; specs.len()];
-        for &original in image_of.iter().flatten() {
-            recorded[original] = true;
-            prefix_sources[original].iter().for_each(|(first, _)| recorded[*first] = true);
-        }
-        let originals = vec![Known::Nothing; specs.len()];
-        let left = Mutex::new(Left { stages, forks: Vec::new(), originals });
+        let left = Mutex::new(Left { stages, forks: Vec::new() });
         let (changed, kernels) = (Condvar::new(), Arc::default());
-        Self { image_of, hidden, recorded, prefix_sources, left, changed, kernels }
+        Self { prefix_sources, left, changed, kernels }
     }
 
     fn left(&self) -> MutexGuard<'_, Left> {
@@ -117,10 +71,10 @@ impl Queue {
 
     /// The runs that `number` waits for.
     fn waits_for(&self, number: usize) -> impl Iterator<Item = usize> {
-        self.prefix_sources[number].iter().map(|(first, _)| *first).chain(self.image_of[number])
+        self.prefix_sources[number].iter().map(|(first, _)| *first)
     }
 
-    /// The next run; `None` if there is none left, or at the wish to stop. Runs that go on from another, or are its image, wait for it, and are
+    /// The next run; `None` if there is none left, or at the wish to stop. Runs that go on from another wait for it, and are
     /// taken before those that do not, so that little is kept.
     pub fn claim(&self, stop: &AtomicBool) -> Option<ClaimedRun<'_>> {
         let mut left = self.left();
@@ -162,22 +116,7 @@ impl Queue {
         let used: Vec<bool> = left.forks.iter().map(used).collect();
         let mut used = used.into_iter();
         left.forks.retain(|_| used.next().unwrap_or_default());
-        let original = self.image_of[number].map_or(Known::Nothing, |of| left.originals[of].clone());
-        let mut others = left.stages.iter().zip(&self.image_of);
-        if let Some(of) = self.image_of[number]
-            && !others.any(|(stage, image)| *stage == RunStage::Waiting && *image == Some(of))
-        {
-            left.originals[of] = Known::Nothing;
-        }
-        let (hidden, records) = (self.hidden[number], self.recorded[number]);
-        ClaimedRun { queue: self, number, hidden, from, after, original, records }
-    }
-
-    /// Keeps what a run came to for its images.
-    pub fn keep(&self, number: usize, made: Option<Recording>) -> Option<Arc<Recording>> {
-        let made = made.map(Arc::new);
-        self.left().originals[number] = made.clone().map_or(Known::NoImages, Known::Recording);
-        made
+        ClaimedRun { queue: self, number, from, after }
     }
 
     /// After how many of its steps waiting runs go on from run `first`.
@@ -189,20 +128,10 @@ impl Queue {
 }
 
 impl ClaimedRun<'_> {
-    /// Wanted runs that are its images.
-    pub fn images(&self) -> impl Iterator<Item = usize> {
-        let image_of = self.queue.image_of.iter().enumerate();
-        image_of.filter(|(_, of)| **of == Some(self.number)).map(|(number, _)| number)
-    }
-
-    /// Leaves states, and what it came to, for others.
-    pub fn publish(&self, forks: Vec<SharedPrefix>, for_images: Option<ForImages>) {
+    /// Leaves states for others.
+    pub fn publish(&self, forks: Vec<SharedPrefix>) {
         let forks = forks.into_iter().map(|fork| (self.number, Arc::new(fork)));
         self.queue.left().forks.extend(forks);
-        let has_images = self.queue.image_of.contains(&Some(self.number));
-        if let Some(made) = for_images.filter(|_| has_images).and_then(ForImages::made) {
-            self.queue.keep(self.number, made);
-        }
     }
 }
 

@@ -1,9 +1,8 @@
 //! Reads a study file: its axes, its runs, and everything wrong with it or with the scenes it makes.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use crate::geometry::GridSymmetry;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::document::Document;
@@ -12,7 +11,6 @@ use crate::scene::schema::json_schema_of;
 use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
 use crate::sweep::axes::{Axis, axes};
 use crate::sweep::collect::CollectedQuantity;
-use crate::sweep::images::Shape;
 use crate::sweep::require::{Requirement, combinations};
 use crate::sweep::scenes::{RunScene, SceneReader};
 use crate::sweep::spec::StudyFile;
@@ -35,19 +33,8 @@ pub struct RunSpec {
     pub folder: String,
     /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
     pub prefix_keys: Vec<(usize, String)>,
-    /// The run that it is an image of, if it is one of an earlier run and images are wanted.
-    pub image_of: Option<ImageOf>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
     pub memory: MemoryLimit,
-}
-
-/// That a run is the image of another one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ImageOf {
-    /// Number of that run, from 0.
-    pub run: usize,
-    /// What makes the image.
-    pub symmetry: GridSymmetry,
 }
 
 /// A study that can be run.
@@ -69,6 +56,8 @@ pub struct Sweep {
     pub curves: Vec<CollectedQuantity>,
     /// Number of combinations that `require` leaves out.
     pub left_out: usize,
+    /// Notes on the study file, for whoever starts the study.
+    pub notes: Vec<String>,
     /// The runs: all other combinations, the last axis fastest.
     pub runs: Vec<RunSpec>,
     /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
@@ -138,7 +127,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
     let left_out = all - choices.len();
-    let mut reader = SceneReader::new(&document, &scene, keys.study.symmetry);
+    let mut reader = SceneReader::new(&document, &scene);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let SceneReader {
@@ -151,7 +140,24 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, curve_abscissa, first })
+    let notes = match keys.study.symmetry {
+        None => Vec::new(),
+        Some(_) => vec!["note: study.symmetry has no effect: every run is computed".to_owned()],
+    };
+    Ok(Sweep {
+        document,
+        title,
+        scene,
+        units,
+        axes,
+        collect,
+        curves,
+        left_out,
+        notes,
+        runs,
+        curve_abscissa,
+        first,
+    })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.
@@ -216,7 +222,6 @@ fn runs(
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
-    let mut shapes: HashMap<String, (usize, Shape)> = HashMap::new();
     for (number, choice) in choices.into_iter().enumerate() {
         let mut own = overrides.to_vec();
         for (axis, &value) in axes.iter().zip(&choice) {
@@ -225,14 +230,8 @@ fn runs(
         }
         let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
         folders.insert(folder.clone());
-        let Some(RunScene { memory, beginnings: prefix_keys, shape }) = read(&choice, &own) else { continue };
-        let run = runs.len();
-        let image_of = shape.and_then(|shape| {
-            let (run, first) = shapes.entry(shape.text.clone()).or_insert_with(|| (run, shape.clone()));
-            Some(ImageOf { run: *run, symmetry: shape.from(first)? })
-        });
-        let image_of = image_of.filter(|image| image.run != run);
-        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys, image_of, memory });
+        let Some(RunScene { memory, beginnings: prefix_keys }) = read(&choice, &own) else { continue };
+        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys, memory });
     }
     runs
 }

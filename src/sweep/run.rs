@@ -1,9 +1,6 @@
-//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once, and what is the image of
-//! another run is made of that one.
+//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once.
 
-use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
@@ -11,25 +8,22 @@ use std::time::Instant;
 use crate::adaptive::run;
 use crate::error::{Error, Result, exit};
 use crate::estimate::estimate;
-use crate::evolution::image::Recording;
 use crate::fem::FlexibilityCache;
-use crate::omitted::OmissionKind;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
 use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
 use crate::scene::{self, Plan};
 use crate::simulation::SceneError;
-use crate::simulation::image::{ForImages, Original, most_bytes};
 use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
 use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
 use crate::sweep::plots::pictures;
-use crate::sweep::queue::{ClaimedRun, Known, Queue};
+use crate::sweep::queue::{ClaimedRun, Queue};
 use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::shared_beginnings::{PrefixRecorder, SharedWork};
 use crate::sweep::table::{StudyResult, StudyRun};
-use crate::sweep::{ImageOf, RunSpec, Sweep};
+use crate::sweep::{RunSpec, Sweep};
 
 /// Why a folder does not count.
 const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
@@ -57,8 +51,6 @@ pub struct StudyOutcome {
     pub code: u8,
     /// Number of runs that were left as they were.
     pub reused: usize,
-    /// Number of runs that were made of those that they are images of.
-    pub images: usize,
     /// Why runs could not be begun.
     pub problems: Vec<String>,
 }
@@ -69,7 +61,6 @@ struct FinishedRun {
     result: StudyRun,
     code: u8,
     kept: bool,
-    image: bool,
 }
 
 /// What a worker says.
@@ -82,14 +73,9 @@ impl StudyRunner<'_> {
     /// How the runs of these numbers share `threads` and what memory there is.
     pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
         let runs = &self.sweep.runs;
-        // Images are made one after the other from what is computed.
-        let computed = numbers.iter().map(|&number| runs[number].image_of.map_or(number, |image| image.run));
-        let computed: BTreeSet<usize> = computed.collect();
-        let images = numbers.iter().any(|&number| runs[number].image_of.is_some());
-        let entries = runs.first().filter(|_| images).map_or(0, |run| most_bytes(&run.memory));
-        let needed = estimate(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes + entries as f64);
+        let needed = estimate(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes);
         let free = runs.first().and_then(|run| run.memory.remaining());
-        plan_concurrency(computed.len(), threads, needed, free)
+        plan_concurrency(numbers.len(), threads, needed, free)
     }
 
     /// Runs those of these numbers; `show` hears of each that ends how many have.
@@ -113,11 +99,10 @@ impl StudyRunner<'_> {
                 match said {
                     WorkerMessage::Problem(problem) => ended.problems.push(problem),
                     WorkerMessage::Ended(one) => {
-                        let FinishedRun { number, result, code, kept, image } = *one;
+                        let FinishedRun { number, result, code, kept } = *one;
                         ended.runs[number] = result;
                         ended.code = exit::worse(ended.code, code);
                         ended.reused += usize::from(kept);
-                        ended.images += usize::from(image);
                         done += 1;
                         show(done);
                     }
@@ -146,15 +131,8 @@ impl StudyRunner<'_> {
             }
         };
         while let Some(taken) = queue.claim(self.stop) {
-            let ended = pool.install(|| match taken.hidden {
-                true => {
-                    self.hidden(&taken);
-                    None
-                }
-                false => Some(self.run_one(&taken)),
-            });
+            let ended = pool.install(|| self.run_one(&taken));
             drop(taken);
-            let Some(ended) = ended else { continue };
             if said.send(WorkerMessage::Ended(Box::new(ended))).is_err() {
                 return;
             }
@@ -175,8 +153,7 @@ impl StudyRunner<'_> {
         });
         let seconds = if kept { summary.timings.sum() } else { started.elapsed().as_secs_f64() };
         result.fill_from(self.sweep, &summary, seconds);
-        let image = summary.skipped.iter().any(|entry| entry.kind == OmissionKind::Image);
-        FinishedRun { number, result, code, kept, image }
+        FinishedRun { number, result, code, kept }
     }
 
     fn compute(
@@ -202,55 +179,11 @@ impl StudyRunner<'_> {
                 checkpoints.from = Some(resumed);
             }
         }
-        let anew = checkpoints.from.is_none();
-        let recording = spec.image_of.filter(|_| anew).and_then(|image| self.recording(taken, image));
-        let original = spec.image_of.zip(recording.as_deref()).map(|(image, recording)| {
-            let folder = self.sweep.runs[image.run].folder.as_str();
-            Original { recording, symmetry: image.symmetry, folder }
-        });
         let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
-        let mut for_images = taken.records.then(|| ForImages::within(&plan.memory_limit));
-        let from = taken.from.as_deref();
-        let shares =
-            SharedWork { from, recorder: Some(&mut forks), for_images: for_images.as_mut(), original };
+        let shares = SharedWork { from: taken.from.as_deref(), recorder: Some(&mut forks) };
         let code = self.run_silently(&plan, (Some(output), Some(checkpoints)), summary, shares);
-        taken.publish(forks.recorded, for_images);
+        taken.publish(forks.recorded);
         code
-    }
-
-    /// A run that is not wanted but for its images: without files.
-    fn hidden(&self, taken: &ClaimedRun<'_>) {
-        if self.resume && taken.images().all(|number| self.is_done(number)) {
-            return;
-        }
-        let Ok(plan) = self.plan(taken.queue, &self.sweep.runs[taken.number]) else { return };
-        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
-        let mut for_images = ForImages::within(&plan.memory_limit);
-        let from = taken.from.as_deref();
-        let shares = SharedWork {
-            from,
-            recorder: Some(&mut forks),
-            for_images: Some(&mut for_images),
-            original: None,
-        };
-        // What is wrong with it is told by its images.
-        let _ =
-            self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
-        taken.publish(forks.recorded, Some(for_images));
-    }
-
-    /// Whether a run has converged before.
-    fn is_done(&self, number: usize) -> bool {
-        let spec = &self.sweep.runs[number];
-        let directory = self.directory.join(&spec.folder);
-        plan(self.sweep, spec).is_ok_and(|plan| {
-            load_finished_run(
-                &plan,
-                &directory,
-                &[Status::Converged],
-                &mut crate::simulation::job::new_summary(&plan),
-            )
-        })
     }
 
     /// Runs a plan of which nobody hears before it ends.
@@ -281,23 +214,6 @@ impl StudyRunner<'_> {
         plan.flexibility_cache = self.cache.cloned();
         plan.kernel_cache = Some(queue.kernels.clone());
         Ok(plan)
-    }
-
-    /// What a run is an image of: that run's results, which are computed once more where it was left as it was or went on from a checkpoint; `None`
-    /// where there are none.
-    fn recording(&self, taken: &ClaimedRun<'_>, image: ImageOf) -> Option<Arc<Recording>> {
-        match &taken.original {
-            Known::Recording(recording) => return Some(recording.clone()),
-            Known::NoImages => return None,
-            Known::Nothing => {}
-        }
-        let plan = self.plan(taken.queue, &self.sweep.runs[image.run]).ok()?;
-        let mut for_images = ForImages::within(&plan.memory_limit);
-        let shares = SharedWork { for_images: Some(&mut for_images), ..SharedWork::default() };
-        // What is wrong with it is told by its own run, and by this one.
-        let _ =
-            self.run_silently(&plan, (None, None), &mut crate::simulation::job::new_summary(&plan), shares);
-        taken.queue.keep(image.run, for_images.made()?)
     }
 
     /// Collects the runs from their folders, whatever made them; none is begun.

@@ -14,7 +14,6 @@ use crate::scene::plan::Plan;
 use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
-use crate::sweep::images::Shape;
 
 /// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
 fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
@@ -44,16 +43,12 @@ pub(super) struct RunScene {
     pub memory: MemoryLimit,
     /// Its beginnings.
     pub beginnings: Vec<(usize, String)>,
-    /// What it has in common with its images, where these are wanted.
-    pub shape: Option<Shape>,
 }
 
 /// Reads the scene of each run and gathers what is wrong with them.
 pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
-    /// Whether runs may be made of those that they are images of.
-    symmetry: bool,
     /// What is wrong with the study file.
     pub study_diagnostics: Vec<Diagnostic>,
     /// What is wrong with the scene itself.
@@ -67,12 +62,11 @@ pub(super) struct SceneReader<'a> {
 
 impl<'a> SceneReader<'a> {
     /// Nothing read yet.
-    pub fn new(document: &'a Document, scene: &'a Path, symmetry: bool) -> Self {
+    pub fn new(document: &'a Document, scene: &'a Path) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
         Self {
             document,
             scene,
-            symmetry,
             study_diagnostics: Vec::new(),
             scene_diagnostics: None,
             first: None,
@@ -94,7 +88,6 @@ impl<'a> SceneReader<'a> {
                     self.jumping.insert(step.name.clone(), along);
                 }
                 let (memory, beginnings) = (plan.memory_limit, prefix_keys(&plan));
-                let shape = self.symmetry.then(|| Shape::of(&plan)).flatten();
                 if let Some(first) = &self.first {
                     // Of all runs the memory that was free before any of them.
                     let given = plan.solver.memory_limit.is_some();
@@ -105,10 +98,10 @@ impl<'a> SceneReader<'a> {
                             Diagnostic::at(self.document, "axes", message).help("vary values, not units"),
                         );
                     }
-                    return Some(RunScene { memory, beginnings, shape });
+                    return Some(RunScene { memory, beginnings });
                 }
                 self.first = Some(plan);
-                Some(RunScene { memory, beginnings, shape })
+                Some(RunScene { memory, beginnings })
             }
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.

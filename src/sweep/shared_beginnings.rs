@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::evolution::RunCheckpoint;
-use crate::evolution::image::Entries;
 use crate::evolution::records::CheckpointEvent;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;
@@ -13,7 +12,6 @@ use crate::output::field_writer::WrittenFields;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::output_dir::{OutputDir, StagedFile};
 use crate::simulation::Simulation;
-use crate::simulation::image::{ForImages, Original};
 
 /// Where a run stood after the steps that others have in common with it.
 pub struct SharedPrefix {
@@ -30,8 +28,6 @@ pub struct SharedPrefix {
     near_fields: Vec<NearFieldRecord>,
     /// Seconds that the steps took.
     seconds: f64,
-    /// Its entries so far, where some of those that go on have images.
-    pub(crate) entries: Option<Entries>,
 }
 
 /// What a run shares with others.
@@ -41,10 +37,6 @@ pub struct SharedWork<'a> {
     pub from: Option<&'a SharedPrefix>,
     /// What others go on from.
     pub recorder: Option<&'a mut PrefixRecorder>,
-    /// What it leaves for its images.
-    pub for_images: Option<&'a mut ForImages>,
-    /// What it is an image of.
-    pub original: Option<Original<'a>>,
 }
 
 /// What others go on from when a run has ended.
@@ -77,7 +69,6 @@ impl SharedPrefix {
         (study, snapshot): (&Simulation<'_>, RunCheckpoint),
         (written, files): (WrittenFields, Vec<StagedFile>),
         folder: Option<&Path>,
-        entries: Option<Entries>,
     ) -> Self {
         let model = study.model();
         let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
@@ -92,7 +83,6 @@ impl SharedPrefix {
             initial_gap: model.initial_gap.clone(),
             near_fields: study.near_fields.clone(),
             seconds,
-            entries,
         }
     }
 

@@ -33,13 +33,10 @@ pub struct StudyKeys {
     /// Comparisons that each run has to meet, of names of axes and numbers: "tilt + 'sliding angle' <= 120"; others are left out.
     #[serde(default)]
     pub require: Vec<String>,
-    /// Whether a run that is the image of an earlier one, mirrored or turned by right angles, is made of its results.
-    #[serde(default = "yes")]
-    pub symmetry: bool,
-}
-
-fn yes() -> bool {
-    true
+    /// Without effect: every run is computed. Earlier versions obtained symmetry-equivalent runs from each other where this was true.
+    #[serde(default)]
+    #[schemars(with = "bool")]
+    pub symmetry: Option<bool>,
 }
 
 /// An axis of the study.

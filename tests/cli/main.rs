@@ -27,7 +27,6 @@ mod report;
 mod resume;
 mod run;
 mod study;
-mod study_images;
 mod study_orientations;
 mod study_parts;
 mod tools;

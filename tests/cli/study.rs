@@ -47,6 +47,22 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
+/// Truth: docs/study.md: every run is computed, whatever `study.symmetry` says; a note says that it has no effect.
+#[test]
+fn symmetric_runs_are_computed() {
+    let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";
+    for (given, notes) in [("", 0), ("symmetry = true\n", 1), ("symmetry = false\n", 1)] {
+        let folder = folder(&format!("[study]\nscene = \"scene.toml\"\n{given}{axis}"));
+        let (code, text, errors) = orthowear(folder.path(), &["study", "study.toml"]);
+        assert!(code == Some(0) && text.contains("\n2 runs, "), "{text}{errors}");
+        assert_eq!(errors.matches("note: study.symmetry has no effect").count(), notes, "{errors}");
+        for run in ["azimuth-30", "azimuth--30"] {
+            let summary = json(&folder.path().join("study.study").join(run).join("summary.json"));
+            assert!(summary["history"].as_array().unwrap().iter().all(|entry| entry["iterations"] != 0), "{summary}");
+        }
+    }
+}
+
 /// Truth: the single runs, to the last bit; curves are the entries of the run.
 #[test]
 fn the_table_is_that_of_the_single_runs() {

@@ -19,7 +19,6 @@ mod fem_supports;
 mod fields;
 mod gaps;
 mod hybrid;
-mod images;
 mod laws;
 mod mesh;
 mod mirror;
