@@ -1,8 +1,14 @@
-// The bodies in space: with WebGL by three.js, without it drawn triangle by triangle on a canvas.
+// Draws the bodies in space with three.js; without WebGL, a line of text instead.
 window.orthowearView = (page) => {
   "use strict";
   const { data, meshes, floats, whole, shownFields, valuesOf, largest, label, fill, colour, ZONES, colourBar, units } = page;
   const $ = (id) => document.getElementById(id);
+  const hasWebGL = (() => { try { const canvas = document.createElement("canvas"); const gl = canvas.getContext("webgl2"); if (gl && gl.getExtension("WEBGL_lose_context")) gl.getExtension("WEBGL_lose_context").loseContext(); return Boolean(gl); } catch { return false; } })();
+  if (!hasWebGL) {
+    for (const part of document.querySelectorAll("#view .controls, #view .view")) part.style.display = "none";
+    $("view-note").textContent = "The 3D view needs WebGL, which is not available here. ParaView opens the same files (.pvd, .vtu).";
+    return { resize() {} };
+  }
   const box = $("view-box"), GREY = [[0.80, 0.77, 0.68], [0.70, 0.77, 0.84]];
   const surfaces = (data.surfaces || []).map((s) => ({ points: floats(s.points), triangles: whole(s.triangles) }));
   const bodies = (data.bodies || []).map((b) => ({
@@ -88,8 +94,7 @@ window.orthowearView = (page) => {
     for (let j = 0; j < points.length; j++) sum[j % 3] += (3 * points[j]) / points.length;
     return sum.map(unit);
   };
-  const hasWebGL = (() => { try { const canvas = document.createElement("canvas"); const gl = canvas.getContext("webgl2"); if (gl && gl.getExtension("WEBGL_lose_context")) gl.getExtension("WEBGL_lose_context").loseContext(); return Boolean(gl); } catch { return false; } })();
-  const stage = hasWebGL ? webgl() : painter();
+  const stage = webgl();
 
   function webgl() {
     const T = window.THREE, renderer = new T.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
@@ -141,41 +146,7 @@ window.orthowearView = (page) => {
         camera.position.set(Math.cos(t) * Math.cos(e), Math.sin(t) * Math.cos(e), Math.sin(e)).multiplyScalar(r / zoom).add(controls.target);
         controls.update(); draw();
       },
-      kind: "webgl",
     };
-  }
-
-  // The triangles from back to front, without hidden surfaces.
-  function painter() {
-    const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
-    box.append(canvas);
-    let state = { ...START }, list = [];
-    const draw = () => {
-      const [w, h] = [canvas.width, canvas.height], s = 0.42 * Math.min(w, h) * state.zoom, order = [];
-      const [ct, st, ce, se] = [Math.cos(state.turn), Math.sin(state.turn), Math.cos(state.tilt), Math.sin(state.tilt)];
-      context.fillStyle = "#fbfcfd"; context.fillRect(0, 0, w, h);
-      for (const piece of list) {
-        for (let t = 0; t < piece.positions.length; t += 9) {
-          const corners = [0, 3, 6].map((c) => { const [x, y, z] = [0, 1, 2].map((k) => piece.positions[t + c + k] - state.at[k]); const along = ct * x + st * y; return [-st * x + ct * y, ce * z - se * along, ce * along + se * z]; });
-          order.push({ corners, depth: corners[0][2] + corners[1][2] + corners[2][2] + (piece.frame ? 0.02 : 0), piece, t });
-        }
-      }
-      order.sort((a, b) => a.depth - b.depth);
-      for (const { corners: [a, b, c], piece, t } of order) {
-        const twice = Math.abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])), depth = Math.hypot(b[2] - a[2], c[2] - a[2]), light = piece.frame ? 1 : 0.72 + 0.28 * Math.min(1, twice / (twice + depth * depth + 1e-12));
-        context.fillStyle = context.strokeStyle = `rgba(${[0, 1, 2].map((k) => Math.round(255 * light * piece.colours[t + k])).join(",")},${piece.opacity})`;
-        context.beginPath();
-        [a, b, c].forEach((p, i) => context[i ? "lineTo" : "moveTo"](w / 2 + s * p[0], h / 2 - s * p[1]));
-        context.closePath(); context.fill(); if (piece.opacity === 1) context.stroke();
-      }
-    };
-    const turn = (turn, tilt, zoom) => { state = { ...state, turn: state.turn + turn, tilt: Math.min(1.55, Math.max(-1.55, state.tilt + tilt)), zoom: state.zoom * zoom }; draw(); };
-    let held = null;
-    canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
-    canvas.addEventListener("pointermove", (event) => { if (held) { turn(-0.008 * (event.clientX - held[0]), 0.008 * (event.clientY - held[1]), 1); held = [event.clientX, event.clientY]; } });
-    canvas.addEventListener("pointerup", () => { held = null; });
-    canvas.addEventListener("wheel", (event) => { event.preventDefault(); turn(0, 0, event.deltaY < 0 ? 1.1 : 1 / 1.1); }, { passive: false });
-    return { show(pieces) { list = pieces; draw(); }, resize() { const [w, h] = [box.clientWidth, box.clientHeight]; if (w && h) { canvas.width = w; canvas.height = h; draw(); } }, place(s) { state = { ...s }; draw(); }, turn, kind: "canvas" };
   }
 
   function refresh() {
@@ -185,7 +156,6 @@ window.orthowearView = (page) => {
     colourBar(context, [6, 50, 34, 560], most, name, zones);
     $("view-scale-out").textContent = String(factor());
     const notes = [];
-    if (!hasWebGL) notes.push("WebGL is not available here: a simpler drawing is shown, in which hidden parts may show through.");
     if (!bodies.length) notes.push("No surfaces of bodies were written, or they are left out: only the contact frame is shown.");
     if (flat && bodies.length) notes.push("Of half-spaces the surface under the frame is shown.");
     notes.push("The rigid motion of body 2 is not part of its displacement. Drag to turn, wheel to zoom; or arrow keys, + and −.");
@@ -206,5 +176,5 @@ window.orthowearView = (page) => {
     if (by) { event.preventDefault(); stage.turn(...by); }
   });
   stage.resize(); stage.place(START); refresh();
-  return { resize: () => stage.resize(), kind: stage.kind };
+  return { resize: () => stage.resize() };
 };
