@@ -71,17 +71,6 @@ impl CellShapes {
         ]
     }
 
-    /// Mean side of the drawn cells in pixels.
-    pub fn mean_cell_pixels(&self, x: &Axis) -> f64 {
-        let doubled = |corners: &Vec<Vector2<f64>>| -> f64 {
-            let next = corners.iter().cycle().skip(1);
-            corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum()
-        };
-        let area = 0.5 * self.corners.iter().map(|corners| doubled(corners).abs()).sum::<f64>();
-        let side = (area / self.corners.len() as f64).sqrt();
-        x.to_pixel(side).zip(x.to_pixel(0.0)).map_or(0.0, |(to, from)| to - from)
-    }
-
     /// Middle of a drawn cell.
     pub fn middle(&self, shape: usize) -> Vector2<f64> {
         let corners = &self.corners[shape];

@@ -27,7 +27,7 @@ const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 /// What a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapKind {
-    /// Pressure, with dots on the cells that stick.
+    /// Pressure.
     Pressure,
     /// Length of the slip of body 2 over body 1 in the entry, where there is contact, with arrows.
     Slip,
@@ -130,14 +130,12 @@ impl MapFigure<'_> {
         match self.kind {
             MapKind::Pressure => {
                 let peak = self.draw_values(&mut canvas, &axes, state);
-                self.dots(&mut canvas, &axes, state);
-                draw_caption(&mut canvas, "#d55e00", "\u{2022} sticking");
                 draw_bar(&mut canvas, MAP_AREA_PX, peak, &self.units.stress());
             }
             MapKind::Slip => {
                 let peak = self.draw_values(&mut canvas, &axes, state);
                 self.arrows(&mut canvas, &axes, state, peak);
-                draw_caption(&mut canvas, "#222", "slip of body 2 over body 1");
+                draw_caption(&mut canvas, "slip of body 2 over body 1");
                 draw_bar(&mut canvas, MAP_AREA_PX, peak, &self.units.length);
             }
             MapKind::Zones => {
@@ -146,7 +144,7 @@ impl MapFigure<'_> {
             }
             MapKind::Wear => {
                 let peak = self.draw_values(&mut canvas, &axes, state);
-                draw_caption(&mut canvas, "#222", "worn depth, both bodies");
+                draw_caption(&mut canvas, "worn depth, both bodies");
                 draw_bar(&mut canvas, MAP_AREA_PX, peak, &self.units.length);
             }
         }
@@ -178,22 +176,6 @@ impl MapFigure<'_> {
             paint(canvas, outlines, &colour::map_colour((i as f64 + 0.5) / COLOUR_LEVELS as f64));
         }
         peak
-    }
-
-    /// Dots on drawn cells of which most stick.
-    fn dots(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) {
-        let mut dots = String::new();
-        for (shape, cells) in self.shapes.cells.iter().enumerate() {
-            let sticking = cells.iter().filter(|&&cell| state.status.get(cell) == Some(&1)).count();
-            if 2 * sticking > cells.len() {
-                dots += &format!("M{}h0", pixels(&self.shapes.middle(shape), axes).unwrap_or_default());
-            }
-        }
-        // To be seen on few cells, and not to cover many.
-        let width = (0.25 * self.shapes.mean_cell_pixels(&axes[0])).clamp(1.6, 6.0);
-        canvas.add(format_args!(
-            r##"<path d="{dots}" stroke="#d55e00" stroke-width="{width:.1}" stroke-linecap="round" fill="none"/>"##
-        ));
     }
 
     /// Colours the cells that stick and those that slip; of several cells drawn as one by what most of them do.
@@ -271,8 +253,8 @@ fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
 }
 
 /// A few words at the upper right of the plot area.
-fn draw_caption(canvas: &mut Canvas, fill: &str, text: &str) {
-    canvas.add(format_args!(r#"<g fill="{fill}">"#));
+fn draw_caption(canvas: &mut Canvas, text: &str) {
+    canvas.add(format_args!(r##"<g fill="#222">"##));
     canvas.text([MAP_AREA_PX[0] + MAP_AREA_PX[2], MAP_AREA_PX[1] - 6.0], Anchor::End, 11.0, text);
     canvas.add(format_args!("</g>"));
 }
