@@ -5,12 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::frame::ContactFrame;
-use crate::frame::grid::extend_field;
 use crate::output::line_profile::{ProfileLine, profile_along};
 use crate::output::output_dir::{OutputDir, write_error};
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
-use crate::output::plot::frame_map::{MapKind, MapState, maps_svg};
+use crate::output::plot::frame_map::{MapKind, StepEndFields, maps_svg};
 use crate::output::plot::history::history_svg;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::{Summary, Units};
@@ -27,18 +26,6 @@ const MAPS: [(MapKind, &str); 4] = [
 /// Steps that wear less than this share of the deepest one have no profile of it.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
-/// What is kept of the last entry of a step.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct StepEndFields {
-    name: String,
-    /// Name and number of cycles.
-    title: String,
-    map: MapState,
-    /// Tractions on body 2, `[3, N]` by planes.
-    tractions: Vec<f64>,
-    wear_depth: Vec<f64>,
-}
-
 /// Keeps what the pictures show and draws them.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RunFigures {
@@ -54,26 +41,16 @@ impl RunFigures {
             (cycles, Some(_)) => format!(", {cycles} cycles, + end"),
         };
         let title = format!("{}{cycles}", record.name);
-        let kept = StepEndFields {
-            name: record.name.clone(),
-            map: MapState::new(&title, n, state),
-            title,
-            tractions: state.tractions.clone(),
-            wear_depth: state.wear_depth.clone(),
-        };
+        let kept = StepEndFields::new([&record.name, &title], n, state);
         match self.steps.iter_mut().find(|known| known.name == record.name) {
             Some(known) => *known = kept,
             None => self.steps.push(kept),
         }
     }
 
-    /// Puts what is kept onto a frame of `n` cells; `places`: the numbers there of the cells so far. The others have nothing.
+    /// Transfers the fields to a frame of `n` cells; `places` are the numbers there of the cells so far, new cells get 0.
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
-        for kept in &mut self.steps {
-            kept.map.transfer_to(places, n);
-            kept.tractions = extend_field(&kept.tractions, places, n, |_| 0.0);
-            kept.wear_depth = extend_field(&kept.wear_depth, places, n, |_| 0.0);
-        }
+        self.steps.iter_mut().for_each(|step| step.transfer_to(places, n));
     }
 
     /// Writes the pictures that have something to show.
@@ -90,9 +67,8 @@ impl RunFigures {
             return Ok(());
         }
         let units = &summary.units;
-        let states: Vec<MapState> = self.steps.iter().map(|kept| kept.map.clone()).collect();
         for (kind, name) in MAPS {
-            if let Some(picture) = maps_svg((frame, surface), &states, kind, units) {
+            if let Some(picture) = maps_svg((frame, surface), &self.steps, kind, units) {
                 write_text(output, name, &picture)?;
             }
         }

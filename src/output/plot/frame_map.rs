@@ -37,38 +37,48 @@ pub enum MapKind {
     Wear,
 }
 
-/// What maps show of one state.
+/// Fields of the last entry of a step, as figures show them.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct MapState {
-    title: String,
-    pressure: Vec<f64>,
+pub struct StepEndFields {
+    /// Name of the step.
+    pub name: String,
+    /// Name and number of cycles.
+    pub title: String,
+    /// Tractions on body 2, `[3, N]` by planes.
+    pub tractions: Vec<f64>,
     slip: Vec<[f64; 2]>,
     status: Vec<u8>,
-    wear_depth: Vec<f64>,
+    /// Wear depth of both bodies together, `[N]`.
+    pub wear_depth: Vec<f64>,
 }
 
-impl MapState {
-    /// The fields of `state`, on a frame of `n` cells; those that are missing are 0.
-    pub fn new(title: &str, n: usize, state: &FrameState) -> Self {
+impl StepEndFields {
+    /// The fields of `state`, on a frame of `n` cells; missing slip is 0.
+    pub fn new([name, title]: [&str; 2], n: usize, state: &FrameState) -> Self {
         let slip = |cell: usize| match state.slip.get(n + cell) {
             Some(y) => [state.slip[cell], *y],
             None => [0.0; 2],
         };
         Self {
+            name: name.to_owned(),
             title: title.to_owned(),
-            pressure: state.tractions.get(2 * n..3 * n).unwrap_or_default().to_vec(),
+            tractions: state.tractions.clone(),
             slip: (0..n).map(slip).collect(),
             status: state.status.clone(),
             wear_depth: state.wear_depth.clone(),
         }
     }
 
-    /// Puts it onto a frame of `n` cells; `places`: the numbers there of the cells so far. The others have nothing.
+    /// Transfers the fields to a frame of `n` cells; `places` are the numbers there of the cells so far, new cells get 0.
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
-        self.pressure = extend_field(&self.pressure, places, n, |_| 0.0);
+        self.tractions = extend_field(&self.tractions, places, n, |_| 0.0);
         self.slip = extend_field(&self.slip, places, n, |_| [0.0; 2]);
         self.status = extend_field(&self.status, places, n, |_| 0);
         self.wear_depth = extend_field(&self.wear_depth, places, n, |_| 0.0);
+    }
+
+    fn pressure(&self, cell: usize) -> f64 {
+        self.tractions.get(2 * (self.tractions.len() / 3) + cell).copied().unwrap_or(0.0)
     }
 
     /// Whether a map of this kind shows anything.
@@ -83,10 +93,9 @@ impl MapState {
 
     /// What the colour of a cell stands for.
     fn value(&self, kind: MapKind, cell: usize) -> f64 {
-        let pressed = self.pressure.get(cell).is_some_and(|p| *p > 0.0);
         match kind {
-            MapKind::Pressure => self.pressure.get(cell).copied().unwrap_or(0.0),
-            MapKind::Slip if pressed => self.slip.get(cell).map_or(0.0, |[x, y]| x.hypot(*y)),
+            MapKind::Pressure => self.pressure(cell),
+            MapKind::Slip if self.pressure(cell) > 0.0 => self.slip.get(cell).map_or(0.0, |[x, y]| x.hypot(*y)),
             MapKind::Slip | MapKind::Zones => 0.0,
             MapKind::Wear => self.wear_depth.get(cell).copied().unwrap_or(0.0),
         }
@@ -96,13 +105,13 @@ impl MapState {
 /// Maps of one kind side by side, each with its own colour bar; `None` if none of the states has anything to show.
 pub fn maps_svg(
     (frame, surface): (&ContactFrame, &SurfaceProperties),
-    states: &[MapState],
+    states: &[StepEndFields],
     kind: MapKind,
     units: &Units,
 ) -> Option<String> {
     // Where nothing sticks any more is worth seeing too.
     let all = kind == MapKind::Zones && states.iter().any(|state| state.has_content(kind));
-    let shown: Vec<&MapState> = states.iter().filter(|state| all || state.has_content(kind)).collect();
+    let shown: Vec<&StepEndFields> = states.iter().filter(|state| all || state.has_content(kind)).collect();
     if shown.is_empty() {
         return None;
     }
@@ -123,7 +132,7 @@ struct MapFigure<'a> {
 }
 
 impl MapFigure<'_> {
-    fn panel(&self, state: &MapState) -> Canvas {
+    fn panel(&self, state: &StepEndFields) -> Canvas {
         let axes = self.shapes.axes(MAP_AREA_PX);
         let mut canvas = Canvas::default();
         canvas.text([MAP_AREA_PX[0], 20.0], Anchor::Start, 14.0, &state.title);
@@ -159,7 +168,7 @@ impl MapFigure<'_> {
     }
 
     /// Colours the cells by value; the largest value of a cell.
-    fn draw_values(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) -> f64 {
+    fn draw_values(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) -> f64 {
         let value = |cell: &usize| state.value(self.kind, *cell);
         let peak = self.shapes.cells.iter().flatten().map(value).fold(0.0, f64::max);
         let mut by_colour = vec![String::new(); COLOUR_LEVELS];
@@ -179,7 +188,7 @@ impl MapFigure<'_> {
     }
 
     /// Colours the cells that stick and those that slip; of several cells drawn as one by what most of them do.
-    fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) {
+    fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) {
         let mut by_zone = [String::new(), String::new()];
         for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
             let count =
@@ -193,7 +202,7 @@ impl MapFigure<'_> {
     }
 
     /// Arrows of the mean slip in the squares of a lattice, the largest as long as a square.
-    fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState, peak: f64) {
+    fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
         }
@@ -307,7 +316,7 @@ mod tests {
     use crate::output::surface_properties::SurfaceFibre;
 
     /// A frame of 2 x 2 cells: (-, -) open, (-, +) sticks, (+, -) and (+, +) slip along x and -y.
-    fn state() -> (ContactFrame, MapState) {
+    fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
             tractions: [vec![0.0; 8], vec![0.0, 50.0, 100.0, 25.0]].concat(),
@@ -316,7 +325,7 @@ mod tests {
             status: vec![0, 1, 2, 2],
             wear_depth: vec![0.0, 0.0, 3e-7, 6e-7],
         };
-        (frame, MapState::new("a", 4, &fields))
+        (frame, StepEndFields::new(["a"; 2], 4, &fields))
     }
 
     fn drawn(kind: MapKind) -> String {
