@@ -245,11 +245,6 @@ impl Summary {
         self.error = Some(error.to_string());
     }
 
-    /// The last entry of the step `name`: its result.
-    pub fn step(&self, name: &str) -> Option<&IncrementRecord> {
-        self.steps.iter().rev().find(|record| record.name == name)
-    }
-
     /// The JSON text, with a line end. A number that is not finite turns the run into a failed one, named in
     /// `error`: JSON has no such number, and a reader must not take its `null` for a result.
     ///
