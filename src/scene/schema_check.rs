@@ -51,21 +51,13 @@ impl<'a> SchemaWalk<'a> {
                     _ => self.report_wrong_type(node, key, "true, false or a list of names"),
                 };
             }
-            let plain = |kind: &str| {
-                let is = |branch: &&Json| {
-                    branch.get("type").is_some_and(|t| t == kind) && branch.get("const").is_none()
-                };
-                branches.iter().map(|branch| self.dereference(branch)).find(is)
-            };
-            let (table, text) = (plain("object"), plain("string").filter(|text| text.get("enum").is_none()));
-            if let (None, Some(table), Some(_)) = (tag_of(branches), table, text) {
-                return match (&node.value, number_branch(branches)) {
-                    (TomlValue::Table(_), _) => self.check_table(node, table, key, None),
-                    (TomlValue::String(_), _) => {}
-                    (TomlValue::Integer(_) | TomlValue::Float(_), Some(number)) => {
-                        self.check_value(node, number, key)
-                    }
-                    _ => self.report_wrong_type(node, key, "a number, a text in double quotes or a table"),
+            let is_table = |branch: &&Json| branch.get("type").is_some_and(|t| t == "object");
+            let table = branches.iter().map(|branch| self.dereference(branch)).find(is_table);
+            if let (Some(table), Some(number)) = (table, number_branch(branches)) {
+                return match node.value {
+                    TomlValue::Table(_) => self.check_table(node, table, key, None),
+                    TomlValue::Integer(_) | TomlValue::Float(_) => self.check_value(node, number, key),
+                    _ => self.report_wrong_type(node, key, "a number or a table"),
                 };
             }
             return match tag_of(branches) {

@@ -10,8 +10,6 @@ use serde::Deserialize;
 pub enum Accuracy {
     /// Relative error of all results that have an error estimate.
     Number(#[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))] f64),
-    /// The same as a text like "1e-3".
-    Text(String),
     /// Relative error of some results.
     Table(AccuracyTable),
 }
