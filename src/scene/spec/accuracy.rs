@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 /// Target accuracy: the scene is run with finer cells, increments and wear jumps until the estimated error is below it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "accuracy is a number, or a table with `relative`")]
+#[serde(untagged)]
 #[schemars(inline)]
 pub enum Accuracy {
     /// Relative error of all results that have an error estimate.

@@ -35,11 +35,7 @@ pub struct Solver {
 
 /// Work that may be skipped.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "skip is true, false or a list of: tangential-unknowns, sliding-friction, normal-components, tangential-gap, \
-                 second-half-space, vanishing-blocks, distant-entries, distant-cells, mirror-half, open-cells, cold-starts"
-)]
+#[serde(untagged)]
 #[schemars(inline)]
 pub enum SkipSetting {
     /// All of it, or none.
@@ -195,7 +191,7 @@ pub struct InteriorPoints {
 
 /// Numbers of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "points are a whole number, of a rectangle two")]
+#[serde(untagged)]
 #[schemars(inline)]
 pub enum PointCounts {
     /// On a line.

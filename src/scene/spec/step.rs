@@ -213,7 +213,7 @@ pub struct Cycles {
 
 /// Increments of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "increments of a stroke are a whole number, at least 1, or \"auto\"")]
+#[serde(untagged)]
 #[schemars(inline)]
 pub enum StrokeIncrements {
     /// So many.
