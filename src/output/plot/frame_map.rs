@@ -95,7 +95,9 @@ impl StepEndFields {
     fn value(&self, kind: MapKind, cell: usize) -> f64 {
         match kind {
             MapKind::Pressure => self.pressure(cell),
-            MapKind::Slip if self.pressure(cell) > 0.0 => self.slip.get(cell).map_or(0.0, |[x, y]| x.hypot(*y)),
+            MapKind::Slip if self.pressure(cell) > 0.0 => {
+                self.slip.get(cell).map_or(0.0, |[x, y]| x.hypot(*y))
+            }
             MapKind::Slip | MapKind::Zones => 0.0,
             MapKind::Wear => self.wear_depth.get(cell).copied().unwrap_or(0.0),
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Resolver;
-use super::materials::Materials;
+use super::materials::{ElasticMaterial, Materials};
 use super::{be_body, orientations, placements, support_conflicts};
 use crate::element::ElementKind;
 use crate::error::Result;
@@ -65,7 +65,7 @@ pub(super) fn find_material(
         );
         return None;
     };
-    let (stiffness, isotropic) = found.clone()?;
+    let ElasticMaterial { stiffness, isotropic, .. } = found.clone()?;
     Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
 }
 
@@ -110,7 +110,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
 
 /// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
 pub(super) fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
-    let (stiffness, isotropic) = materials.get(&body.material)?.clone()?;
+    let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
     Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
 }

@@ -12,66 +12,51 @@ use crate::scene::document::{TomlValue, join_key};
 use crate::scene::spec::material::Material;
 
 /// Materials by name; `None` where the constants are wrong (and reported).
-pub(super) type Materials = BTreeMap<String, Option<(Stiffness, bool)>>;
+pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 
-/// The stiffness of each material and whether it is isotropic.
+/// A material as the scene defines it.
+#[derive(Clone)]
+pub(super) struct ElasticMaterial {
+    pub stiffness: Stiffness,
+    pub isotropic: bool,
+    pub strength: Option<MaterialStrength>,
+}
+
+/// The materials of the scene; reports constants and strengths that are not admissible.
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     for name in r.names("materials") {
         let key = join_key("materials", &name);
-        let found: Option<Material> = r.section(&key);
-        let stiffness = found.and_then(|material| match stiffness(&material) {
-            Ok(stiffness) => Some((stiffness, matches!(material, Material::Isotropic { .. }))),
-            Err(error) => {
-                let mend = if matches!(material, Material::Isotropic { .. }) {
-                    "E above 0 and nu between -1 and 0.5, both excluded"
-                } else {
-                    "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
-                };
-                r.report(
-                    &key,
-                    format!(
-                        "the material `{name}`{} is not admissible: {}",
-                        material_users(r, &name),
-                        error.message()
-                    ),
-                    "not admissible",
-                    mend,
-                );
-                None
-            }
-        });
+        let material: Option<Material> = r.section(&key);
+        let elastic = material.and_then(|material| elastic_material(r, &key, &name, &material));
         if material_users(r, &name).is_empty() {
             r.notes.push(format!("the material `{name}` is not used by any body"));
         }
-        materials.insert(name, stiffness);
+        materials.insert(name, elastic);
     }
     materials
 }
 
-/// What the materials bear, of those for which the scene says it.
-pub(super) fn strength_limits(r: &mut Resolver) -> BTreeMap<String, MaterialStrength> {
-    let mut limits = BTreeMap::new();
-    for name in r.names("materials") {
-        let key = join_key("materials", &name);
-        // A section that cannot be read is reported with the stiffness.
-        let (clean, before) = (std::mem::replace(&mut r.schema_valid, false), r.diagnostics.len());
-        let found: Option<Material> = r.section(&key);
-        r.schema_valid = clean;
-        r.diagnostics.truncate(before);
-        let Some(limit) = found.and_then(|material| material.strength_limit()) else { continue };
-        match limit.check() {
-            Ok(()) => {
-                limits.insert(name, limit);
-            }
-            Err(error) => {
-                let place = if let MaterialStrength::Yield(_) = limit { "yield" } else { "strength" };
-                let mend = "give all strengths as positive numbers, also those in compression";
-                r.report(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
-            }
-        }
+fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material) -> Option<ElasticMaterial> {
+    let isotropic = matches!(material, Material::Isotropic { .. });
+    let stiffness = stiffness(material);
+    if let Err(error) = &stiffness {
+        let mend = if isotropic {
+            "E above 0 and nu between -1 and 0.5, both excluded"
+        } else {
+            "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
+        };
+        let users = material_users(r, name);
+        let message = format!("the material `{name}`{users} is not admissible: {}", error.message());
+        r.report(key, message, "not admissible", mend);
     }
-    limits
+    let strength = material.strength_limit();
+    if let Some(Err(error)) = strength.map(|strength| strength.check()) {
+        let place = if isotropic { "yield" } else { "strength" };
+        let mend = "give all strengths as positive numbers, also those in compression";
+        r.report(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
+    }
+    Some(ElasticMaterial { stiffness: stiffness.ok()?, isotropic, strength })
 }
 
 /// Which bodies and volume groups name the material, in brackets; nothing if none does.

@@ -113,7 +113,6 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let title: Option<String> = r.section_or_default("title");
     let units: Option<Units> = r.section_or_default("units");
     let materials = materials::resolve(r);
-    let strength_limits = self::materials::strength_limits(r);
     let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
     let frame = frame::resolve_frame(r, &bodies);
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
@@ -138,7 +137,9 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
-        strength_limits,
+        strength_limits: (materials.into_iter())
+            .filter_map(|(name, material)| Some((name, material?.strength?)))
+            .collect(),
         frame: frame?,
         gap: gap?,
         friction: laws.friction,
