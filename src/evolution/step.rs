@@ -49,8 +49,6 @@ pub struct Cycles {
     pub jumps: JumpPolicy,
     /// How a jump is integrated.
     pub integrator: Integrator,
-    /// Whether explicit jumps may be longer than is stable.
-    pub beyond_critical: bool,
 }
 
 /// Motion of body 2 in a cycle.

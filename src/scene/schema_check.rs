@@ -219,7 +219,12 @@ impl<'a> SchemaWalk<'a> {
         } else if let Some(word) = closest(name, &known) {
             mend = format!("did you mean `{word}`? {mend}");
         }
-        let mistake = Diagnostic::at(self.document, path, format!("{place} has no key `{name}`"));
+        let mut message = format!("{place} has no key `{name}`");
+        if let Some((_, help)) = REMOVED_KEYS.iter().find(|(key, _)| *key == path) {
+            message.push_str(" any more");
+            mend = (*help).to_owned();
+        }
+        let mistake = Diagnostic::at(self.document, path, message);
         self.diagnostics.push(mistake.kind(DiagnosticKind::UnknownKey).label("unknown key").help(mend));
     }
 
@@ -303,6 +308,12 @@ impl<'a> SchemaWalk<'a> {
         self.report(key, message, &format!("must be {wanted}"), mend);
     }
 }
+
+/// Keys of earlier versions, and what to use instead.
+const REMOVED_KEYS: [(&str, &str); 1] = [(
+    "wear.beyond_critical",
+    "remove it: explicit jumps beyond the stability limit are refused; for longer jumps use `integrator = \"sdirk2\"`",
+)];
 
 /// Largest count.
 const MAX_INTEGER: f64 = 1e15;

@@ -180,7 +180,7 @@ pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator
         resolved_cycles: None,
     });
     let (count, jumps) = (count as f64, JumpPolicy::Number(jumps));
-    let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: false };
+    let cycles = Cycles { count, motion, jumps, integrator };
     Step { cycles: Some(cycles), ..step("fretting") }
 }
 

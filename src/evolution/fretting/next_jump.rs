@@ -203,9 +203,7 @@ impl WearStepState {
 
     /// Refuses explicit jumps that are longer than is stable.
     pub(super) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
-        let (Some(critical), JumpPolicy::Number(jumps), false) =
-            (self.critical_length, cycles.jumps, cycles.beyond_critical)
-        else {
+        let (Some(critical), JumpPolicy::Number(jumps)) = (self.critical_length, cycles.jumps) else {
             return Ok(());
         };
         let length = cycles.count / jumps as f64;
@@ -215,7 +213,7 @@ impl WearStepState {
         Err(Error::input(format!(
             "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
              on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
-             integrator; wear.beyond_critical = true takes them all the same",
+             integrator",
             step.name,
             self.length_unit(),
             (cycles.count / critical * (1.0 - 1e-9)).ceil()
@@ -229,7 +227,7 @@ impl WearStepState {
             JumpPolicy::Tolerance(_) => {
                 let unit = if whole { 1.0 } else { 0.0 };
                 let mut control = self.step_controller;
-                if let (Some(critical), false) = (self.critical_length, cycles.beyond_critical) {
+                if let Some(critical) = self.critical_length {
                     control.limit(EXPLICIT_LENGTH_SHARE * critical);
                 }
                 (control.length(cycles.count - self.completed, unit), unit.max(1e-9 * cycles.count))

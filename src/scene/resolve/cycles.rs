@@ -56,7 +56,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
         spec::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,
         spec::laws::Integrator::Explicit => Integrator::Explicit,
     };
-    let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: integration.beyond_critical };
+    let cycles = Cycles { count, motion, jumps, integrator };
     (r.diagnostics.len() == before).then_some(cycles)
 }
 

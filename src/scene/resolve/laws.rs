@@ -27,7 +27,6 @@ pub(super) struct WearIntegration {
     pub share: f64,
     pub integrator: Integrator,
     pub tolerance: f64,
-    pub beyond_critical: bool,
     pub move_mesh: Option<f64>,
 }
 
@@ -117,27 +116,16 @@ fn wear_law(
     of_friction: FibreChoice,
 ) -> Option<(WearLaw, WearIntegration)> {
     let azimuth = ground.azimuth();
-    let (law, (share, integrator, tolerance, beyond_critical, move_mesh)) = match *law {
-        Wear::None => (WearLaw::None, (1.0, Integrator::default(), WearTolerance::default(), false, None)),
-        Wear::Archard { i, share, integrator, tolerance, beyond_critical, move_mesh } => {
-            (WearLaw::Archard { i }, (share, integrator, tolerance, beyond_critical, move_mesh))
+    let (law, (share, integrator, tolerance, move_mesh)) = match *law {
+        Wear::None => (WearLaw::None, (1.0, Integrator::default(), WearTolerance::default(), None)),
+        Wear::Archard { i, share, integrator, tolerance, move_mesh } => {
+            (WearLaw::Archard { i }, (share, integrator, tolerance, move_mesh))
         }
-        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, beyond_critical, move_mesh } => {
+        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, move_mesh } => {
             let law = WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth };
-            (law, (share, integrator, tolerance, beyond_critical, move_mesh))
+            (law, (share, integrator, tolerance, move_mesh))
         }
-        Wear::Frp {
-            i_L,
-            i_T,
-            i_N,
-            body,
-            fibre,
-            share,
-            integrator,
-            tolerance,
-            beyond_critical,
-            move_mesh,
-        } => {
+        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator, tolerance, move_mesh } => {
             let own = FibreChoice { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish)?;
@@ -148,17 +136,17 @@ fn wear_law(
                 tilt: fibre.tilt,
                 azimuth: fibre.azimuth - azimuth,
             };
-            (law, (share, integrator, tolerance, beyond_critical, move_mesh))
+            (law, (share, integrator, tolerance, move_mesh))
         }
-        Wear::Energy { k, share, integrator, tolerance, beyond_critical, move_mesh } => {
-            (WearLaw::Energy { k }, (share, integrator, tolerance, beyond_critical, move_mesh))
+        Wear::Energy { k, share, integrator, tolerance, move_mesh } => {
+            (WearLaw::Energy { k }, (share, integrator, tolerance, move_mesh))
         }
     };
     let move_mesh = move_mesh.map(|share| share.0);
     if move_mesh.is_some() {
         check_mesh_motion(r, ground, share);
     }
-    Some((law, WearIntegration { share, integrator, tolerance: tolerance.0, beyond_critical, move_mesh }))
+    Some((law, WearIntegration { share, integrator, tolerance: tolerance.0, move_mesh }))
 }
 
 /// Only the mesh of a body that wears can move.

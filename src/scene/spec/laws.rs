@@ -77,9 +77,6 @@ pub enum Wear {
         /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: WearTolerance,
-        /// Whether jumps of the explicit integrator may exceed its stability limit.
-        #[serde(default)]
-        beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MeshMotionThreshold")]
@@ -106,9 +103,6 @@ pub enum Wear {
         /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: WearTolerance,
-        /// Whether jumps of the explicit integrator may exceed its stability limit.
-        #[serde(default)]
-        beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MeshMotionThreshold")]
@@ -144,9 +138,6 @@ pub enum Wear {
         /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: WearTolerance,
-        /// Whether jumps of the explicit integrator may exceed its stability limit.
-        #[serde(default)]
-        beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MeshMotionThreshold")]
@@ -167,9 +158,6 @@ pub enum Wear {
         /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: WearTolerance,
-        /// Whether jumps of the explicit integrator may exceed its stability limit.
-        #[serde(default)]
-        beyond_critical: bool,
         /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MeshMotionThreshold")]

@@ -388,7 +388,7 @@ mod tests {
 
     fn cycles(motion: CycleMotion) -> Option<Cycles> {
         let jumps = JumpPolicy::Number(1);
-        Some(Cycles { count: 1.0, motion, jumps, integrator: Integrator::Explicit, beyond_critical: false })
+        Some(Cycles { count: 1.0, motion, jumps, integrator: Integrator::Explicit })
     }
 
     fn closed(drive: Drive, angle: f64) -> CycleMotion {

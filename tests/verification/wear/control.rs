@@ -98,37 +98,20 @@ fn tolerances_finer_than_contacts_are_solved() {
 }
 
 /// Truth: docs/theory-wear.md: 2 λ_min(S_nn) / D is 39 500 cycles for D = 1.6e-10 mm/MPa per cycle, cells of 0.06 mm and the reference
-/// scene at tilt 0 (D is less by what of the stroke is elastic); beyond it the run is refused, and taken all the same the pressures of
-/// neighbouring cells part, which they do not below it.
+/// scene at tilt 0 (D is less by the elastic part of the stroke); longer jumps are refused.
 #[test]
 fn explicit_jumps_have_a_critical_length() {
-    let explicit = |count: u64, jumps: usize, beyond: bool| {
-        let mut step = fretting(count, 0.08, jumps, Integrator::Explicit);
-        step.cycles.as_mut().expect("cycles").beyond_critical = beyond;
-        step
-    };
-    let run = reference_scene(0.0, 50, explicit(20_000, 1, false));
+    let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);
+    let run = reference_scene(0.0, 50, explicit(20_000, 1));
     let critical = run.records[1].jump.expect("a jump").critical_length.expect("an explicit one has it");
     assert!((39_500.0..44_000.0).contains(&critical), "{critical}");
     let mut model = sphere_on_frp(0.0, 1.5, 50);
     model.wear = frp_wear(0.0);
-    let steps = [indent(0.02), explicit(100_000, 2, false)];
+    let steps = [indent(0.02), explicit(100_000, 2)];
     let error =
         orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent)
             .expect_err("jumps beyond the critical one");
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
-    // Second differences along a row through the middle of a contact of 17 cells to each side.
-    let roughness = |factor: f64, jumps: u64| {
-        let count = (factor * critical) as u64 * jumps;
-        let run = reference_scene(0.0, 50, explicit(count, jumps as usize, true));
-        let warned = run.warnings.iter().filter(|warning| warning.contains("longer than is stable")).count();
-        assert_eq!(warned, usize::from(factor > 1.0), "{:?}", run.warnings);
-        let p = |i: usize| run.state.tractions[2 * 2500 + i * 50 + 25];
-        let rough: f64 = (9..41).map(|i| (p(i - 1) - 2.0 * p(i) + p(i + 1)).abs()).sum();
-        rough / (9..41).map(p).sum::<f64>()
-    };
-    let (stable, unstable) = (roughness(0.75, 8), roughness(1.8, 4));
-    assert!(unstable > 5.0 * stable, "{stable} {unstable}");
 }
 
 /// Truth: strokes in 4 increments instead of 1 wear less than 1e-4 less at tilt 0, and about 0.3 % less at tilt 90 (an independent program,

@@ -17,7 +17,7 @@ use crate::common::{half_spaces, relative, solve, sphere, step};
 /// Sliding along a direction (degrees).
 fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
     let motion = CycleMotion::Sliding { angle: angle.to_radians() };
-    let cycles = Cycles { count: distance, motion, jumps, integrator, beyond_critical: false };
+    let cycles = Cycles { count: distance, motion, jumps, integrator };
     Step { cycles: Some(cycles), ..step("slide") }
 }
 
