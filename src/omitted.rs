@@ -23,8 +23,6 @@ pub enum OmittableWork {
     DistantEntries,
     /// Cells of a grid away from the contact.
     DistantCells,
-    /// Half of the cells of a grid on which everything is its own mirror image.
-    MirrorHalf,
     /// Columns of the flexibility of meshed bodies for cells that cannot touch.
     OpenCells,
     /// Starts from nothing of increments that follow another.
@@ -33,7 +31,7 @@ pub enum OmittableWork {
 
 impl OmittableWork {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::TangentialUnknowns,
         Self::SlidingFriction,
         Self::NormalComponents,
@@ -42,7 +40,6 @@ impl OmittableWork {
         Self::VanishingBlocks,
         Self::DistantEntries,
         Self::DistantCells,
-        Self::MirrorHalf,
         Self::OpenCells,
         Self::ColdStarts,
     ];

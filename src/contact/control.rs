@@ -18,13 +18,6 @@ pub enum TangentialControl {
     Shift,
     /// The tangential force on body 2 along local (x, y) is given; the shift is found.
     Force([f64; 2]),
-    /// That along one of these axes alone is given; the shift along the other is.
-    ForceAlong {
-        /// The axis, 0 or 1.
-        axis: usize,
-        /// The force.
-        force: f64,
-    },
 }
 
 /// Whether pressures are to be found.

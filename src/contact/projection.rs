@@ -86,11 +86,12 @@ pub fn project(
             for j in 0..2 * n {
                 new[j] = old[j] - steps.tangential * g[j];
             }
-            if let Some(pull) = TangentialLoad::of(end.tangential, &hat) {
-                let (carried, shift) = shift_for_force(new, problem.areas, &hat, &pull, steps.tangential);
+            if let TangentialControl::Force(force) = end.tangential {
+                let wanted = hat.scaled_traction(force);
+                let (carried, shift) = shift_for_force(new, problem.areas, &hat, wanted, steps.tangential);
                 if let Equilibrium::Sliding(_) = carried {
                     equilibrium = carried;
-                    saturate_friction(new, n, pull.force);
+                    saturate_friction(new, n, wanted);
                     continue;
                 }
                 let hatted_shift = hat.scaled_slip(shift);
@@ -203,65 +204,24 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
 /// Share of a potential that its rounding may be.
 const POTENTIAL_ROUNDING: f64 = 1e-12;
 
-/// A prescribed tangential force, hatted: f̂ = M⁻¹ Rᵀ f.
-struct TangentialLoad {
-    force: [f64; 2],
-    /// The direction that body 2 is free to move along, of length 1; `None` if it is in all.
-    direction: Option<[f64; 2]>,
-}
-
-impl TangentialLoad {
-    fn of(control: TangentialControl, hat: &FrictionScaling) -> Option<Self> {
-        match control {
-            TangentialControl::Shift => None,
-            TangentialControl::Force(force) => {
-                Some(Self { force: hat.scaled_traction(force), direction: None })
-            }
-            TangentialControl::ForceAlong { axis, force } => {
-                let mut unit = [0.0; 2];
-                unit[axis] = 1.0;
-                // f = e·R M Σ A q̂ = |M Rᵀ e| d̂·Σ A q̂.
-                let moved = hat.scaled_slip(unit);
-                let size = moved[0].hypot(moved[1]);
-                let along = moved.map(|part| part / size);
-                Some(Self { force: along.map(|part| part * force / size), direction: Some(along) })
-            }
-        }
-    }
-
-    /// The part of a sum of tractions that counts.
-    fn component(&self, sum: [f64; 2]) -> [f64; 2] {
-        self.direction.map_or(sum, |along| along.map(|part| part * (along[0] * sum[0] + along[1] * sum[1])))
-    }
-
-    /// The Newton step for a `defect` (of what counts): J (11, 12, 22) with `floor` on its diagonal, inverted.
-    fn step(&self, [a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
-        match self.direction {
-            None => {
-                let (a, c) = (a + floor, c + floor);
-                let det = a * c - b * b;
-                [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
-            }
-            Some([x, y]) => {
-                let curvature = a * x * x + 2.0 * b * x * y + c * y * y + floor;
-                defect.map(|part| part / curvature)
-            }
-        }
-    }
+/// The Newton step for a `defect` of the force: J (11, 12, 22) with `floor` on its diagonal, inverted.
+fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
+    let (a, c) = (a + floor, c + floor);
+    let det = a * c - b * b;
+    [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
 }
 
 /// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force: the minimum of a convex potential (Huber's, cell
-/// by cell), by damped Newton.
+/// by cell), by damped Newton. `wanted`: the force, hatted: f̂ = M⁻¹ Rᵀ f.
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
     hat: &FrictionScaling,
-    pull: &TangentialLoad,
+    wanted: [f64; 2],
     step: f64,
 ) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
     // In hatted components: wanted Σ A clip = f̂, unknown y = a M Rᵀ v.
-    let wanted = pull.force;
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
@@ -278,14 +238,14 @@ fn shift_for_force(
     let mut y = [0.0; 2];
     let mut current = clipped_sum(planes, areas, y);
     for _ in 0..200 {
-        let defect = pull.component([current.sum[0] - wanted[0], current.sum[1] - wanted[1]]);
+        let defect = [current.sum[0] - wanted[0], current.sum[1] - wanted[1]];
         let error = defect[0].hypot(defect[1]);
         if error <= 1e-14 * capacity {
             break;
         }
         // The floor keeps the step bounded where everything slips one way and the Jacobian is singular.
         let floor = 0.1 * error / (y[0].hypot(y[1]) + scale);
-        let direction = pull.step(current.jacobian, floor, defect);
+        let direction = newton_step(current.jacobian, floor, defect);
         let slope = direction[0] * defect[0] + direction[1] * defect[1];
         let value = current.potential + wanted[0] * y[0] + wanted[1] * y[1];
         let mut damping = 1.0;
@@ -293,8 +253,7 @@ fn shift_for_force(
             let trial = [y[0] + damping * direction[0], y[1] + damping * direction[1]];
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
-            let [first, second] = pull.component([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
-            let next_error = first.hypot(second);
+            let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
             // Where the potential cannot be told from that before, the error decides; by itself it would take ever
             // longer steps across the root of tractions that are far beyond their limits, all one way.
             let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
@@ -383,8 +342,7 @@ mod tests {
         [first, second, pressures].concat()
     }
 
-    /// Truth: what the shift leaves, cut at friction, carries the force: along both axes, or along the one that it is prescribed for, which
-    /// alone it moves. To the rounding of tractions of their size.
+    /// Truth: what the shift leaves, cut at friction, carries the force. To the rounding of tractions of their size.
     #[test]
     fn shifts_carry_their_forces() {
         let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });
@@ -396,34 +354,15 @@ mod tests {
             let planes = planes(&mut numbers, n, size);
             let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
             let (share, turn) = (1.98 * numbers.next(), 6.0 * numbers.next());
-            let along_x = hat.scaled_slip([1.0, 0.0]);
-            // A force that friction carries along x whatever acts along y, and one in any direction.
-            let one = TangentialControl::ForceAlong {
-                axis: 0,
-                force: share * capacity * along_x[0].hypot(along_x[1]),
-            };
-            let both = TangentialControl::Force(
-                hat.physical_traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity),
-            );
-            for control in [one, both] {
-                let pull = TangentialLoad::of(control, &hat).expect("a force");
-                let (held, shift) = shift_for_force(&planes, &areas, &hat, &pull, 2.0);
-                assert_eq!(held, Equilibrium::Balanced, "{trial} {control:?}");
-                let hatted = hat.scaled_slip(shift).map(|part| 2.0 * part);
-                let sum = hat.physical_traction(clipped_sum(&planes, &areas, hatted).sum);
-                let rounding = 1e-15 * planes.iter().fold(0.0f64, |most, q| most.max(q.abs())) / 500.0;
-                let defects = match control {
-                    TangentialControl::ForceAlong { axis, force } => {
-                        assert!(shift[1].abs() <= 1e-12 * shift[0].abs(), "{trial} {shift:?}");
-                        vec![sum[axis] - force]
-                    }
-                    TangentialControl::Force(force) => vec![sum[0] - force[0], sum[1] - force[1]],
-                    TangentialControl::Shift => unreachable!("a force"),
-                };
-                for defect in defects {
-                    let bound = (1e-12 + 10.0 * rounding) * capacity;
-                    assert!(defect.abs() <= bound, "{trial} {control:?} {size:e}: {}", defect / capacity);
-                }
+            let force = hat.physical_traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity);
+            let (held, shift) = shift_for_force(&planes, &areas, &hat, hat.scaled_traction(force), 2.0);
+            assert_eq!(held, Equilibrium::Balanced, "{trial} {force:?}");
+            let hatted = hat.scaled_slip(shift).map(|part| 2.0 * part);
+            let sum = hat.physical_traction(clipped_sum(&planes, &areas, hatted).sum);
+            let rounding = 1e-15 * planes.iter().fold(0.0f64, |most, q| most.max(q.abs())) / 500.0;
+            let bound = (1e-12 + 10.0 * rounding) * capacity;
+            for defect in [sum[0] - force[0], sum[1] - force[1]] {
+                assert!(defect.abs() <= bound, "{trial} {force:?} {size:e}: {}", defect / capacity);
             }
         }
     }

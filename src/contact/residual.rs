@@ -95,10 +95,6 @@ impl Increment<'_> {
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }
-        if let TangentialControl::ForceAlong { axis, force } = self.path_points[end].tangential {
-            let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
-            residuals[1] = relative((sum(axis) - force).abs(), force.abs().max(mu * normal.abs()));
-        }
         residuals
     }
 }

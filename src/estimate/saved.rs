@@ -16,7 +16,6 @@ const SECOND_HALF_SPACE: f64 = 2.3;
 const SECOND_NEAR_FIELD: f64 = 1.3;
 const VANISHING_BLOCKS: f64 = 1.4;
 const COLD_STARTS: f64 = 1.1;
-const MIRROR_HALF: f64 = 1.15;
 
 /// Of cells away from the contact: power of the share of the frame in contact, which fits those scenes to a factor of 1.5.
 const DISTANT_CELLS: f64 = -0.5;
@@ -112,7 +111,6 @@ fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: OmittableWork
         OmittableWork::DistantCells => {
             more(spent.share.unwrap_or(USUAL_SHARE).powf(DISTANT_CELLS).clamp(1.0, 10.0), &|_| true)
         }
-        OmittableWork::MirrorHalf => more(MIRROR_HALF, &|_| true),
         OmittableWork::OpenCells => of_open_cells(frame),
         OmittableWork::ColdStarts => more(COLD_STARTS, &|_| true),
     }

@@ -27,9 +27,6 @@ const PRODUCTS_ON_GRID: f64 = 10.0;
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
-/// Contact problems on half of the cells, the others being its mirror image, over those on all: docs/skips.md.
-const MIRROR_HALF_FACTOR: f64 = 0.87;
-
 /// What the steps of a plan are expected to take, with the work left out that `ledger` says.
 pub(super) fn step_times(
     plan: &Plan,
@@ -50,7 +47,6 @@ pub(super) fn step_times(
     let [first, second] = [0, 1].map(|index| bodies[index].seconds_per_product);
     let product = if skips(OmittableWork::SecondHalfSpace) { first.max(second) } else { first + second };
     let product = if skips(OmittableWork::DistantCells) { WINDOW * product } else { product };
-    let product = if skips(OmittableWork::MirrorHalf) { MIRROR_HALF_FACTOR * product } else { product };
     let friction = plan.friction.ellipse();
     let of_step = |step: &Step| {
         let rubs = friction.is_some() && step.friction;

@@ -1,9 +1,9 @@
 //! What the contact stage leaves out.
 
-use crate::contact::solver::{LawAxes, has_no_component_across, is_even, on_halves, solves_windows};
+use crate::contact::solver::solves_windows;
 use crate::contact::{Method, SolverOptions};
 use crate::evolution::model::Model;
-use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
+use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tilt};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
@@ -17,24 +17,16 @@ pub struct OperatorOmissions {
     pub windows: bool,
     /// Whether pressures and tractions in the surface are found one after the other.
     pub uncoupled: bool,
-    /// Whether operator and gap are their own mirror images along x and y, and halves are solved of what is.
-    pub mirrors: [bool; 2],
 }
 
 impl OperatorOmissions {
     pub(super) fn of(model: &Model, options: &SolverOptions) -> Self {
         let operator = model.flexibility.as_ref();
-        let normal = &model.initial_gap[2 * operator.n_cells()..];
-        let grid = operator.grid().filter(|_| on_halves(operator.grid(), options));
-        let mirrors = |across| {
-            operator.is_mirror_symmetric(across) && grid.is_some_and(|grid| is_even(normal, grid, across))
-        };
         let apart = operator.tangential().is_some() && options.skip.allows(OmittableWork::NormalComponents);
         Self {
             grid: operator.grid().is_some(),
             windows: solves_windows(operator.grid(), options),
             uncoupled: options.method == Method::Auto && apart,
-            mirrors: [0, 1].map(mirrors),
         }
     }
 }
@@ -91,7 +83,6 @@ pub fn omitted_contact_work(
             "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame",
         ));
     }
-    skipped.extend(halved(friction, wear, steps, operator.mirrors));
     let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
     if follows && options.skip.allows(OmittableWork::ColdStarts) {
         skipped.push(OmittedWork::new(
@@ -110,57 +101,6 @@ pub fn omitted_contact_work(
         ));
     }
     skipped
-}
-
-/// Halves of the cells, in the steps before the first that is not its own mirror image.
-fn halved(friction: &FrictionLaw, wear: &WearLaw, steps: &[Step], mirrors: [bool; 2]) -> Option<OmittedWork> {
-    let ellipse = friction.ellipse();
-    let laws = [ellipse.map(LawAxes::from), wear.specific_rate(ellipse).map(LawAxes::from)];
-    if !laws.iter().flatten().all(LawAxes::mirror) {
-        return None;
-    }
-    let first = |across: usize| steps.iter().take_while(|step| is_mirror_symmetric(step, across)).count();
-    let counts = [1, 0].into_iter().filter(|&across| mirrors[across]).map(|across| (first(across), across));
-    let (count, across) = counts.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
-    let mut names: Vec<&str> = steps[..count].iter().map(|step| step.name.as_str()).collect();
-    names.dedup();
-    (count > 0).then(|| {
-        OmittedWork::new(
-            OmittableWork::MirrorHalf,
-            format!("half of the cells in the iterations of step {}", names.join(", ")),
-            format!(
-                "bodies, gap and loads are their own mirror images along {}; each state is judged on the whole frame",
-                ["x", "y"][across]
-            ),
-        )
-    })
-}
-
-/// Whether what a step prescribes is its own mirror image along axis `across`.
-fn is_mirror_symmetric(step: &Step, across: usize) -> bool {
-    let along = |vector: [f64; 2]| has_no_component_across(vector, across);
-    let shifted = match step.tangential {
-        Some(Tangential::Shift(vector) | Tangential::Force(vector)) => along(vector),
-        None => true,
-    };
-    let turned = match step.tilt {
-        Some(Tilt::Rotation(about)) => about[1 - across] != 0.0,
-        Some(Tilt::Moment(_)) => true,
-        None => false,
-    };
-    let spun = step.spin.is_some_and(|spin| spin != Spin::Twist(0.0));
-    let cycled = step.cycles.as_ref().is_none_or(|cycles| match &cycles.motion {
-        CycleMotion::ClosedPath(closed) => {
-            let (sin, cos) = closed.angle.sin_cos();
-            closed.amplitude[1] == 0.0 && along([cos, sin])
-        }
-        CycleMotion::Sliding { angle } => along([angle.cos(), angle.sin()]),
-    });
-    let rolled = step.rolling.is_none_or(|rolling| {
-        let straight = rolling.creepage[1] == 0.0 && rolling.spin == 0.0;
-        straight && usize::from(rolling.quarter_turns % 2) != across
-    });
-    shifted && !turned && !spun && cycled && rolled
 }
 
 /// Whether fewer cycles are solved than there are.

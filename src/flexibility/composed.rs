@@ -84,14 +84,6 @@ impl Flexibility for SharedFlexibility {
         self.0.restriction_at(smaller, origin, factor)
     }
 
-    fn is_mirror_symmetric(&self, across: usize) -> bool {
-        self.0.is_mirror_symmetric(across)
-    }
-
-    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
-        self.0.mirror_half(across)
-    }
-
     fn entry_access(&self) -> EntryAccess {
         self.0.entry_access()
     }

@@ -108,17 +108,6 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// Whether the operator on a grid is its own mirror image along axis `across`, the mirror between two cells in its middle.
-    fn is_mirror_symmetric(&self, _across: usize) -> bool {
-        false
-    }
-
-    /// The operator on that half of the grid where the index along axis `across` is larger, for tractions whose mirror images act
-    /// on the other; `None` if it is not its own mirror image.
-    fn mirror_half(&self, _across: usize) -> Option<Arc<dyn Flexibility>> {
-        None
-    }
-
     /// How the entries of S between cells can be had.
     fn entry_access(&self) -> EntryAccess {
         EntryAccess::Unavailable

@@ -5,7 +5,7 @@ use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
 use crate::body::{ElasticBody, ErrorEstimation};
 use crate::contact::Method;
-use crate::contact::solver::{is_even, on_halves, solves_windows};
+use crate::contact::solver::solves_windows;
 use crate::coupling;
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::frame::ContactFrame;
@@ -50,12 +50,8 @@ pub(crate) fn expected_omitted_work(
         && grid.is_some()
         && options.skip.allows(OmittableWork::NormalComponents)
         && !bodies_couple_normal_tangential(plan, frame, summed)?;
-    let operator = OperatorOmissions {
-        grid: grid.is_some(),
-        windows: solves_windows(grid, &options),
-        uncoupled,
-        mirrors: mirror_symmetries(plan, frame, (grid.filter(|_| on_halves(grid, &options)), near))?,
-    };
+    let operator =
+        OperatorOmissions { grid: grid.is_some(), windows: solves_windows(grid, &options), uncoupled };
     let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
     let mut all = skipped;
     all.extend(candidate_cells::omitted_work(frame));
@@ -174,25 +170,6 @@ fn bodies_couple_normal_tangential(
     } else {
         greens.iter().any(|green| green.couples_normal_tangential())
     })
-}
-
-/// Whether operator and gap are their own mirror images along x and y; `grid`: the cells, if halves are solved of such.
-fn mirror_symmetries(
-    plan: &Plan,
-    frame: &ContactFrame,
-    (grid, near): (Option<[usize; 2]>, &[NearFieldModel; 2]),
-) -> Result<[bool; 2], SceneError> {
-    let Some(grid) = grid.filter(|_| near.iter().all(|near| near.half_space_fit().is_none())) else {
-        return Ok([false; 2]);
-    };
-    let greens = greens(plan, frame)?;
-    let green = SurfaceGreen::sum(&greens.iter().collect::<Vec<_>>());
-    let between = |across: usize| grid[across].is_multiple_of(2) && green.mirrors(across);
-    if ![0, 1].into_iter().any(between) {
-        return Ok([false; 2]);
-    }
-    let gap = candidate_cells::initial_gap(plan, frame, near)?;
-    Ok([0, 1].map(|across| between(across) && is_even(&gap, grid, across)))
 }
 
 /// Those of the half-spaces.

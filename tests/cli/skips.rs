@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::scenes::{COARSE, MESH, command, run, same, scene};
 
 /// Every skip that `solver.skip` knows, with a scene that has it.
-const NAMED: [(&str, &str, &[&str]); 10] = [
+const NAMED: [(&str, &str, &[&str]); 9] = [
     ("tangential-unknowns", "hertz.toml", &["frame.cells=[20, 20]"]),
     ("sliding-friction", "sphere-wear.toml", &["frame.cells=[16, 16]", "steps.fretting.cycles.jumps=2"]),
     ("normal-components", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
@@ -13,7 +13,6 @@ const NAMED: [(&str, &str, &[&str]); 10] = [
     ("second-half-space", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
     ("vanishing-blocks", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
     ("distant-cells", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[64, 64]"]),
-    ("mirror-half", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
     ("open-cells", OVERSIZED[1].0, OVERSIZED[1].1),
     ("cold-starts", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
 ];

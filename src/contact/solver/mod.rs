@@ -5,7 +5,6 @@ mod coarse_to_fine;
 mod conjugate_gradients;
 mod full_slip;
 mod gauss_seidel;
-mod mirror;
 mod newton;
 mod pressures_first;
 mod projected_gradient;
@@ -14,7 +13,6 @@ mod uzawa;
 
 pub use coarse_to_fine::solves_windows;
 pub use gauss_seidel::entries_bytes;
-pub use mirror::{LawAxes, has_no_component_across, is_even, on_halves};
 pub use report::{SolveReport, StopReason};
 
 use super::{ContactState, Increment, NormalControl};
@@ -173,41 +171,20 @@ fn solve_nested(
     watch: &mut IterationCallback,
 ) -> SolveReport {
     if !coarse_to_fine::is_applicable(problem, options) {
-        return solve_whole(problem, it, options, watch);
+        return solve_by_sequence(problem, it, options, watch);
     }
-    let (report, done) = coarse_to_fine::solve(problem, it, options, watch, &mut solve_whole);
+    let (report, done) = coarse_to_fine::solve(problem, it, options, watch, &mut solve_by_sequence);
     if done || report.stop == StopReason::Interrupted {
         return report;
     }
     let max_iterations = options.max_iterations.saturating_sub(report.iterations);
     let mut told = |iterations: usize, residual: f64| watch(report.iterations + iterations, residual);
-    let whole = solve_whole(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+    let whole = solve_by_sequence(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
     let iterations = report.iterations + whole.iterations;
     SolveReport { iterations, applications: report.applications + whole.applications, ..whole }
 }
 
-/// Solves on half of the cells, if the other half is their mirror image, or else on all.
-fn solve_whole(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
-    let Some(half) = mirror::solve(problem, it, options, watch, &mut solve_by_sequence) else {
-        return solve_by_sequence(problem, it, options, watch);
-    };
-    if half.stop == StopReason::Interrupted || half.converged() && half.residual <= options.tolerance {
-        return half;
-    }
-    // Whatever cannot be had on the half is a matter of all cells.
-    let max_iterations = options.max_iterations.saturating_sub(half.iterations);
-    let mut told = |iterations: usize, residual: f64| watch(half.iterations + iterations, residual);
-    let whole = solve_by_sequence(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
-    let iterations = half.iterations + whole.iterations;
-    SolveReport { iterations, applications: half.applications + whole.applications, ..whole }
-}
-
-/// Solves on all cells by the methods of the chain.
+/// Solves on all cells by the methods of the sequence, one after the other.
 fn solve_by_sequence(
     problem: &Increment,
     it: &mut ContactState,

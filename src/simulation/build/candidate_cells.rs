@@ -114,7 +114,7 @@ fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-pub(in crate::simulation) fn initial_gap(
+fn initial_gap(
     plan: &Plan,
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],

@@ -141,19 +141,6 @@ impl SurfaceGreen {
         cross.map(|c| c.norm()).fold(0.0, f64::max) > ZERO_COMPONENT_TOLERANCE * self.max_coefficient()
     }
 
-    /// Whether it is its own mirror image along axis `across` (0: x, 1: y).
-    pub fn mirrors(&self, across: usize) -> bool {
-        // Γ(-φ) or Γ(π - φ) with the signs of the images: harmonics of entries that keep theirs are real, the others imaginary;
-        // half a turn changes the sign of odd ones.
-        let [along_x, along_y] = [across == 0, across == 1];
-        let even = [true, true, true, false, along_y, along_x];
-        let odd = [along_x, true, false];
-        let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
-        let keeps = |(c, real): (&Complex<f64>, bool)| (if real { c.im } else { c.re }).abs() <= bound;
-        self.even.iter().all(|h| h.iter().zip(even).all(keeps))
-            && self.odd.iter().all(|h| h.iter().zip(odd).all(keeps))
-    }
-
     /// The entries that do not vanish.
     pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
         let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();

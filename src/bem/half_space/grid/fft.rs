@@ -6,9 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::admittance::Admittance;
-use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
+use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan, fast_size};
 use crate::bem::half_space::grid::grid_symbol::GridSymbol;
-use crate::bem::half_space::grid::half_grid::HalfGridFlexibility;
 use crate::bem::half_space::grid::kernel_cache::{GridKernel, KernelCache};
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
@@ -45,8 +44,6 @@ const SPARE_CELLS_DIVISOR: usize = 16;
 /// docs/theory-half-space.md, operators on the frame.
 pub struct FftFlexibility {
     symbol: Arc<GridSymbol>,
-    /// Whether the kernel is its own mirror image along x and y.
-    mirrors: [bool; 2],
     buffers: Mutex<Option<PaddedGridBuffers>>,
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
@@ -58,8 +55,6 @@ pub struct FftFlexibility {
     single: OnceLock<SpectralFilter>,
     tangential_single: OnceLock<SpectralFilter>,
     normal_single: OnceLock<SpectralFilter>,
-    /// Those on halves of the grid, by the axis across the mirror.
-    half_grids: [OnceLock<Arc<HalfGridFlexibility>>; 2],
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
@@ -97,19 +92,12 @@ impl FftFlexibility {
             Some(kernels) => kernels.kernel(green, (cells, spacing), coupled)?,
             None => GridKernel::new(green, cells, spacing, coupled)?,
         };
-        let mirrors = [0, 1].map(|across| green.mirrors(across));
-        Ok(Self::of_symbol(kernel.symbol, mirrors, spacing, kernel.admittance))
+        Ok(Self::of_symbol(kernel.symbol, spacing, kernel.admittance))
     }
 
-    fn of_symbol(
-        symbol: Arc<GridSymbol>,
-        mirrors: [bool; 2],
-        spacing: [f64; 2],
-        admittance: Arc<Admittance>,
-    ) -> Self {
+    fn of_symbol(symbol: Arc<GridSymbol>, spacing: [f64; 2], admittance: Arc<Admittance>) -> Self {
         Self {
             symbol,
-            mirrors,
             buffers: Mutex::new(None),
             normal_buffers: Mutex::new(None),
             spacing,
@@ -120,7 +108,6 @@ impl FftFlexibility {
             single: OnceLock::new(),
             tangential_single: OnceLock::new(),
             normal_single: OnceLock::new(),
-            half_grids: [const { OnceLock::new() }; 2],
             smaller_grids: Mutex::new(Vec::new()),
         }
     }
@@ -129,7 +116,7 @@ impl FftFlexibility {
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
-        Arc::new(Self::of_symbol(Arc::new(symbol), self.mirrors, spacing, self.admittance.clone()))
+        Arc::new(Self::of_symbol(Arc::new(symbol), spacing, self.admittance.clone()))
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
@@ -274,23 +261,6 @@ impl Flexibility for FftFlexibility {
             kept.remove(0);
         }
         Some(operator)
-    }
-
-    fn is_mirror_symmetric(&self, across: usize) -> bool {
-        self.mirrors[across] && self.cells()[across].is_multiple_of(2)
-    }
-
-    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
-        let make = || {
-            Arc::new(HalfGridFlexibility::new(
-                self.symbol.clone(),
-                self.spacing,
-                self.admittance.clone(),
-                across,
-            ))
-        };
-        self.is_mirror_symmetric(across)
-            .then(|| self.half_grids[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
     }
 
     /// Which of the operators on smaller grids serve a window depends on the windows before it.

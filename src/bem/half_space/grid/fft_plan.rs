@@ -12,7 +12,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner};
 
 /// Pieces into which the rows and the columns are divided for the threads.
-pub(super) const TASKS: usize = 16;
+const TASKS: usize = 16;
 
 /// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
@@ -42,39 +42,6 @@ impl FftReal for f32 {
 
     fn to_double(self) -> f64 {
         f64::from(self)
-    }
-}
-
-/// Plans whose convolutions go through columns of a spectrum.
-pub(in crate::bem::half_space) trait ConvolutionPlan<T: FftReal> {
-    /// Work space.
-    type Buffers: Send;
-
-    /// Number of columns, and their length.
-    fn spectrum_shape(&self) -> [usize; 2];
-
-    /// Work space for up to `components` components.
-    fn buffers(&self, components: usize) -> Self::Buffers;
-
-    /// Transforms `input` (C planes over the cells) times the first factor, lets `multiply(number, columns)` act on the C columns
-    /// of each number, and transforms back into `output`, times the second. Not normalised; does not allocate.
-    fn apply_scaled<const C: usize>(
-        &self,
-        input: &[f64],
-        output: &mut [f64],
-        buffers: (&mut Self::Buffers, [f64; 2]),
-        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
-    );
-
-    /// The same without factors.
-    fn apply<const C: usize>(
-        &self,
-        input: &[f64],
-        output: &mut [f64],
-        buffers: &mut Self::Buffers,
-        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
-    ) {
-        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
     }
 }
 
@@ -293,16 +260,9 @@ impl<T: FftReal> PaddedGridPlan<T> {
         });
         columns
     }
-}
 
-impl<T: FftReal> ConvolutionPlan<T> for PaddedGridPlan<T> {
-    type Buffers = PaddedGridBuffers<T>;
-
-    fn spectrum_shape(&self) -> [usize; 2] {
-        [self.half_spectrum(), self.padded[0]]
-    }
-
-    fn buffers(&self, components: usize) -> PaddedGridBuffers<T> {
+    /// Work space for up to `components` components.
+    pub(in crate::bem::half_space) fn buffers(&self, components: usize) -> PaddedGridBuffers<T> {
         let zero = Complex::new(T::zero(), T::zero());
         let half = self.half_spectrum();
         let fft = [
@@ -324,7 +284,20 @@ impl<T: FftReal> ConvolutionPlan<T> for PaddedGridPlan<T> {
         }
     }
 
-    fn apply_scaled<const C: usize>(
+    /// Transforms `input` (C planes over the cells), lets `multiply(k_y, columns)` act on the C columns of each k_y, and transforms
+    /// back into `output`. Not normalised; does not allocate.
+    pub(in crate::bem::half_space) fn apply<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        buffers: &mut PaddedGridBuffers<T>,
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
+    ) {
+        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
+    }
+
+    /// The same with the input times the first factor and the output times the second.
+    pub(super) fn apply_scaled<const C: usize>(
         &self,
         input: &[f64],
         output: &mut [f64],

@@ -3,8 +3,6 @@
 pub mod fft;
 pub(super) mod fft_plan;
 mod grid_symbol;
-mod half_grid;
-mod half_grid_plan;
 pub mod kernel_cache;
 mod kernel_table;
 pub(super) mod preconditioner;

@@ -46,15 +46,15 @@ impl Wavenumbers {
     }
 }
 
-/// The symbol `[k_y][planes][padded_x]` that multiplies normal gaps by κ / W_nn, or gaps of other components by κ W⁻¹; `padded`:
-/// of the grid taken as periodic; `spacing`: sides of the cells, mm.
-pub(super) fn inverse_symbol(
+/// The filter that multiplies normal gaps by κ / W_nn, or gaps of other components by κ W⁻¹; `convolution`: of the grid, taken
+/// as periodic; `spacing`: sides of the cells, mm.
+pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
-    padded: [usize; 2],
+    convolution: PaddedGridPlan<f32>,
     spacing: [f64; 2],
     admittance: &Admittance,
-) -> Vec<f64> {
-    let (wavenumbers, [px, py]) = (Wavenumbers::new(padded, spacing), padded);
+) -> SpectralFilter {
+    let (wavenumbers, [px, py]) = (Wavenumbers::new(convolution.padded, spacing), convolution.padded);
     let weight = 1.0 / (px * py) as f64;
     let first = usize::from(parts == ComponentSet::Tangential);
     let count = parts.n_planes();
@@ -77,17 +77,6 @@ pub(super) fn inverse_symbol(
                 .for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
     }
-    symbol
-}
-
-/// The filter with that symbol; `convolution`: of the grid, taken as periodic.
-pub(in crate::bem::half_space) fn inverse_filter(
-    parts: ComponentSet,
-    convolution: PaddedGridPlan<f32>,
-    spacing: [f64; 2],
-    admittance: &Admittance,
-) -> SpectralFilter {
-    let symbol = inverse_symbol(parts, convolution.padded, spacing, admittance);
     SpectralFilter::new(convolution, parts, &[&symbol])
 }
 

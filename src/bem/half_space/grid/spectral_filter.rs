@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use nalgebra::Complex;
 
-use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridPlan};
+use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan};
 use crate::bem::half_space::grid::symbol::{
     COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled,
 };
@@ -49,21 +49,21 @@ impl ComponentSet {
 }
 
 /// A symbol in single precision with what its products need.
-pub(in crate::bem::half_space) struct SpectralFilter<P: ConvolutionPlan<f32> = PaddedGridPlan<f32>> {
-    convolution: P,
+pub(in crate::bem::half_space) struct SpectralFilter {
+    convolution: PaddedGridPlan<f32>,
     parts: ComponentSet,
-    /// `[column][planes][length]` over `size`.
+    /// `[k_y][planes][padded_x]` over `size`.
     symbol: Vec<f32>,
     size: f64,
-    buffers: Mutex<P::Buffers>,
+    buffers: Mutex<PaddedGridBuffers<f32>>,
 }
 
-impl<P: ConvolutionPlan<f32> + Sync> SpectralFilter<P> {
-    /// With the symbol `[column][planes][length]`, 1/(padded size) included, or with several that hold some of its planes
+impl SpectralFilter {
+    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, or with several that hold some of its planes
     /// each, in their order.
-    pub(super) fn new(convolution: P, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
+    pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
-        let [half, _] = convolution.spectrum_shape();
+        let half = convolution.half_spectrum();
         let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
         for ky in 0..half {
             for planes in symbols {
@@ -83,7 +83,7 @@ impl<P: ConvolutionPlan<f32> + Sync> SpectralFilter<P> {
             output.fill(0.0 * scale);
             return;
         }
-        let ([_, px], planes) = (self.convolution.spectrum_shape(), self.parts.n_planes());
+        let (px, planes) = (self.convolution.padded[0], self.parts.n_planes());
         let scales = [1.0 / scale, scale * self.size];
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let row = |ky: usize| &self.symbol[ky * planes * px..(ky + 1) * planes * px];

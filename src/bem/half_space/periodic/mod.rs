@@ -23,7 +23,7 @@ use nalgebra::{Complex, Matrix3};
 use super::green::SurfaceGreen;
 use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::grid::fft::{CrossBlocks, validate_grid};
-use crate::bem::half_space::grid::fft_plan::{ConvolutionPlan, PaddedGridBuffers, PaddedGridPlan, fast_size};
+use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan, fast_size};
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};

@@ -5,7 +5,7 @@
 
 use super::super::super::{ContactState, Increment, Unknowns};
 use super::super::pressures_first::without_friction;
-use super::super::{IterationCallback, SolveReport, StopReason, solve_whole};
+use super::super::{IterationCallback, SolveReport, StopReason, solve_by_sequence};
 use super::NewtonSolve;
 
 /// Steps in a row that need not lower the residual.
@@ -65,7 +65,7 @@ impl NewtonSolve<'_, '_> {
     fn solve_frictionless_start(&mut self, it: &mut ContactState, watch: &mut IterationCallback) {
         // Nothing is worn off while a state is steady.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
-        let report = solve_whole(&pressed, it, self.options, watch);
+        let report = solve_by_sequence(&pressed, it, self.options, watch);
         self.report.iterations += report.iterations;
         self.report.applications += report.applications + self.problem.applications();
         self.problem.evaluate(it);

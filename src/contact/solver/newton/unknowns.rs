@@ -105,9 +105,6 @@ pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<FreeMotion>
     if let TangentialControl::Force(force) = end.tangential {
         free.extend([0, 1].map(|axis| FreeMotion { end: index, motion: unit(axis), work: force[axis] }));
     }
-    if let TangentialControl::ForceAlong { axis, force } = end.tangential {
-        free.push(FreeMotion { end: index, motion: unit(axis), work: force });
-    }
     if let (NormalControl::Force(force), Pressures::Unknown) = (end.normal, problem.pressures) {
         free.push(FreeMotion { end: index, motion: unit(2), work: force });
     }
