@@ -52,22 +52,6 @@ impl BoundaryElements {
         InteriorSolution { elements: self, domain, surface, state, positions, normals }
     }
 
-    /// Displacement at a point off the surface, mm: that of the body inside, zero on the other side.
-    ///
-    /// # Source
-    /// Somigliana's identity, u(y) = ∫ U t dS - ∫ T u dS.
-    pub fn displacement_at(&self, state: &SurfaceState, y: &Point) -> Point {
-        let mut sum = Point::zeros();
-        for i in 0..self.n_elements() {
-            let influence = self.influence_off_element(i, y);
-            for (a, node) in self.nodes_of(i).enumerate() {
-                sum += influence.single_layer[a] * Point::from(state.traction[node])
-                    - influence.double_layer[a] * Point::from(state.displacement[node]);
-            }
-        }
-        sum
-    }
-
     /// Whether a point lies inside the closed surface, or on it.
     pub fn contains(&self, y: &Point) -> bool {
         let foot = self.nearest_point(y);

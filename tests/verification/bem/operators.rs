@@ -42,10 +42,9 @@ fn fft_equals_direct_sum() {
     }
 }
 
-/// Truth: Betti, v·S w = w·S v on a uniform grid, and S positive definite; the row-sum bound lies above the
-/// largest eigenvalue and not far above. The normal operator is the nn block of the whole one.
+/// Truth: Betti, v·S w = w·S v on a uniform grid, and S positive definite. The normal operator is the nn block of the whole one.
 #[test]
-fn fft_operator_is_symmetric_positive_and_bounded() {
+fn fft_operator_is_symmetric_and_positive() {
     let operator =
         FftFlexibility::new([9, 6], [0.1, 0.15], &pair(30.0), CrossBlocks::Keep).expect("an operator");
     let n = operator.n_cells();
@@ -59,10 +58,7 @@ fn fft_operator_is_symmetric_positive_and_bounded() {
     let columns: Vec<Vec<f64>> = (0..3 * n).map(column).collect();
     let dense = nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| columns[j][i]);
     assert!((&dense - dense.transpose()).amax() < 1e-14 * dense.amax());
-    let eigenvalues = dense.clone().symmetric_eigen().eigenvalues;
-    assert!(eigenvalues.min() > 0.0);
-    let bound = operator.spectral_bound();
-    assert!(eigenvalues.max() <= bound && bound < 2.5 * eigenvalues.max(), "{bound} {}", eigenvalues.max());
+    assert!(dense.clone().symmetric_eigen().eigenvalues.min() > 0.0);
     for (i, block) in operator.diagonal_blocks().iter().enumerate() {
         let found = Matrix3::from_fn(|a, b| dense[(a * n + i, b * n + i)]);
         assert!(relative(&found, block) < 1e-13);
@@ -178,7 +174,6 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
     fft.apply_normal(&tractions[..n], &mut b[..n]);
     assert!(a[..n].iter().zip(&b[..n]).all(|(x, y)| (x - y).abs() < 1e-12 * scale));
     assert!(relative(&dense.diagonal_blocks()[5], &fft.diagonal_blocks()[5]) < 1e-12);
-    assert!(dense.spectral_bound() > 0.5 * fft.spectral_bound());
 }
 
 /// Truth: A S symmetric and positive definite on an irregular frame (a distorted grid split into triangles), and

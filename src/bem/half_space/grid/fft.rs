@@ -119,11 +119,6 @@ impl FftFlexibility {
         Arc::new(Self::of_symbol(Arc::new(symbol), spacing, self.admittance.clone()))
     }
 
-    /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
-    pub fn spectral_bound(&self) -> f64 {
-        self.symbol.bound()
-    }
-
     fn cells(&self) -> [usize; 2] {
         self.symbol.plan.cells
     }

@@ -34,21 +34,6 @@ impl GridSymbol {
         Self { plan, table, coarsening, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
 
-    /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
-    pub(super) fn bound(&self) -> f64 {
-        let [px, py] = self.plan.padded;
-        let (normal, rest, none) = (self.normal(), self.other_planes(), vec![0.0; px]);
-        let columns = (0..self.plan.half_spectrum()).map(|ky| {
-            let [nn] = self.planes_at(normal, ky);
-            if self.coupled {
-                return largest_row_sum(nn, self.planes_at(rest, ky));
-            }
-            let [xx, yy, re, im] = self.planes_at(rest, ky);
-            largest_row_sum(nn, [xx, yy, re, im, &none, &none, &none, &none])
-        });
-        columns.fold(0.0, f64::max) * (px * py) as f64
-    }
-
     /// nn of the symbol.
     pub(super) fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
@@ -133,15 +118,6 @@ impl GridSymbol {
             },
         );
     }
-}
-
-/// Largest sum of magnitudes in a row of the 3 x 3 matrices of a column.
-fn largest_row_sum(nn: &[f64], [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im]: [&[f64]; COUPLED]) -> f64 {
-    let at = |i: usize| {
-        let (xy, xn, yn) = (xy_re[i].hypot(xy_im[i]), xn_re[i].hypot(xn_im[i]), yn_re[i].hypot(yn_im[i]));
-        (xx[i].abs() + xy + xn).max(yy[i].abs() + xy + yn).max(nn[i].abs() + xn + yn)
-    };
-    (0..xx.len()).map(at).fold(0.0, f64::max)
 }
 
 /// The offset that the index of a periodic table stands for; `None` between the two ends.

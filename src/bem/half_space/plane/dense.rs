@@ -89,14 +89,6 @@ impl DenseFlexibility {
         let n = self.n;
         Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + j])
     }
-
-    /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum.
-    pub fn spectral_bound(&self) -> f64 {
-        self.rows
-            .chunks_exact(3 * self.n)
-            .map(|row| row.iter().map(|s| s.abs()).sum())
-            .fold(0.0, |largest: f64, sum: f64| largest.max(sum))
-    }
 }
 
 impl Flexibility for DenseFlexibility {
