@@ -18,12 +18,12 @@ pub enum Equilibrium {
     Sliding(LossOfEquilibrium),
 }
 
-/// What cannot be held.
+/// How equilibrium under prescribed forces is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossOfEquilibrium {
-    /// Direction of the motion of body 2 that nothing stops.
+    /// Direction of the motion of body 2 that nothing stops; of a balance with its largest component 1 in size.
     pub motion: balance::RigidMotion,
-    /// Whether the bodies come apart.
+    /// Whether it takes the bodies apart.
     pub separates_bodies: bool,
     /// Share of the load along the motion that friction carries.
     pub carried_load_fraction: f64,
@@ -137,11 +137,7 @@ fn balanced(
     let (motion, failure) = balance.project(problem.cells(), from, new);
     rigid.iter_mut().zip(&motion).for_each(|(r, m)| *r += m);
     floating.iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += m);
-    failure.map(|failure| LossOfEquilibrium {
-        motion: failure.motion,
-        separates_bodies: failure.separates_bodies,
-        carried_load_fraction: failure.carried_load_fraction,
-    })
+    failure
 }
 
 /// Every tangential traction at its limit along `direction`.

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
 use potential::FrictionBound;
 
-use super::projection::StepSizes;
+use super::projection::{LossOfEquilibrium, StepSizes};
 use super::scales::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
@@ -84,17 +84,6 @@ pub(super) struct ProjectionStart<'a> {
     pub hatted: &'a [f64],
     pub gradient: &'a [f64],
     pub steps: StepSizes,
-}
-
-/// How a set of prescribed works fails.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BalanceFailure {
-    /// Direction of the motion that nothing stops, the largest component 1 in size.
-    pub motion: RigidMotion,
-    /// Whether it takes the surfaces apart.
-    pub separates_bodies: bool,
-    /// Share of the load along it that friction carries.
-    pub carried_load_fraction: f64,
 }
 
 impl Balance {
@@ -248,7 +237,7 @@ impl Balance {
         cells: BalanceCells,
         from: ProjectionStart,
         out: &mut [f64],
-    ) -> (RigidMotion, Option<BalanceFailure>) {
+    ) -> (RigidMotion, Option<LossOfEquilibrium>) {
         let n = cells.areas.len();
         let mut rho = MotionValues::zeros();
         let old = &from.hatted[2 * n..];

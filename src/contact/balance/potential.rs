@@ -2,11 +2,8 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{
-    Balance, BalanceCells, BalanceFailure, MOTION_COMPONENTS, MotionValues, ProjectionStart,
-    with_unit_maximum,
-};
-use crate::contact::projection::StepSizes;
+use super::{Balance, BalanceCells, MOTION_COMPONENTS, MotionValues, ProjectionStart, with_unit_maximum};
+use crate::contact::projection::{LossOfEquilibrium, StepSizes};
 
 /// Newton steps for one set of radii.
 const MAX_NEWTON_STEPS: usize = 80;
@@ -253,13 +250,13 @@ impl Balance {
         closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
     }
 
-    /// The endless direction and what is told of it.
+    /// The direction along which the potential falls without bound, and how equilibrium is lost along it.
     pub(super) fn failure(
         &self,
         cells: BalanceCells,
         radii: &[f64],
         direction: &MotionValues,
-    ) -> (MotionValues, BalanceFailure) {
+    ) -> (MotionValues, LossOfEquilibrium) {
         let (mut resisted, mut opening, mut sliding) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, direction);
@@ -268,7 +265,7 @@ impl Balance {
             let slip = cells.hat.map_or([0.0; 2], |hat| hat.physical_slip([gap[0], gap[1]]));
             sliding = sliding.max(slip[0].hypot(slip[1]));
         }
-        let failure = BalanceFailure {
+        let failure = LossOfEquilibrium {
             motion: with_unit_maximum(self.motion(direction)),
             separates_bodies: opening > sliding,
             carried_load_fraction: resisted / -self.target_work.dot(direction),
