@@ -75,7 +75,7 @@ impl BlockSystem {
             return Err(super::both_rigid());
         }
         let n = first_gap + 3 * n_cells;
-        let length = (frame.areas.iter().sum::<f64>() / n_cells as f64).sqrt();
+        let length = frame.mean_cell_side();
         let moduli: Vec<f64> = [&lower, &upper].into_iter().filter_map(|body| body.modulus(length)).collect();
         let modulus = (moduli.iter().map(|e| e.ln()).sum::<f64>() / moduli.len() as f64).exp();
         let scales = BlockScales { modulus, length };

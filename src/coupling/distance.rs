@@ -128,7 +128,7 @@ fn curved_overlap(
     CurvedOverlap {
         meshed: deepest(&meshed),
         left: deepest(&moved),
-        shape_error: shape_error + ROUNDING_SHARE * mean_side(frame),
+        shape_error: shape_error + ROUNDING_SHARE * frame.mean_cell_side(),
         cells: [meshed.iter().filter(|distance| **distance < 0.0).count(), meshed.len()],
     }
 }
@@ -186,14 +186,9 @@ enum Overlap {
     EveryPosition,
 }
 
-/// Mean side of the cells, mm.
-fn mean_side(frame: &ContactFrame) -> f64 {
-    (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt()
-}
-
 /// Overlap that is taken for the difference between faces and the curved surface, mm.
 fn tolerance(frame: &ContactFrame) -> f64 {
-    OVERLAP_TOLERANCE_CELLS * mean_side(frame)
+    OVERLAP_TOLERANCE_CELLS * frame.mean_cell_side()
 }
 
 /// Refuses a `depth` of penetration beyond what curved faces explain.
@@ -202,7 +197,7 @@ fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Over
     if depth <= tolerance {
         return Ok(());
     }
-    let side = mean_side(frame);
+    let side = frame.mean_cell_side();
     let cell = (0..distance.len()).fold(0, |best, i| if distance[i] < distance[best] { i } else { best });
     let x = frame.centers[cell];
     let count = distance.iter().filter(|d| **d < 0.0).count();

@@ -41,7 +41,7 @@ pub(super) fn large_sliding_warning(
     if contact.0 > contact.1 || contact == whole {
         return None;
     }
-    let cell = (frame.areas.iter().sum::<f64>() / n as f64).sqrt();
+    let cell = frame.mean_cell_side();
     let half_width = 0.5 * (contact.1 - contact.0 + cell);
     let step = format!("step \"{}\" (", record.name);
     let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));

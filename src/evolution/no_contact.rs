@@ -25,14 +25,14 @@ impl PreparedModel<'_> {
                 "{place}: nothing is in contact; check approach, gap and frame if contact was meant"
             ));
         }
-        let areas = &self.model.frame.areas;
-        let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+        let frame = &self.model.frame;
+        let side = frame.mean_cell_side();
         Some(warning(&format!(
             "{place}: none of the {} cells of the frame touches, although body 2 was moved {:.4e} past the first touch of \
              the surfaces: the cell that is nearest is still {left:.4e} open. Either the cells (mean side {side:.3e}) are \
              coarser than the contact: take cells of a tenth of its width or less, or approach by more than {:.4e}; or \
              the frame does not lie where the bodies touch: check frame.center, gap.offset and the places of the meshes",
-            areas.len(),
+            frame.n_cells(),
             record.approach,
             record.approach + left
         )))

@@ -154,6 +154,11 @@ impl ContactFrame {
         self.areas.iter().sum::<f64>().sqrt()
     }
 
+    /// Mean side of the cells: the root of their mean area, mm.
+    pub fn mean_cell_side(&self) -> f64 {
+        (self.areas.iter().sum::<f64>() / self.n_cells() as f64).sqrt()
+    }
+
     /// Coordinates of a cell's centre along the frame's x and y, measured from the origin, mm.
     pub fn plane_coordinates(&self, cell: usize) -> [f64; 2] {
         let local = self.axes.to_local(&(self.centers[cell] - self.origin));

@@ -176,8 +176,7 @@ impl Run<'_> {
             return Some(Rejection::Error(ratio));
         }
         let [new_contact, new_stick] = self.contact_and_stick_radius(after);
-        let areas = &self.prepared.model.frame.areas;
-        let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+        let side = self.prepared.model.frame.mean_cell_side();
         let most = (MAX_RADIUS_GROWTH_CELLS * side).max(MAX_RADIUS_GROWTH_SHARE * contact);
         (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
     }
