@@ -149,11 +149,7 @@ impl WearJump {
 
     /// Takes over what one more solution says.
     fn add(&mut self, report: &SolveReport) {
-        self.report = SolveReport {
-            iterations: self.report.iterations + report.iterations,
-            applications: self.report.applications + report.applications,
-            ..report.clone()
-        };
+        self.report = report.clone().with_work_of(&self.report);
     }
 
     /// Adds the work of tries that were given up.

@@ -180,8 +180,7 @@ fn solve_nested(
     let max_iterations = options.max_iterations.saturating_sub(report.iterations);
     let mut told = |iterations: usize, residual: f64| watch(report.iterations + iterations, residual);
     let whole = solve_by_sequence(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
-    let iterations = report.iterations + whole.iterations;
-    SolveReport { iterations, applications: report.applications + whole.applications, ..whole }
+    whole.with_work_of(&report)
 }
 
 /// Solves on all cells by the methods of the sequence, one after the other.

@@ -61,20 +61,32 @@ impl SolveReport {
         self.stop == StopReason::Converged
     }
 
+    /// This report with the iterations and operator applications of another one added.
+    pub fn with_work_of(mut self, other: &Self) -> Self {
+        self.add_work_of(other);
+        self
+    }
+
+    /// Adds the iterations and operator applications of another report.
+    pub fn add_work_of(&mut self, other: &Self) {
+        self.iterations += other.iterations;
+        self.applications += other.applications;
+    }
+
     /// This report with that of what was solved next to it.
     pub(super) fn joined_with(self, next: Self) -> Self {
+        let next = next.with_work_of(&self);
         let method = if self.method == next.method {
             self.method
         } else {
             format!("{}, {}", self.method, next.method)
         };
-        let iterations = self.iterations + next.iterations;
-        let applications = self.applications + next.applications;
-        Self { iterations, applications, method, ..next }
+        Self { method, ..next }
     }
 
     /// This report with that of the solver `name`, which went on after it.
     pub(super) fn followed_by(self, name: &str, next: Self) -> Self {
+        let next = next.with_work_of(&self);
         let method = if self.method.is_empty() {
             name.to_owned()
         } else {
@@ -86,8 +98,6 @@ impl SolveReport {
                 Some(why) => format!("{} ({why}), then {name}", self.method),
             }
         };
-        let iterations = self.iterations + next.iterations;
-        let applications = self.applications + next.applications;
-        Self { iterations, applications, method, ..next }
+        Self { method, ..next }
     }
 }

@@ -359,9 +359,7 @@ impl Run<'_> {
                 let (place, report, _) =
                     self.solve_stroke(step, way, (worn, &options), place, (&mut *observer, stage))?;
                 ring.charge(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
-                let (iterations, applications) =
-                    (sum.iterations + report.iterations, sum.applications + report.applications);
-                sum = SolveReport { iterations, applications, ..report };
+                sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // What is reported are the last ends that were solved together.
                     solved.restore_into(&mut ring.contact);

@@ -244,11 +244,7 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
         let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);
-        self.report = SolveReport {
-            iterations: self.report.iterations + report.iterations,
-            applications: self.report.applications + report.applications,
-            ..report
-        };
+        self.report = report.with_work_of(&self.report);
     }
 }
 

@@ -176,8 +176,7 @@ impl NewtonSolve<'_, '_> {
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
         let report = BarzilaiBorwein.solve(self.problem, it, &options, &mut told);
-        self.report.iterations += report.iterations;
-        self.report.applications += report.applications;
+        self.report.add_work_of(&report);
         self.report.residual = report.residual;
         match report.stop {
             StopReason::Converged => false,

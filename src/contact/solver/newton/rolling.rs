@@ -66,8 +66,8 @@ impl NewtonSolve<'_, '_> {
         // Nothing is worn off while a state is steady.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
         let report = solve_by_sequence(&pressed, it, self.options, watch);
-        self.report.iterations += report.iterations;
-        self.report.applications += report.applications + self.problem.applications();
+        self.report.add_work_of(&report);
+        self.report.applications += self.problem.applications();
         self.problem.evaluate(it);
     }
 }
