@@ -89,44 +89,6 @@ pub struct ContactFrame {
 }
 
 impl ContactFrame {
-    /// Several frames as one, those of a body that touches others on several of its faces: the cells of one frame after those of the
-    /// other, each frame raised by its height along its own normal (mm). Axes and origin are those of the first; rigid motions move
-    /// body 2 of all of them alike.
-    ///
-    /// # Panics
-    /// If there is no frame.
-    pub fn concatenated(frames: &[(&Self, f64)]) -> Self {
-        let (first, _) = frames.first().expect("at least one frame");
-        let raised = |frame: &Self, height: f64, x: &Point| x + frame.axes.normal() * height;
-        let all = || frames.iter().copied();
-        let centers = all().flat_map(|(frame, h)| frame.centers.iter().map(move |x| raised(frame, h, x)));
-        let polygons = all().flat_map(|(frame, h)| {
-            frame.all_corners().map(move |corners| corners.iter().map(|x| raised(frame, h, x)).collect())
-        });
-        let candidates = all().any(|(frame, _)| frame.candidates.is_some()).then(|| {
-            let own = |frame: &Self| frame.candidates.clone().unwrap_or_else(|| vec![true; frame.n_cells()]);
-            all().flat_map(|(frame, _)| own(frame)).collect()
-        });
-        let symmetry_planes = all().any(|(frame, _)| frame.symmetry_planes.is_some()).then(|| {
-            let own = |frame: &Self| {
-                frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()])
-            };
-            all().flat_map(|(frame, _)| own(frame)).collect()
-        });
-        Self {
-            centers: centers.collect(),
-            polygons: Some(polygons.collect()),
-            areas: all().flat_map(|(frame, _)| frame.areas.iter().copied()).collect(),
-            triads: all().flat_map(|(frame, _)| frame.triads.iter().copied()).collect(),
-            grid: None,
-            grid_indices: None,
-            n_excluded: all().map(|(frame, _)| frame.n_excluded).sum(),
-            candidates,
-            symmetry_planes,
-            ..(*first).clone()
-        }
-    }
-
     /// Number of cells N.
     pub fn n_cells(&self) -> usize {
         self.areas.len()

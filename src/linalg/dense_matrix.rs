@@ -1,7 +1,5 @@
 //! Dense rectangular matrices, column by column.
 
-use std::ops::Range;
-
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
@@ -67,22 +65,6 @@ impl DenseMatrix {
     /// Entry (i, j).
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.values[j * self.n_rows + i]
-    }
-
-    /// Its entries in some rows and columns.
-    ///
-    /// # Errors
-    /// If memory does not suffice.
-    ///
-    /// # Panics
-    /// If it has no such rows or columns.
-    pub fn block(&self, rows: Range<usize>, columns: Range<usize>) -> Result<Self> {
-        let mut block = Self::zeros(rows.len(), columns.len())?;
-        for (to, j) in columns.enumerate() {
-            let part = &self.column(j)[rows.clone()];
-            block.values[to * rows.len()..][..rows.len()].copy_from_slice(part);
-        }
-        Ok(block)
     }
 
     /// Adds `factor` aᵀ b, in one thread.

@@ -90,9 +90,8 @@ impl HybridBody {
         let model = FeModel::with_memory_limit(spec, memory)?;
         let recovery = StressRecovery::new(&model)?;
         let (near, cache_warning) = PatchHalfSpace::new(site, resources)?;
-        let (correction, judged) =
-            polynomial_order::adaptive_correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
-        let [indicators] = judged[..] else { return Err(Error::numerical("one patch has one correction")) };
+        let (correction, indicators) =
+            polynomial_order::adaptive_correction(&model, &recovery, &near, memory)?;
         let far_field = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
         let (mut free_gap, mut applied_load_error) = (None, None);
         if let Some(own) = &correction.applied_loads {

@@ -6,8 +6,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::face_quadrature::{FacePoint, FaceRules};
-use super::forces::{FaceId, ForceSet, PatchForces, put};
-use super::patch_coupling;
+use super::forces::{FaceId, PatchForces, put};
 use crate::bem::green_tensor::TractionOperator;
 use crate::cancel;
 use crate::error::Result;
@@ -23,18 +22,9 @@ const FACES_PER_BATCH: usize = 64;
 /// A face of the boundary.
 pub(super) struct BoundaryFace {
     pub face: SurfaceFace,
-    /// Whether it is one of the surface of each patch's half-space.
-    pub on_patch_surface: Vec<bool>,
     /// Components that all of its nodes have prescribed.
     pub fixed: [bool; 3],
     bedding: Option<FoundationStiffness>,
-}
-
-impl BoundaryFace {
-    /// Whether it is free of supports and foundations.
-    pub fn is_free(&self) -> bool {
-        self.fixed == [false; 3] && self.bedding.is_none()
-    }
 }
 
 /// What the tractions of the half-space do on the boundary.
@@ -50,30 +40,30 @@ pub(super) struct BoundaryTerms {
     pub n_points: usize,
 }
 
-/// The faces of the body that tractions of the half-spaces act on.
+/// The faces of the body that tractions of the half-space act on.
 pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
 
 impl BoundaryFaces {
-    pub fn new(model: &FeModel, sources: ForceSet) -> Self {
+    pub fn new(model: &FeModel, forces: &PatchForces) -> Self {
         let mesh = model.mesh();
         let bedded: HashMap<FaceId, FoundationStiffness> =
             model.faces_on_foundations().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
-        let own_faces: Vec<_> = sources.0.iter().map(|forces| forces.own_faces(mesh)).collect();
-        let faces = outer_faces(mesh).into_iter().map(|face| {
+        let is_on_patch_surface = forces.own_faces(mesh);
+        let faces = outer_faces(mesh).into_iter().filter(|face| !is_on_patch_surface(face));
+        let faces = faces.map(|face| {
             let fixed = [0, 1, 2]
                 .map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
             let bedding = bedded.get(&(face.owner, face.local_face)).copied();
-            let on_patch_surface = own_faces.iter().map(|own| own(&face)).collect();
-            BoundaryFace { face, on_patch_surface, fixed, bedding }
+            BoundaryFace { face, fixed, bedding }
         });
-        Self(faces.filter(|face| face.on_patch_surface.contains(&false)).collect())
+        Self(faces.collect())
     }
 
-    /// Largest defect of the balance of the tractions and each of the `forces` on one `patch`.
-    pub fn imbalance(&self, mesh: &Mesh, (patch, forces): (usize, &PatchForces), ratio: f64) -> f64 {
+    /// Largest defect of the balance of the tractions and each of the `forces`.
+    pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
-        let faces: Vec<&BoundaryFace> = self.0.iter().filter(|face| !face.on_patch_surface[patch]).collect();
-        let fluxes: Vec<Vec<Matrix3<f64>>> = faces
+        let fluxes: Vec<Vec<Matrix3<f64>>> = self
+            .0
             .par_iter()
             .map(|face| {
                 let mut flux = vec![Matrix3::zeros(); forces.points.len()];
@@ -99,8 +89,8 @@ impl BoundaryTerms {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn new(model: &FeModel, sources: ForceSet, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
-        let n = sources.n_columns();
+    pub fn new(model: &FeModel, forces: &PatchForces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
+        let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
         let mut terms = Self {
             loads: DenseMatrix::zeros(n_rows, n)?,
@@ -108,20 +98,19 @@ impl BoundaryTerms {
             imbalance: 0.0,
             n_points: 0,
         };
-        let mut flux = vec![Matrix3::identity(); sources.n()];
+        let mut flux = vec![Matrix3::identity(); forces.points.len()];
         let rules = FaceRules::new();
         for batch in faces.0.chunks(FACES_PER_BATCH) {
             cancel::check()?;
             let shares: Vec<Result<FaceContribution>> = batch
                 .par_iter()
-                .map(|face| FaceContribution::new(model.mesh(), face, sources, (&rules, ratio)))
+                .map(|face| FaceContribution::new(model.mesh(), face, forces, (&rules, ratio)))
                 .collect();
             for (face, share) in batch.iter().zip(shares) {
                 terms.add(&face.face, &share?, &mut flux);
             }
         }
         terms.imbalance = flux.iter().map(Matrix3::amax).fold(0.0, f64::max);
-        patch_coupling::add_patch_coupling(model.mesh(), sources, &faces.0, &mut terms.work);
         Ok(terms)
     }
 
@@ -158,36 +147,21 @@ impl FaceContribution {
     fn new(
         mesh: &Mesh,
         boundary: &BoundaryFace,
-        sources: ForceSet,
+        forces: &PatchForces,
         (rules, ratio): (&FaceRules, f64),
     ) -> Result<Self> {
         let face = &boundary.face;
-        let points = rules.points(mesh, face, &|x| boundary.distance(sources, x), ratio);
-        let n = sources.n_columns();
+        let points = rules.points(mesh, face, &|x| forces.distance(x), ratio);
+        let n = forces.n_columns();
         let mut fields = Fields {
             displacements: DenseMatrix::zeros(3 * points.len(), n)?,
             tractions: DenseMatrix::zeros(3 * points.len(), n)?,
             loads: vec![0.0; n * 3 * face.nodes.len()],
-            flux: vec![Matrix3::zeros(); sources.n()],
+            flux: vec![Matrix3::zeros(); forces.points.len()],
         };
-        for (patch, (first, forces)) in sources.patches().enumerate() {
-            match (boundary.on_patch_surface[patch], boundary.is_free()) {
-                (false, _) => fields.add_forces(boundary, &points, (first, forces)),
-                // Displacements are singular here: the terms of them and the others' tractions are integrated elsewhere.
-                (true, true) => {}
-                (true, false) => fields.add_displacements(&points, (first, forces)),
-            }
-        }
+        fields.add_forces(boundary, &points, forces);
         let work = fields.work(boundary.fixed)?;
         Ok(Self { loads: fields.loads, work, flux: fields.flux, n_points: points.len() })
-    }
-}
-
-impl BoundaryFace {
-    /// Distance of a point from the nearest force whose field is integrated on this face.
-    fn distance(&self, sources: ForceSet, x: &Point) -> f64 {
-        let used = sources.0.iter().zip(&self.on_patch_surface).filter(|(_, own)| !**own || !self.is_free());
-        used.map(|(forces, _)| forces.distance(x)).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -202,12 +176,12 @@ struct Fields {
 }
 
 impl Fields {
-    /// Adds those of the forces on one patch.
+    /// Adds those of the forces on the patch.
     fn add_forces(
         &mut self,
         BoundaryFace { face, fixed, bedding, .. }: &BoundaryFace,
         points: &[FacePoint],
-        (first, forces): (usize, &PatchForces),
+        forces: &PatchForces,
     ) {
         let n_nodes = face.nodes.len();
         let axes = forces.patch.axes.0;
@@ -230,32 +204,21 @@ impl Fields {
             for i in 0..forces.points.len() {
                 let field = forces.field.at(&forces.vector_from(i, &local));
                 let traction = map.apply(&field) * weight;
-                self.flux[first + i] += traction;
+                self.flux[i] += traction;
                 let (value, mut traction) = (axes * field.value, axes * traction);
                 if let Some(bedding) = bedding {
                     traction += bed(*bedding, &point.area) * value;
                 }
-                put(&value, (p, first + i), &mut self.displacements);
-                put(&traction, (p, first + i), &mut self.tractions);
+                put(&value, (p, i), &mut self.displacements);
+                put(&traction, (p, i), &mut self.tractions);
                 for column in 0..3 {
-                    let load = &mut self.loads[(3 * (first + i) + column) * 3 * n_nodes..][..3 * n_nodes];
+                    let load = &mut self.loads[(3 * i + column) * 3 * n_nodes..][..3 * n_nodes];
                     for (load, value) in load.chunks_exact_mut(3).zip(&point.values) {
                         for c in (0..3).filter(|&c| !fixed[c]) {
                             load[c] -= value * traction[(c, column)];
                         }
                     }
                 }
-            }
-        }
-    }
-
-    /// Adds only the displacements.
-    fn add_displacements(&mut self, points: &[FacePoint], (first, forces): (usize, &PatchForces)) {
-        for (p, point) in points.iter().enumerate() {
-            let local = forces.patch.local(&point.at);
-            for i in 0..forces.points.len() {
-                let value = forces.patch.axes.0 * forces.field.at(&forces.vector_from(i, &local)).value;
-                put(&value, (p, first + i), &mut self.displacements);
             }
         }
     }

@@ -11,7 +11,7 @@
 
 use super::applied_loads::PrescribedMotion;
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
-use super::forces::{ForceSet, PatchForces};
+use super::forces::PatchForces;
 use super::half_space_fit::HalfSpaceFit;
 use super::inclusions;
 use super::locate::PatchFaceLocator;
@@ -37,8 +37,7 @@ const CURVED_FACE_RATIO: f64 = 0.35;
 
 /// The correction between point forces, and the fields that belong to it.
 pub struct Correction {
-    /// Ĉ by Betti's theorem, made symmetric, axes of the patches, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j, the forces
-    /// of one patch after those of the other. Between different patches all of the displacement, with that of the half-space.
+    /// Ĉ by Betti's theorem, made symmetric, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j.
     pub matrix: DenseMatrix,
     /// u_c at all nodes, global axes, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
@@ -56,43 +55,39 @@ pub struct Correction {
 pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Their work on u_c of each force, N mm per N, axes of the patches, `[3 n]`; that on the field of the half-space is not part of it.
+    /// Their work on u_c of each force, N mm per N, axes of the patch, `[3 n]`; that on the field of the half-space is not part of it.
     pub work: Vec<f64>,
     /// What is prescribed.
     pub prescribed_motion: PrescribedMotion,
 }
 
 impl Correction {
-    /// Solves for `forces` on patches of the body, whose material is the same under all of them.
+    /// Solves for `forces` on the patch of the body.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
-    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &[PatchForces]) -> Result<Self> {
-        let sources = ForceSet(forces);
-        let faces = BoundaryFaces::new(model, sources);
+    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &PatchForces) -> Result<Self> {
+        let faces = BoundaryFaces::new(model, forces);
         let mut ratio = FACE_RATIO_RANGE[0];
         // What leaves through a curved surface is missing from the balance.
-        let curved = forces.iter().any(|forces| !forces.curved_faces.is_empty());
+        let curved = !forces.curved_faces.is_empty();
         if curved {
             ratio = CURVED_FACE_RATIO;
         } else {
             // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
-            for (patch, forces) in forces.iter().enumerate() {
-                let outermost = (patch, &forces.outermost());
-                while faces.imbalance(model.mesh(), outermost, ratio)
-                    > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
-                    && ratio > FACE_RATIO_RANGE[1]
-                {
-                    ratio *= FACE_RATIO_FACTOR;
-                }
+            let outermost = forces.outermost();
+            while faces.imbalance(model.mesh(), &outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
+                && ratio > FACE_RATIO_RANGE[1]
+            {
+                ratio *= FACE_RATIO_FACTOR;
             }
         }
-        let mut boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
+        let mut boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
         while boundary.imbalance > TARGET_IMBALANCE && ratio > FACE_RATIO_RANGE[1] && !curved {
             ratio *= FACE_RATIO_FACTOR;
-            boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
+            boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
         }
-        let mut found = Self::of_terms((model, solver), sources, boundary)?;
+        let mut found = Self::of_terms((model, solver), forces, boundary)?;
         let transposed = found.matrix.transposed();
         found.matrix.add_scaled(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -108,17 +103,16 @@ impl Correction {
     pub fn unsymmetric(
         model: &FeModel,
         solver: &ColumnSolver,
-        forces: &[PatchForces],
+        forces: &PatchForces,
         ratio: f64,
     ) -> Result<Self> {
-        let sources = ForceSet(forces);
-        let boundary = BoundaryTerms::new(model, sources, (&BoundaryFaces::new(model, sources), ratio))?;
-        Self::of_terms((model, solver), sources, boundary)
+        let boundary = BoundaryTerms::new(model, forces, (&BoundaryFaces::new(model, forces), ratio))?;
+        Self::of_terms((model, solver), forces, boundary)
     }
 
     fn of_terms(
         (model, solver): (&FeModel, &ColumnSolver),
-        forces: ForceSet,
+        forces: &PatchForces,
         mut boundary: BoundaryTerms,
     ) -> Result<Self> {
         inclusions::add_inclusions(model, forces, &mut boundary)?;
@@ -188,8 +182,7 @@ impl Correction {
         }
     }
 
-    /// The same as the displacement of the mesh where `at` act, on one patch, by each force: not symmetric, and of half the order. The
-    /// displacement of other patches' half-spaces is not part of it.
+    /// The same as the displacement of the mesh where `at` act, by each force: not symmetric, and of half the order.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
@@ -199,7 +192,7 @@ impl Correction {
 }
 
 /// -u_hs at the prescribed dofs, `[n_prescribed, n_columns]`.
-fn held_displacements(model: &FeModel, forces: ForceSet, prescribed: &[usize]) -> Result<DenseMatrix> {
+fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize]) -> Result<DenseMatrix> {
     let mut held = DenseMatrix::zeros(prescribed.len(), forces.n_columns())?;
     let mut at_node = DenseMatrix::zeros(3, forces.n_columns())?;
     let mut node = usize::MAX;

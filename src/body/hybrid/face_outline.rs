@@ -72,14 +72,6 @@ fn without_straight(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     kept
 }
 
-/// The edges of closed lines.
-pub(super) fn edges(lines: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
-    let of_line = |line: &Vec<[f64; 2]>| -> Vec<[[f64; 2]; 2]> {
-        (0..line.len()).map(|k| [line[k], line[(k + 1) % line.len()]]).collect()
-    };
-    lines.iter().flat_map(of_line).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,7 +88,8 @@ mod tests {
             outer_faces(&mesh).into_iter().filter(|face| super::super::forces::in_plane(&mesh, face, &patch));
         let top: Vec<SurfaceFace> = top.collect();
         let area = |lines: &[Vec<[f64; 2]>]| -> f64 {
-            edges(lines).iter().map(|[a, b]| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
+            let edges = lines.iter().flat_map(|line| line.iter().zip(line.iter().cycle().skip(1)));
+            edges.map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
         };
         let whole = outline_loops(&mesh, top.iter(), &patch);
         assert_eq!(whole.iter().map(Vec::len).collect::<Vec<_>>(), [4]);

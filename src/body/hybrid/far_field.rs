@@ -44,7 +44,7 @@ impl FarField {
     /// i = a m_y + b acts at node a along x and b along y.
     pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
-        let matrix = by_planes(matrix, [side; 2]);
+        let matrix = by_planes(matrix, side);
         Self { nodes, y_flipped: side == Side::Upper, matrix }
     }
 
@@ -145,17 +145,17 @@ impl FarField {
     }
 }
 
-/// The entries between forces on the bodies at the `sides` (rows, columns) of their frames, in the axes of these by planes, row by row.
-pub(super) fn by_planes(matrix: &DenseMatrix, sides: [Side; 2]) -> Vec<f64> {
+/// The entries between forces on the body at `side` of the frame, in the axes of the frame by planes, row by row.
+fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
     // Body 2 sees the frame turned about x.
-    let sign = |side: Side, c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
+    let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
     let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
     let mut planes = vec![0.0; n_rows * n_columns];
     let at = |k: usize, n: usize| (k % 3) * (n / 3) + k / 3;
     for column in 0..n_columns {
         for row in 0..n_rows {
             planes[at(row, n_rows) * n_columns + at(column, n_columns)] =
-                sign(sides[0], row % 3) * sign(sides[1], column % 3) * matrix.at(row, column);
+                sign(row % 3) * sign(column % 3) * matrix.at(row, column);
         }
     }
     planes
@@ -191,11 +191,6 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Number of nodes of the patch.
-    pub fn n_nodes(&self) -> usize {
-        self.nodes_per_side[0] * self.nodes_per_side[1]
-    }
-
     /// Adds the gaps by tractions, both by planes of the components `planes`.
     pub fn add_product(
         &self,

@@ -1,4 +1,4 @@
-//! Point forces on the patches of a body, and the half-spaces that carry them.
+//! Point forces on the patch of a body, and the half-space that carries them.
 
 use std::collections::HashSet;
 
@@ -68,51 +68,17 @@ impl PatchForces<'_> {
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&(face.owner, face.local_face))
     }
 
-    /// Whether the surface of another half-space is that of this one.
-    pub(super) fn is_coplanar(&self, other: &Self) -> bool {
-        let height = self.patch.local(&other.patch.center).z.abs();
-        let turn = self.patch.axes.normal().cross(&other.patch.axes.normal()).norm();
-        height <= PLANE_TOLERANCE * self.patch.size() && turn <= PLANE_TOLERANCE
-    }
-}
-
-/// The forces on all patches of a body, those of one patch after those of the other.
-#[derive(Clone, Copy)]
-pub(super) struct ForceSet<'a>(pub &'a [PatchForces<'a>]);
-
-impl<'a> ForceSet<'a> {
-    /// Number of forces.
-    pub fn n(self) -> usize {
-        self.0.iter().map(|forces| forces.points.len()).sum()
-    }
-
-    /// Number of columns: three for each.
-    pub fn n_columns(self) -> usize {
-        3 * self.n()
-    }
-
-    /// The patches with the number of their first force.
-    pub fn patches(self) -> impl Iterator<Item = (usize, &'a PatchForces<'a>)> {
-        let firsts = self.0.iter().scan(0, |first, forces| {
-            *first += forces.points.len();
-            Some(*first - forces.points.len())
-        });
-        firsts.zip(self.0)
-    }
-
-    /// Distance of a point from the nearest force.
-    pub fn distance(self, x: &Point) -> f64 {
-        self.0.iter().map(|forces| forces.distance(x)).fold(f64::INFINITY, f64::min)
+    /// Number of columns: three for each force.
+    pub(super) fn n_columns(&self) -> usize {
+        3 * self.points.len()
     }
 
     /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
-    pub fn displacements(self, x: &Point, row: usize, out: &mut DenseMatrix) {
-        for (first, forces) in self.patches() {
-            let local = forces.patch.local(x);
-            for i in 0..forces.points.len() {
-                let value = forces.patch.axes.0 * forces.field.at(&forces.vector_from(i, &local)).value;
-                put(&value, (row, first + i), out);
-            }
+    pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut DenseMatrix) {
+        let local = self.patch.local(x);
+        for i in 0..self.points.len() {
+            let value = self.patch.axes.0 * self.field.at(&self.vector_from(i, &local)).value;
+            put(&value, (row, i), out);
         }
     }
 }

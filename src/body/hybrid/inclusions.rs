@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
 
 use super::boundary_terms::BoundaryTerms;
-use super::forces::ForceSet;
+use super::forces::PatchForces;
 use super::patch::ContactPatch;
 use crate::cancel;
 use crate::element::ElementKind;
@@ -170,17 +170,16 @@ pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
 }
 
 /// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material than that under the
-/// patches, which is the same.
+/// patch.
 ///
 /// # Errors
 /// If memory does not suffice.
-pub(super) fn add_inclusions(model: &FeModel, sources: ForceSet, terms: &mut BoundaryTerms) -> Result<()> {
-    let Some(forces) = sources.0.first() else { return Ok(()) };
+pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut BoundaryTerms) -> Result<()> {
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
         cancel::check()?;
         let shares: Vec<Result<InclusionContribution>> =
-            batch.par_iter().map(|element| InclusionContribution::new(element, sources)).collect();
+            batch.par_iter().map(|element| InclusionContribution::new(element, forces)).collect();
         for (element, share) in batch.iter().zip(shares) {
             let share = share?;
             terms.add_share(element.nodes, &share.loads, &share.work);
@@ -210,16 +209,16 @@ fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Inclusion<'a>> {
 }
 
 impl InclusionContribution {
-    fn new(element: &Inclusion, sources: ForceSet) -> Result<Self> {
-        let points = element.quadrature(&|x| sources.distance(x));
-        let (n, n_nodes) = (sources.n_columns(), element.nodes.len());
+    fn new(element: &Inclusion, forces: &PatchForces) -> Result<Self> {
+        let points = element.quadrature(&|x| forces.distance(x));
+        let (n, n_nodes) = (forces.n_columns(), element.nodes.len());
         let mut loads = vec![0.0; n * 3 * n_nodes];
         let mut work = DenseMatrix::zeros(n, n)?;
         for points in points.chunks(POINTS_PER_BATCH) {
             let mut strains = DenseMatrix::zeros(6 * points.len(), n)?;
             let mut stresses = DenseMatrix::zeros(6 * points.len(), n)?;
             for (p, point) in points.iter().enumerate() {
-                for (j, strain) in strains_at(sources, &point.at) {
+                for (j, strain) in strains_at(forces, &point.at) {
                     let stress = element.stiffness_difference * strain * point.volume;
                     let rows = j * 6 * points.len() + 6 * p;
                     strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
@@ -240,17 +239,14 @@ impl InclusionContribution {
 }
 
 /// Strain at `x` by each column of forces, global axes.
-fn strains_at<'a>(sources: ForceSet<'a>, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> + use<'a> {
-    let x = *x;
-    sources.patches().flat_map(move |(first, forces)| {
-        let axes = forces.patch.axes.0;
-        let local = forces.patch.local(&x);
-        (0..forces.points.len()).flat_map(move |i| {
-            let field = forces.field.at(&forces.vector_from(i, &local));
-            (0..3).map(move |column| {
-                let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
-                (3 * (first + i) + column, strain(&(axes * own * axes.transpose())))
-            })
+fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> {
+    let axes = forces.patch.axes.0;
+    let local = forces.patch.local(x);
+    (0..forces.points.len()).flat_map(move |i| {
+        let field = forces.field.at(&forces.vector_from(i, &local));
+        (0..3).map(move |column| {
+            let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
+            (3 * i + column, strain(&(axes * own * axes.transpose())))
         })
     })
 }

@@ -16,9 +16,7 @@ mod half_space_fit;
 mod inclusions;
 pub mod indicators;
 mod locate;
-mod multi_patch_body;
 mod patch;
-mod patch_coupling;
 mod polynomial_order;
 mod traction_tree;
 
@@ -30,5 +28,4 @@ pub use far_field::FarField;
 pub use forces::{FaceId, PatchForces};
 pub use half_space_fit::{HalfSpaceFit, Unsuitable};
 pub use indicators::Indicators;
-pub use multi_patch_body::{FaceContact, MultiFrameFlexibility, MultiPatchBody};
 pub use patch::ContactPatch;

@@ -1,4 +1,4 @@
-//! The correction with as many nodes on each patch as it needs.
+//! The correction with as many nodes on the patch as it needs.
 
 use super::chebyshev::Chebyshev;
 use super::correction::Correction;
@@ -55,59 +55,37 @@ impl<'a> PatchHalfSpace<'a> {
     }
 }
 
-/// The correction between the patches of `nears`, and how good it is on each; nodes are added while the highest polynomials matter and
-/// memory allows it.
+/// The correction of the half-space `near`, and how good it is; nodes are added while the highest polynomials matter and memory allows
+/// it.
 ///
 /// # Errors
 /// If memory does not suffice, or the body cannot be solved.
 pub(super) fn adaptive_correction(
     model: &FeModel,
     recovery: &StressRecovery,
-    nears: &[PatchHalfSpace],
+    near: &PatchHalfSpace,
     memory: &MemoryLimit,
-) -> Result<(Correction, Vec<Indicators>)> {
+) -> Result<(Correction, Indicators)> {
     let solver = ColumnSolver::new(model, memory)?;
-    let mut m: Vec<[usize; 2]> = nears.iter().map(|near| near.fit.first_nodes()).collect();
-    let bytes = |m: &[[usize; 2]]| {
-        let columns: usize = m.iter().map(|m| 3 * m[0] * m[1]).sum();
-        Correction::bytes(model, columns) as u128
-    };
+    let mut m = near.fit.first_nodes();
+    let bytes = |m: [usize; 2]| Correction::bytes(model, 3 * m[0] * m[1]) as u128;
     loop {
         let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
-        memory.ensure_available(bytes(&m), what, mend)?;
-        let forces: Vec<PatchForces> = nears.iter().zip(&m).map(|(near, m)| near.forces(*m)).collect();
+        memory.ensure_available(bytes(m), what, mend)?;
+        let forces = near.forces(m);
         let correction = Correction::new(model, &solver, &forces)?;
-        let mut indicators = Vec::with_capacity(nears.len());
-        let mut first = 0;
-        for ((near, forces), m) in nears.iter().zip(&forces).zip(&m) {
-            let columns = first..first + 3 * forces.points.len();
-            let direct = correction.at_mesh_nodes(model, forces)?;
-            let mesh_error = |uniform: &[f64]| {
-                squared_stress_error(model, recovery, &correction, (columns.start, uniform))
-            };
-            let judged = PatchCorrection {
-                matrix: &correction.matrix.block(columns.clone(), columns.clone())?,
-                direct: &direct.block(0..columns.len(), columns.clone())?,
-                imbalance: correction.imbalance,
-                asymmetry: correction.asymmetry,
-                squared_error: &mesh_error,
-            };
-            indicators.push(Indicators::new(
-                judged,
-                (near.fit, *m),
-                (&near.green, near.field.point_force.error()),
-            )?);
-            first = columns.end;
-        }
-        let wanting = |(indicators, m): (&Indicators, &[usize; 2])| {
-            indicators.tail > TARGET_TAIL && m.iter().all(|&m| m < MAX_NODES_PER_SIDE)
+        let judged = PatchCorrection {
+            matrix: &correction.matrix,
+            direct: &correction.at_mesh_nodes(model, &forces)?,
+            imbalance: correction.imbalance,
+            asymmetry: correction.asymmetry,
+            squared_error: &|uniform: &[f64]| squared_stress_error(model, recovery, &correction, uniform),
         };
-        let more: Vec<[usize; 2]> = indicators
-            .iter()
-            .zip(&m)
-            .map(|pair| if wanting(pair) { pair.1.map(|m| (m + 2).min(MAX_NODES_PER_SIDE)) } else { *pair.1 })
-            .collect();
-        if more == m || !memory.allows(bytes(&more)) {
+        let indicators =
+            Indicators::new(judged, (near.fit, m), (&near.green, near.field.point_force.error()))?;
+        let needs_more = indicators.tail > TARGET_TAIL && m.iter().all(|&m| m < MAX_NODES_PER_SIDE);
+        let more = m.map(|m| (m + 2).min(MAX_NODES_PER_SIDE));
+        if !needs_more || !memory.allows(bytes(more)) {
             return Ok((correction, indicators));
         }
         m = more;
@@ -123,7 +101,7 @@ pub struct AppliedLoadError {
     pub shape: f64,
 }
 
-/// The errors on the one patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body (its
+/// The errors on the patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body (its
 /// `displacement` and recovered `stress`) and by forces on the patch, at most the products of their energy norms; and the share of the
 /// error of that stress in the `remainder`, which is by the stress at the supports.
 pub(super) fn applied_load_error(
@@ -142,7 +120,7 @@ pub(super) fn applied_load_error(
             all[3 * i + component] = weight(point) / sum;
             rest += remainder[3 * i + component] * weight(point) / sum;
         }
-        let by_forces = squared_stress_error(model, recovery, correction, (0, &all))?.sqrt();
+        let by_forces = squared_stress_error(model, recovery, correction, &all)?.sqrt();
         Ok(by_own.error_norm() * by_forces + by_own.relative_error() * rest.abs())
     };
     let mut found = AppliedLoadError { mean: 0.0, shape: 0.0 };
@@ -157,17 +135,15 @@ pub(super) fn applied_load_error(
     Ok(found)
 }
 
-/// Square of the estimated error of the correction's stress, in the energy norm, under forces from the column `first` on.
+/// Square of the estimated error of the correction's stress, in the energy norm, under `forces`, `[3 n]`.
 fn squared_stress_error(
     model: &FeModel,
     recovery: &StressRecovery,
     correction: &Correction,
-    (first, forces): (usize, &[f64]),
+    forces: &[f64],
 ) -> Result<f64> {
-    let mut all = vec![0.0; first];
-    all.extend_from_slice(forces);
     let mut displacement = vec![[0.0; 3]; model.mesh().n_points()];
-    correction.superpose_fields(&all, &mut displacement);
+    correction.superpose_fields(forces, &mut displacement);
     let stress = recovery.stress(model, &displacement)?;
     Ok(recovery.estimate_error(model, &displacement, &stress)?.error_norm().powi(2))
 }

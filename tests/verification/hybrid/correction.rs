@@ -28,7 +28,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let patch = ContactPatch::on_body(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
     let forces = PatchForces { patch, stiffness, field, points: places(), curved_faces: &[] };
     let solver = ColumnSolver::new(&model, &MemoryLimit::of_machine()).unwrap();
-    let found = Correction::unsymmetric(&model, &solver, std::slice::from_ref(&forces), 0.2).unwrap();
+    let found = Correction::unsymmetric(&model, &solver, &forces, 0.2).unwrap();
     let on_patch = PatchForces { points: places()[..16].to_vec(), ..forces };
     let direct = found.at_mesh_nodes(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);

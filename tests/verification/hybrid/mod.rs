@@ -9,4 +9,3 @@ mod friction;
 mod hertz;
 mod operator;
 mod own_loads;
-mod patches;
