@@ -152,12 +152,10 @@ fn scatter(nodes: &[usize], packed: &[f64], dofs: &DofMap, matrix: &mut Symmetri
     let global: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
     let mut k = 0;
     for (p, &i) in global.iter().enumerate() {
-        for (q, &j) in global[..=p].iter().enumerate() {
+        for &j in &global[..=p] {
             let value = packed[k];
             k += 1;
             match (dofs.row(i), dofs.row(j)) {
-                // A node that stands twice in a collapsed element meets itself off the diagonal: both halves count.
-                (Some(r), Some(s)) if r == s && p != q => matrix.add(r, s, 2.0 * value),
                 (Some(r), Some(s)) => matrix.add(r, s, value),
                 (Some(r), None) => rhs[r] -= value * dofs.prescribed(j).unwrap_or(0.0),
                 (None, Some(s)) => rhs[s] -= value * dofs.prescribed(i).unwrap_or(0.0),

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::element_rules::{ElementVisitor, IntegrationRules, RuleSet, SolidElement, visit_element};
+use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
 use super::enhanced_strain::{EnhancedStrain, map_gauss_points};
 use super::integration_points::{ElementDefect, MappedPoint, ReferencePoint, map_point};
 use super::mean_dilatation::MeanDilatation;
@@ -30,8 +30,6 @@ pub(super) struct PointStress {
 pub(super) struct ElementState {
     /// Stress at the integration points.
     pub points: Vec<PointStress>,
-    /// Stress at the nodes, extrapolated from the integration points, `[n_nodes]`.
-    pub nodal_stress: Vec<[f64; 6]>,
     /// Strain energy.
     pub energy: f64,
     /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`.
@@ -187,14 +185,6 @@ fn point_stresses<const N: usize>(
         .collect()
 }
 
-/// Values at the nodes from those at the integration points.
-fn extrapolate<const N: usize>(rules: &IntegrationRules<N>, values: &[Vector6<f64>]) -> Vec<[f64; 6]> {
-    let weighted = |weights: &Vec<f64>| -> [f64; 6] {
-        weights.iter().zip(values).fold(Vector6::zeros(), |sum, (w, v)| sum + v * *w).into()
-    };
-    rules.extrapolation.iter().map(weighted).collect()
-}
-
 /// Stress, energy and forces of an element for nodal displacements `u`.
 ///
 /// # Panics
@@ -232,7 +222,7 @@ impl ElementVisitor for StateKernel<'_> {
         let strains: Vec<Vector6<f64>> = mapped.iter().map(|point| strain(point, u)).collect();
         let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, self.c);
         let points = point_stresses(&rules.stiffness, &mapped, &stresses);
-        Ok(ElementState { points, nodal_stress: extrapolate(rules, &stresses), energy, forces })
+        Ok(ElementState { points, energy, forces })
     }
 }
 
@@ -260,7 +250,7 @@ fn mixed_state(
         mean.correct_forces(&mapped, &stresses, &mut forces);
     }
     let points = point_stresses(&rules.stiffness, &mapped, &stresses);
-    Ok(ElementState { points, nodal_stress: extrapolate(rules, &stresses), energy, forces })
+    Ok(ElementState { points, energy, forces })
 }
 
 /// Stress of the displacement interpolation alone at the points of a rule; not for hexahedra with enhanced strains or mean

@@ -1,7 +1,5 @@
 //! The solid elements: the integration rules of each, and how code written once runs for all of them.
 
-use nalgebra::DMatrix;
-
 use super::integration_points::{ReferencePoint, reference_points};
 use crate::element::{
     ElementKind, Hex8, Hex20, Hex27, Pyramid5, Pyramid13, Pyramid14, ShapeFunctions, Tet4, Tet10, Wedge6,
@@ -16,8 +14,6 @@ pub(super) struct IntegrationRules<const N: usize> {
     pub stiffness: Vec<ReferencePoint<N>>,
     /// For loads that vary in space.
     pub loads: Vec<ReferencePoint<N>>,
-    /// Weights of the values at the points of `stiffness` in the value at each node, `[N, n_points]`.
-    pub extrapolation: Vec<Vec<f64>>,
 }
 
 /// A kind of element with `N` nodes.
@@ -36,7 +32,7 @@ pub(super) trait ElementVisitor {
 }
 
 macro_rules! solids {
-    ($($element:ident, $n:literal, $field:ident: $stiffness:expr, $loads:expr, $terms:expr;)*) => {
+    ($($element:ident, $n:literal, $field:ident: $stiffness:expr, $loads:expr;)*) => {
         /// Every kind.
         #[cfg(test)]
         pub(super) const ALL: &[ElementKind] = &[$(ElementKind::$element),*];
@@ -49,7 +45,7 @@ macro_rules! solids {
 
         impl RuleSet {
             pub fn new() -> Self {
-                Self { $($field: IntegrationRules::new::<$element>($stiffness, $loads, $terms),)* }
+                Self { $($field: IntegrationRules::new::<$element>($stiffness, $loads),)* }
             }
         }
 
@@ -75,17 +71,17 @@ macro_rules! solids {
 // The stiffness rules are exact for parallelepipeds, or have as many points as the rank needs and integrate what a
 // constant strain needs on curved elements.
 solids! {
-    Hex8, 8, hex8: corners(), hexahedron(4), TRILINEAR;
-    Hex20, 20, hex20: hexahedron(3), hexahedron(4), TRILINEAR;
-    Hex27, 27, hex27: hexahedron(3), hexahedron(4), TRILINEAR;
-    Tet4, 4, tet4: tetrahedron(1), tetrahedron(5), CONSTANT;
-    Tet10, 10, tet10: tetrahedron(3), tetrahedron(5), LINEAR;
-    Wedge6, 6, wedge6: wedge(2, 2), wedge(5, 4), PRISMATIC;
-    Wedge15, 15, wedge15: wedge(4, 3), wedge(5, 4), PRISMATIC;
-    Wedge18, 18, wedge18: wedge(4, 3), wedge(5, 4), PRISMATIC;
-    Pyramid5, 5, pyramid5: pyramid(2), pyramid(4), LINEAR;
-    Pyramid13, 13, pyramid13: pyramid(3), pyramid(4), LINEAR;
-    Pyramid14, 14, pyramid14: pyramid(3), pyramid(4), LINEAR;
+    Hex8, 8, hex8: corners(), hexahedron(4);
+    Hex20, 20, hex20: hexahedron(3), hexahedron(4);
+    Hex27, 27, hex27: hexahedron(3), hexahedron(4);
+    Tet4, 4, tet4: tetrahedron(1), tetrahedron(5);
+    Tet10, 10, tet10: tetrahedron(3), tetrahedron(5);
+    Wedge6, 6, wedge6: wedge(2, 2), wedge(5, 4);
+    Wedge15, 15, wedge15: wedge(4, 3), wedge(5, 4);
+    Wedge18, 18, wedge18: wedge(4, 3), wedge(5, 4);
+    Pyramid5, 5, pyramid5: pyramid(2), pyramid(4);
+    Pyramid13, 13, pyramid13: pyramid(3), pyramid(4);
+    Pyramid14, 14, pyramid14: pyramid(3), pyramid(4);
 }
 
 /// 2 x 2 x 2 Gauss points in the order of the nodes of a hexahedron.
@@ -94,41 +90,8 @@ fn corners() -> Vec<RulePoint<3>> {
     Hex8::NODES.map(|node| (node.map(|x| x * gauss), 1.0)).to_vec()
 }
 
-/// Exponents of the monomials in the reference coordinates that stresses are extrapolated with.
-type Monomials = &'static [[i32; 3]];
-
-const CONSTANT: Monomials = &[[0, 0, 0]];
-const LINEAR: Monomials = &[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
-const PRISMATIC: Monomials = &[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]];
-const TRILINEAR: Monomials =
-    &[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 1, 1]];
-
 impl<const N: usize> IntegrationRules<N> {
-    fn new<S: ShapeFunctions<N, 3>>(
-        stiffness: Vec<RulePoint<3>>,
-        loads: Vec<RulePoint<3>>,
-        terms: Monomials,
-    ) -> Self {
-        let points: Vec<[f64; 3]> = stiffness.iter().map(|point| point.0).collect();
-        Self {
-            extrapolation: extrapolation(&points, &S::NODES, terms),
-            stiffness: reference_points::<S, N>(stiffness),
-            loads: reference_points::<S, N>(loads),
-        }
+    fn new<S: ShapeFunctions<N, 3>>(stiffness: Vec<RulePoint<3>>, loads: Vec<RulePoint<3>>) -> Self {
+        Self { stiffness: reference_points::<S, N>(stiffness), loads: reference_points::<S, N>(loads) }
     }
-}
-
-/// Weights of the values at `points` in the values at `nodes` of the polynomial that fits them best.
-fn extrapolation(points: &[[f64; 3]], nodes: &[[f64; 3]], terms: Monomials) -> Vec<Vec<f64>> {
-    let monomial = |x: &[f64; 3], powers: &[i32; 3]| -> f64 {
-        x.iter().zip(powers).map(|(x, &power)| x.powi(power)).product()
-    };
-    let monomials = |at: &[[f64; 3]]| -> DMatrix<f64> {
-        DMatrix::from_fn(at.len(), terms.len(), |i, j| monomial(&at[i], &terms[j]))
-    };
-    let at_points = monomials(points);
-    let normal = at_points.transpose() * &at_points;
-    let inverse = normal.try_inverse().expect("as many points as terms, in general position");
-    let weights: DMatrix<f64> = monomials(nodes) * inverse * at_points.transpose();
-    weights.row_iter().map(|row| row.iter().copied().collect()).collect()
 }

@@ -184,14 +184,13 @@ fn solve_laplace(
             for (k, value) in element.into_iter().enumerate() {
                 let [a, b] = [k / own.len(), k % own.len()];
                 let [i, j] = [a, b].map(|corner| row[own[corner]]);
-                if i == usize::MAX || j != usize::MAX && (i < j || (i == j && a < b)) {
+                if i == usize::MAX || j != usize::MAX && i < j {
                     continue;
                 }
                 if j == usize::MAX {
                     rhs[i] -= value * values[own[b]];
                 } else {
-                    // A node that stands twice in a collapsed element meets itself off the diagonal: both halves count.
-                    matrix.add(i, j, if i == j && a != b { 2.0 * value } else { value });
+                    matrix.add(i, j, value);
                 }
             }
         }

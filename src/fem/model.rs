@@ -244,15 +244,6 @@ impl FeModel {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], with an analysis already made of this model.
-    ///
-    /// # Errors
-    /// See [`Self::condense`].
-    pub fn condense_as(self, analysis: SymbolicAnalysis) -> Result<CondensedBody> {
-        let name = self.name.clone();
-        CondensedBody::new(self, analysis, MemoryLimit::of_machine()).context(|| name)
-    }
-
     /// As [`Self::condense`], within a memory limit, and with the flexibility from a cache where it has it; else it is
     /// put there.
     ///

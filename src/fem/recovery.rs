@@ -29,28 +29,10 @@ pub(crate) use surface_stress::{FaceAverages, FaceContribution, surface_stress_p
 const ELEMENTS_PER_BATCH: usize = 4096;
 
 impl FeModel {
-    /// Stress at the mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa, `[n_points]`, for a displacement of all mesh
-    /// nodes `[n_points]`: from the Gauss points of each element (enhanced modes included) to its nodes, then the mean
-    /// over the elements at the node; zero at points on no solid. Across a border of materials this averages a jump.
-    ///
-    /// # Errors
-    /// If an element is inverted (a model with such elements is refused when it is made).
-    pub fn stress(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
-        let n_points = self.mesh().n_points();
-        let (mut sum, mut count) = (vec![[0.0; 6]; n_points], vec![0.0f64; n_points]);
-        for_each_state(self.elements(), displacement, |nodes, state| {
-            for (&node, stress) in nodes.iter().zip(&state.nodal_stress) {
-                (0..6).for_each(|i| sum[node][i] += stress[i]);
-                count[node] += 1.0;
-            }
-        })?;
-        Ok(sum.iter().zip(&count).map(|(s, &n)| s.map(|value| value / n.max(1.0))).collect())
-    }
-
     /// Strain energy 1/2 ∫ ε : C : ε dV, N mm, for a displacement of all mesh nodes `[n_points]`.
     ///
     /// # Errors
-    /// As [`Self::stress`].
+    /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn strain_energy(&self, displacement: &[[f64; 3]]) -> Result<f64> {
         let mut energy = 0.0;
         for_each_state(self.elements(), displacement, |_, state| energy += state.energy)?;
@@ -60,7 +42,7 @@ impl FeModel {
     /// Forces that the stresses exert at the mesh nodes, ∫ Bᵀ σ dV, global axes, N, `[n_points]`.
     ///
     /// # Errors
-    /// As [`Self::stress`].
+    /// As [`Self::strain_energy`].
     pub fn internal_forces(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let mut forces = vec![[0.0; 3]; self.mesh().n_points()];
         for_each_state(self.elements(), displacement, |nodes, state| {
@@ -75,7 +57,7 @@ impl FeModel {
     /// prescribed dof counts as part of its reaction.
     ///
     /// # Errors
-    /// As [`Self::stress`].
+    /// As [`Self::strain_energy`].
     pub fn reactions(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let mut forces = self.internal_forces(displacement)?;
         for (node, (force, external)) in forces.iter_mut().zip(self.external_forces()).enumerate() {

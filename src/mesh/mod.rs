@@ -127,12 +127,4 @@ impl Mesh {
         let before = self.blocks[..cell.block].iter().filter(|block| block.kind.dim() == 3);
         before.map(CellBlock::n_cells).sum::<usize>() + cell.cell
     }
-
-    /// Least and largest coordinates of the points; `None` for a mesh without points.
-    pub fn bounding_box(&self) -> Option<([f64; 3], [f64; 3])> {
-        let first = *self.points.first()?;
-        Some(self.points.iter().fold((first, first), |(low, high), x| {
-            (std::array::from_fn(|k| low[k].min(x[k])), std::array::from_fn(|k| high[k].max(x[k])))
-        }))
-    }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 use orthowear::element::ElementKind::{Hex8, Tet4};
-use orthowear::fem::{FeModel, HexFormulation};
+use orthowear::fem::{FeModel, HexFormulation, StressRecovery};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
@@ -18,8 +18,8 @@ fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     move |x| (h * Vector3::from(x)).into()
 }
 
-/// Solves a body with the linear field on its whole boundary and checks the patch test: displacements, stresses,
-/// reactions, energy.
+/// Solves a body with the linear field on its whole boundary and checks the patch test: displacements, energy, stresses,
+/// reactions. `tolerance` is that of the energy; recovered stresses are fitted and extrapolated, which costs up to three more digits.
 pub fn patch_test(
     mut mesh: Mesh,
     stiffness: Stiffness,
@@ -43,9 +43,9 @@ pub fn patch_test(
         "displacement {}",
         largest_difference(u, &exact) / scale
     );
-    let wanted = vec![sigma.into(); u.len()];
-    let error = largest_difference(&model.stress(u).unwrap(), &wanted) / sigma.amax();
-    assert!(error < tolerance, "stress {error:e}");
+    let stress = StressRecovery::new(model).unwrap().stress(model, u).unwrap();
+    let error = largest_difference(&stress, &vec![sigma.into(); stress.len()]) / sigma.amax();
+    assert!(error < 1e3 * tolerance, "stress {error:e}");
     assert!((model.strain_energy(u).unwrap() / energy - 1.0).abs() < tolerance);
     let reactions = model.reactions(u).unwrap();
     let largest = reactions.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -133,8 +133,8 @@ fn uniaxial_rotated_orthotropic() {
         let u = body.contact_free_displacement();
         assert!((u[along_x][0] / 3.0 / strain[0] - 1.0).abs() < 1e-9);
         assert!((u[along_y][1] / strain[1] - 1.0).abs() < 1e-9);
-        let stress = body.model().stress(u).unwrap();
-        let wanted = vec![[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]; u.len()];
+        let stress = StressRecovery::new(body.model()).unwrap().stress(body.model(), u).unwrap();
+        let wanted = vec![[100.0, 0.0, 0.0, 0.0, 0.0, 0.0]; stress.len()];
         assert!(largest_difference(&stress, &wanted) < 1e-7);
         assert!(largest_difference(&body.model().reactions(u).unwrap(), &vec![[0.0; 3]; u.len()]) < 1e-9);
     }

@@ -1,62 +1,7 @@
-//! Aspect ratios, connected parts, and points that lie on each other.
-
-use super::corners;
-use crate::mesh::Mesh;
+//! Points that lie on each other.
 
 /// Points closer than this share of the diagonal of the bounding box count as unmerged.
 const MERGE_TOLERANCE: f64 = 1e-9;
-
-/// Mean and largest ratio of longest to shortest edge over the solids.
-pub(super) fn aspect_ratios(mesh: &Mesh) -> (f64, (f64, u64)) {
-    let mut largest = (0.0, 0);
-    let (mut sum, mut n) = (0.0, 0.0);
-    for cell in mesh.volume_cells() {
-        let x = corners(mesh, cell);
-        let (mut short, mut long) = (f64::INFINITY, 0.0_f64);
-        for (kind, local) in mesh.kind(cell).local_faces() {
-            let m = kind.n_corners();
-            for i in 0..m {
-                let length = (x[local[i]] - x[local[(i + 1) % m]]).norm();
-                (short, long) = (short.min(length), long.max(length));
-            }
-        }
-        let aspect = long / short;
-        if aspect > largest.0 {
-            largest = (aspect, mesh.tag(cell));
-        }
-        sum += aspect;
-        n += 1.0;
-    }
-    (sum / n, largest)
-}
-
-/// Connected parts: number of solids and least element number of each, the largest first.
-pub(super) fn connected_parts(mesh: &Mesh) -> Vec<(usize, u64)> {
-    let mut parent: Vec<usize> = (0..mesh.n_points()).collect();
-    fn find(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        i
-    }
-    for cell in mesh.volume_cells() {
-        let nodes = mesh.cell_nodes(cell);
-        for &node in &nodes[1..] {
-            let (a, b) = (find(&mut parent, nodes[0]), find(&mut parent, node));
-            parent[a.max(b)] = a.min(b);
-        }
-    }
-    let mut parts = std::collections::BTreeMap::new();
-    for cell in mesh.volume_cells() {
-        let root = find(&mut parent, mesh.cell_nodes(cell)[0]);
-        let part = parts.entry(root).or_insert((0, u64::MAX));
-        *part = (part.0 + 1, part.1.min(mesh.tag(cell)));
-    }
-    let mut parts: Vec<(usize, u64)> = parts.into_values().collect();
-    parts.sort_by_key(|&(n, tag)| (std::cmp::Reverse(n), tag));
-    parts
-}
 
 /// Points that lie within [`MERGE_TOLERANCE`] diagonals of an earlier one.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {

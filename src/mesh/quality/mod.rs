@@ -1,24 +1,22 @@
-//! Is a mesh of solids fit for analysis: Jacobians, shared faces, connected parts, unmerged nodes; its size and shape.
+//! Is a mesh of solids fit for analysis: Jacobians, shared faces, unmerged nodes.
 
 mod conformity;
 mod jacobian;
 mod measure;
 
+use super::Mesh;
 use super::faces::face_of_three_solids;
-use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result, warning};
-use crate::geometry::{Point, format_point};
+use crate::geometry::format_point;
 pub use conformity::NonconformingFaces;
 use conformity::find_nonconforming_faces;
 use jacobian::check_jacobians;
-use measure::{aspect_ratios, coincident_points, connected_parts};
+use measure::coincident_points;
 
 /// What [`check`] found out of a mesh that is fit for analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quality {
-    /// Number of points.
-    pub n_points: usize,
     /// Number of solid cells of each kind.
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
@@ -30,13 +28,6 @@ pub struct Quality {
     pub folded_at_nodes: usize,
     /// Faces of neighbours that do not fit.
     pub nonconforming_faces: NonconformingFaces,
-    /// Largest ratio of the longest to the shortest edge of a solid, and its element.
-    pub max_aspect_ratio: (f64, u64),
-    /// Mean of those ratios.
-    pub mean_aspect_ratio: f64,
-    /// Number of solids in each connected part (joined by nodes), and the least-numbered element of each,
-    /// the largest part first.
-    pub connected_parts: Vec<(usize, u64)>,
     /// Places of the points that lie where another point lies already, mm.
     pub coincident_points: Vec<[f64; 3]>,
 }
@@ -122,18 +113,13 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
             mesh.source
         )));
     }
-    let (mean_aspect_ratio, max_aspect_ratio) = aspect_ratios(mesh);
     let solids = mesh.blocks.iter().filter(|b| b.kind.dim() == 3).map(|b| (b.kind, b.n_cells())).collect();
     Ok(Quality {
-        n_points: mesh.n_points(),
         solids,
         volume: jacobians.volume,
         min_scaled_jacobian: jacobians.least,
         folded_at_nodes: jacobians.folded_at_nodes,
         nonconforming_faces: find_nonconforming_faces(mesh),
-        max_aspect_ratio,
-        mean_aspect_ratio,
-        connected_parts: connected_parts(mesh),
         coincident_points: coincident_points(&mesh.points),
     })
 }
@@ -148,10 +134,4 @@ fn no_solids(mesh: &Mesh) -> Error {
          `Physical Volume(\"body\") = Volume{{:}};` for all) and mesh it with `gmsh -3`",
         mesh.source
     ))
-}
-
-/// Corners of a solid, straight edges between them.
-fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
-    let n = mesh.kind(cell).n_corners();
-    mesh.cell_nodes(cell)[..n].iter().map(|&node| Point::from(mesh.points[node])).collect()
 }

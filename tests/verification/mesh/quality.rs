@@ -45,7 +45,7 @@ fn structured_blocks_fill_their_box() {
                 let mesh = graded(solids, side, distortion);
                 let quality = check(&mesh).expect("a sound mesh");
                 assert_relative_eq!(quality.volume, 120.0, max_relative = 1e-12);
-                assert_eq!((quality.connected_parts.len(), quality.coincident_points.len()), (1, 0));
+                assert!(quality.coincident_points.is_empty());
                 let up = if side == Side::Lower { 1.0 } else { -1.0 };
                 let rest = if side == Side::Lower { "top" } else { "bottom" };
                 let mut n_faces = 0;
@@ -122,9 +122,9 @@ fn inverted_and_collapsed_elements_are_named() {
     named(&surfaces, &["no solid elements", "gmsh -3"]);
 }
 
-/// Truth: two unit cubes apart are two parts; put side by side without merging, they have four points twice.
+/// Truth: two unit cubes side by side without merging have four points twice; apart they have none.
 #[test]
-fn parts_and_unmerged_nodes_are_counted() {
+fn unmerged_nodes_are_counted() {
     let cube = GradedBlock::uniform([0.5, 0.5], 1.0, [1, 1, 1]).mesh().expect("a block");
     let two = |shift: f64| {
         let mut mesh = cube.clone();
@@ -136,12 +136,11 @@ fn parts_and_unmerged_nodes_are_counted() {
         mesh
     };
     let apart = check(&two(3.0)).expect("measured");
-    assert_eq!((apart.connected_parts.len(), apart.coincident_points.len()), (2, 0));
+    assert!(apart.coincident_points.is_empty());
     let touching = check(&two(1.0)).expect("measured");
-    assert_eq!((touching.connected_parts.len(), touching.coincident_points.len()), (2, 4));
+    assert_eq!(touching.coincident_points.len(), 4);
     assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
     assert!(touching.warnings()[0].contains("4 nodes"));
-    assert_eq!(check(&cube).expect("measured").connected_parts.len(), 1);
 
     let mut thrice = cube.clone();
     for tag in [98, 99] {
