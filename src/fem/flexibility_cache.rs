@@ -1,33 +1,18 @@
 //! Condensed flexibilities kept on disk: a second run of the same body skips its factorisation.
 //!
-//! An entry is a file named by the SHA-256 of all that determines its content:
-//!
-//! ```text
-//! 8 bytes "ORTHOFLX", u64 format, u64 n, f64 residual of the solution, f64 seconds that it took,
-//! u64 bytes that a factorisation takes,
-//! f64 [n (n + 1) / 2] lower triangle row by row, 32 bytes SHA-256 of all before; little-endian
-//! ```
-//!
-//! Besides them a cache holds the factors of bodies, and what else runs keep in [`crate::linalg::cache`].
-
-use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
-use std::path::Path;
-use std::time::SystemTime;
-
-use sha2::{Digest, Sha256};
+//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, seconds that it took, bytes that a factorisation takes, and
+//! the lower triangle row by row, `[n (n + 1) / 2]`. Besides them a cache holds the factors of bodies and the lists of other modules.
 
 use crate::error::Result;
-use crate::linalg::cache::CacheKeyBuilder;
 pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey};
+use crate::linalg::cache::{CacheKeyBuilder, CachedList};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
-const MAGIC: &[u8; 8] = b"ORTHOFLX";
 /// Raised whenever layout or arithmetic change.
-const FORMAT: u64 = 2;
-const HEAD: usize = 48;
-const CHECKSUM: usize = 32;
+const FORMAT: u64 = 3;
+/// Number of values before the lower triangle.
+const HEADER_VALUES: usize = 3;
 /// Names of entries end so.
 const FILE_EXTENSION: &str = "flexibility";
 
@@ -73,10 +58,8 @@ impl FlexibilityCache {
     /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
     /// read; `None` if there is none.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
-        let mut file = File::open(self.path(key, FILE_EXTENSION)).ok()?;
-        let mut head = [0; HEAD];
-        file.read_exact(&mut head).ok()?;
-        (file.metadata().ok()?.len() == file_bytes(n)).then(|| u64::from_le_bytes(word(&head, 5)) as usize)
+        let (found, [_, _, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
+        (found == n_values(n) as u64).then_some(bytes as usize)
     }
 
     /// Reads the entry of a flexibility of `n` rows, and marks it as used.
@@ -84,28 +67,29 @@ impl FlexibilityCache {
     /// # Errors
     /// If memory does not suffice.
     pub fn read(&self, key: &CacheKey, n: usize) -> Result<CacheLookup> {
-        let path = self.path(key, FILE_EXTENSION);
-        let Ok(mut file) = File::open(&path) else { return Ok(CacheLookup::Miss) };
-        if file.metadata().map_or(0, |found| found.len()) != file_bytes(n) {
+        let values = match self.read_list(key, FILE_EXTENSION)? {
+            CachedList::Hit(values) => values,
+            CachedList::Miss => return Ok(CacheLookup::Miss),
+            CachedList::Damaged(how) => return Ok(CacheLookup::Damaged(how)),
+        };
+        if values.len() != n_values(n) {
             return Ok(CacheLookup::Damaged("its size is wrong".to_owned()));
         }
         let mut flexibility = SymmetricDense::zeros(n)?;
-        match read_entry(&mut file, &mut flexibility) {
-            Ok(Some(head)) => {
-                // Only the order of removal depends on it.
-                let _ = file.set_modified(SystemTime::now());
-                let [residual, computing_seconds] = [3, 4].map(|i| f64::from_le_bytes(word(&head, i)));
-                let factorisation_bytes = u64::from_le_bytes(word(&head, 5)) as usize;
-                Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
-                    flexibility,
-                    residual,
-                    computing_seconds,
-                    factorisation_bytes,
-                })))
+        let entries = flexibility.values_mut();
+        let mut triangle = values[HEADER_VALUES..].iter();
+        for i in 0..n {
+            for (j, &value) in triangle.by_ref().take(i + 1).enumerate() {
+                entries[i * n + j] = value;
+                entries[j * n + i] = value;
             }
-            Ok(None) => Ok(CacheLookup::Damaged("its checksum is wrong".to_owned())),
-            Err(error) => Ok(CacheLookup::Damaged(error.to_string())),
         }
+        Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
+            flexibility,
+            residual: values[0],
+            computing_seconds: values[1],
+            factorisation_bytes: values[2] as usize,
+        })))
     }
 
     /// Writes an entry, and removes others beyond the limit. One that is larger than the limit is not written.
@@ -113,78 +97,26 @@ impl FlexibilityCache {
     /// # Errors
     /// If the directory cannot be made or written.
     pub fn write(&self, key: &CacheKey, entry: &FlexibilityEntry) -> Result<()> {
-        if file_bytes(entry.flexibility.n()) > self.limit_bytes() {
-            return Ok(());
-        }
-        self.write_atomically(key, FILE_EXTENSION, |path| write_entry(path, entry))
+        let n = entry.flexibility.n();
+        let head: [f64; HEADER_VALUES] =
+            [entry.residual, entry.computing_seconds, entry.factorisation_bytes as f64];
+        let triangle = (0..n).flat_map(|i| entry.flexibility.row(i)[..=i].iter().copied());
+        self.write_values(key, FILE_EXTENSION, n_values(n), head.into_iter().chain(triangle))
     }
 }
 
-fn file_bytes(n: usize) -> u64 {
-    (HEAD + CHECKSUM) as u64 + 4 * (n as u64) * (n as u64 + 1)
-}
-
-/// Word `i` of a head.
-fn word(head: &[u8; HEAD], i: usize) -> [u8; 8] {
-    head[8 * i..8 * i + 8].try_into().expect("eight bytes")
-}
-
-/// The head; `None` if it or the checksum do not fit.
-fn read_entry(file: &mut File, flexibility: &mut SymmetricDense) -> io::Result<Option<[u8; HEAD]>> {
-    let n = flexibility.n();
-    let mut hash = Sha256::new();
-    let mut head = [0; HEAD];
-    file.read_exact(&mut head)?;
-    hash.update(head);
-    let number = |i| u64::from_le_bytes(word(&head, i));
-    if word(&head, 0) != *MAGIC || number(1) != FORMAT || number(2) != n as u64 {
-        return Ok(None);
-    }
-    let mut bytes = vec![0; 8 * n];
-    for i in 0..n {
-        let row = &mut bytes[..8 * (i + 1)];
-        file.read_exact(row)?;
-        hash.update(&*row);
-        for (j, value) in row.chunks_exact(8).enumerate() {
-            let value = f64::from_le_bytes(value.try_into().expect("eight bytes"));
-            flexibility.values_mut()[i * n + j] = value;
-            flexibility.values_mut()[j * n + i] = value;
-        }
-    }
-    let mut checksum = [0; CHECKSUM];
-    file.read_exact(&mut checksum)?;
-    let whole = hash.finalize()[..] == checksum;
-    Ok(whole.then_some(head))
-}
-
-fn write_entry(path: &Path, entry: &FlexibilityEntry) -> io::Result<()> {
-    let n = entry.flexibility.n();
-    let mut file = BufWriter::new(File::create_new(path)?);
-    let mut hash = Sha256::new();
-    let mut put = |bytes: &[u8]| {
-        hash.update(bytes);
-        file.write_all(bytes)
-    };
-    put(MAGIC)?;
-    put(&FORMAT.to_le_bytes())?;
-    put(&(n as u64).to_le_bytes())?;
-    put(&entry.residual.to_le_bytes())?;
-    put(&entry.computing_seconds.to_le_bytes())?;
-    put(&(entry.factorisation_bytes as u64).to_le_bytes())?;
-    for i in 0..n {
-        put(&entry.flexibility.row(i)[..=i].iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?;
-    }
-    let checksum = hash.finalize();
-    file.write_all(&checksum)?;
-    file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+/// Number of values of the entry of a flexibility of `n` rows.
+fn n_values(n: usize) -> usize {
+    HEADER_VALUES + n * (n + 1) / 2
 }
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-    use std::time::Duration;
+    use std::fs::{self, File};
+    use std::time::{Duration, SystemTime};
 
     use super::*;
+    use crate::linalg::cache::list_bytes;
     use crate::linalg::sparse::SymmetricTriplets;
 
     /// Unfinished files of this age have no writer any more.
@@ -204,7 +136,8 @@ mod tests {
         FlexibilityEntry { flexibility, residual: 1e-15, computing_seconds: 2.5, factorisation_bytes: 77 }
     }
 
-    /// Truth: what was written is read, to the last bit; another matrix or other rows have another key.
+    /// Truth: what was written is read, to the last bit; another matrix or other rows have another key; an entry of another size is
+    /// damaged.
     #[test]
     fn entries_come_back() {
         let folder = tempfile::tempdir().unwrap();
@@ -217,35 +150,15 @@ mod tests {
             (Some(77), None)
         );
         assert!(key(0) != key(1) && cache.read(&key(1), 7).unwrap() == CacheLookup::Miss);
-    }
-
-    /// Truth: any changed bit and any missing end is found; a new write mends it.
-    #[test]
-    fn damage_is_found() {
-        let folder = tempfile::tempdir().unwrap();
-        let cache = FlexibilityCache::new(folder.path(), 1 << 20);
-        cache.write(&key(0), &entry(5)).unwrap();
-        let path = cache.path(&key(0), FILE_EXTENSION);
-        let whole = fs::read(&path).unwrap();
-        for place in [0, 8, 16, 30, 39, 40, 100, whole.len() - 1] {
-            let mut bytes = whole.clone();
-            bytes[place] ^= 1;
-            fs::write(&path, bytes).unwrap();
-            assert!(matches!(cache.read(&key(0), 5).unwrap(), CacheLookup::Damaged(_)), "byte {place}");
-        }
-        for length in [0, 39, whole.len() - 1] {
-            fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(cache.read(&key(0), 5).unwrap(), CacheLookup::Damaged(_)), "{length} bytes");
-        }
-        cache.write(&key(0), &entry(5)).unwrap();
-        assert!(matches!(cache.read(&key(0), 5).unwrap(), CacheLookup::Hit(_)));
+        assert!(matches!(cache.read(&key(0), 6).unwrap(), CacheLookup::Damaged(_)));
+        assert_eq!(cache.peek_factorisation_bytes(&key(0), 6), None);
     }
 
     /// Truth: the entry used longest ago goes first; one larger than the limit is not kept, nor are stale leftovers.
     #[test]
     fn the_limit_holds() {
         let folder = tempfile::tempdir().unwrap();
-        let cache = FlexibilityCache::new(folder.path(), 2 * file_bytes(9) + 10);
+        let cache = FlexibilityCache::new(folder.path(), 2 * list_bytes(n_values(9) as u64) + 10);
         let old = SystemTime::now() - 2 * STALE;
         let leftover = folder.path().join("x.1-0.unfinished");
         File::create(&leftover).unwrap().set_modified(old).unwrap();

@@ -131,9 +131,24 @@ impl Cache {
 
     /// Whether there is a whole list under a key, judged by head and size.
     pub fn has_list(&self, key: &CacheKey, ending: &str) -> bool {
-        let Ok(mut file) = File::open(self.path(key, ending)) else { return false };
-        let n = read_head(&mut file).ok().flatten();
-        n.is_some_and(|n| file.metadata().is_ok_and(|found| found.len() == list_bytes(n)))
+        self.peek_list::<0>(key, ending).is_some()
+    }
+
+    /// Number of values of the list under a key and the first `K` of them, read without the others; `None` if there is no whole list,
+    /// judged by head and size.
+    pub fn peek_list<const K: usize>(&self, key: &CacheKey, ending: &str) -> Option<(u64, [f64; K])> {
+        let mut file = File::open(self.path(key, ending)).ok()?;
+        let n = read_head(&mut file).ok()??;
+        if file.metadata().ok()?.len() != list_bytes(n) {
+            return None;
+        }
+        let mut first = [0.0; K];
+        for value in &mut first {
+            let mut bytes = [0; 8];
+            file.read_exact(&mut bytes).ok()?;
+            *value = f64::from_le_bytes(bytes);
+        }
+        Some((n, first))
     }
 
     /// Reads the list under a key, and marks it as used.
@@ -167,17 +182,31 @@ impl Cache {
     /// # Errors
     /// If the directory cannot be made or written.
     pub fn write_list(&self, key: &CacheKey, ending: &str, values: &[f64]) -> Result<()> {
-        if list_bytes(values.len() as u64) > self.limit_bytes {
+        self.write_values(key, ending, values.len(), values.iter().copied())
+    }
+
+    /// As [`Self::write_list`], of `n` values that are made one after the other.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub(crate) fn write_values(
+        &self,
+        key: &CacheKey,
+        ending: &str,
+        n: usize,
+        values: impl Iterator<Item = f64>,
+    ) -> Result<()> {
+        if list_bytes(n as u64) > self.limit_bytes {
             return Ok(());
         }
-        self.write_atomically(key, ending, |path| write_values(path, values))
+        self.write_atomically(key, ending, |path| write_values(path, n, values))
     }
 
     /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
     ///
     /// # Errors
     /// If the directory cannot be made or written.
-    pub(crate) fn write_atomically(
+    fn write_atomically(
         &self,
         key: &CacheKey,
         ending: &str,
@@ -267,16 +296,17 @@ fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
     Ok(hash.finalize()[..] == checksum)
 }
 
-fn write_values(path: &Path, values: &[f64]) -> io::Result<()> {
+fn write_values(path: &Path, n: usize, mut values: impl Iterator<Item = f64>) -> io::Result<()> {
     let mut file = BufWriter::new(File::create_new(path)?);
     let mut hash = Sha256::new();
     let mut put = |bytes: &[u8]| {
         hash.update(bytes);
         file.write_all(bytes)
     };
-    put(&head(values.len()))?;
-    for chunk in values.chunks(VALUES_PER_CHUNK) {
-        put(&chunk.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())?;
+    put(&head(n))?;
+    for start in (0..n).step_by(VALUES_PER_CHUNK) {
+        let chunk = values.by_ref().take(VALUES_PER_CHUNK.min(n - start));
+        put(&chunk.flat_map(f64::to_le_bytes).collect::<Vec<u8>>())?;
     }
     let checksum = hash.finalize();
     file.write_all(&checksum)?;

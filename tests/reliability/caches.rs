@@ -15,7 +15,7 @@ use crate::harness::{Reader, put};
 const N: usize = 5;
 const CHECKSUM: usize = 32;
 
-/// A cache with a list and a flexibility, and their files.
+/// A cache with a flexibility and the same values as a list, and their files.
 struct Place {
     _folder: tempfile::TempDir,
     cache: FlexibilityCache,
@@ -42,7 +42,8 @@ impl Place {
             computing_seconds: 2.5,
             factorisation_bytes: 77,
         };
-        let list: Vec<f64> = (0..30).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
+        let triangle = (0..N).flat_map(|i| entry.flexibility.row(i)[..=i].to_vec());
+        let list: Vec<f64> = [1e-15, 2.5, 77.0].into_iter().chain(triangle).collect();
         cache.write(&key, &entry).expect("a file");
         cache.write_list(&key, "list", &list).expect("a file");
         let path = |ending: &str| {
@@ -113,7 +114,7 @@ fn every_damage_of_cached_files_is_found() {
 fn cached_files() {
     let place = Place::new();
     let seeds: Vec<Vec<u8>> = place.paths.iter().map(|path| fs::read(path).expect("a file")).collect();
-    let words = ["ORTHOLST", "ORTHOFLX"].map(str::to_owned).to_vec();
+    let words = vec!["ORTHOLST".to_owned()];
     let cases = 4000;
     Reader { name: "cache", read: "", seeds: seeds.clone(), words: words.clone(), cases }
         .check(|bytes| place.examine(bytes, false));
