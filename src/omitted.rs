@@ -73,73 +73,26 @@ impl FromIterator<OmittableWork> for AllowedOmissions {
     }
 }
 
-/// What an entry of the ledger is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(untagged)]
-pub enum OmissionKind {
-    /// Work that `solver.skip` may name.
-    Named(OmittableWork),
-    /// Fretting cycles between those that are solved.
-    Cycles,
-    /// Meshes that could follow the worn surfaces.
-    MovingMeshes,
-    /// Steps that another run has done.
-    CommonSteps,
-    /// What other keys, or the cache, decide.
-    Other,
-}
-
-impl OmissionKind {
-    /// Whether `solver.skip` does not know it.
-    pub fn has_no_key(&self) -> bool {
-        !matches!(self, Self::Named(_))
-    }
-}
-
-impl From<OmittableWork> for OmissionKind {
-    fn from(skip: OmittableWork) -> Self {
-        Self::Named(skip)
-    }
-}
-
-/// How the time that was saved is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Basis {
-    /// The work was done before and timed.
-    Measured,
-    /// From the time of what was done and the ratio that this work usually has to it (docs/skips.md).
-    Estimated,
-}
-
-/// Time that was saved.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Saved {
-    /// Seconds.
-    pub seconds: f64,
-    /// How they are known.
-    pub basis: Basis,
-}
-
 /// Work that a scene did not need and that was therefore not done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OmittedWork {
-    /// What kind of work; written as its name in `solver.skip`.
-    #[serde(rename = "skip", skip_serializing_if = "OmissionKind::has_no_key")]
-    pub kind: OmissionKind,
+    /// Its name in `solver.skip`; `None` where other keys, or the cache, decide.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skip: Option<OmittableWork>,
     /// What was skipped.
     pub what: String,
     /// Why it could be.
     pub why: String,
-    /// What that saved; `None` where nobody knows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub saved: Option<Saved>,
 }
 
 impl OmittedWork {
-    /// An entry whose time is not known yet.
-    pub fn new(work: impl Into<OmissionKind>, what: impl Into<String>, why: impl Into<String>) -> Self {
-        Self { kind: work.into(), what: what.into(), why: why.into(), saved: None }
+    /// Work by its name in `solver.skip`, what it is, and why it is not needed.
+    pub fn new(
+        skip: impl Into<Option<OmittableWork>>,
+        what: impl Into<String>,
+        why: impl Into<String>,
+    ) -> Self {
+        Self { skip: skip.into(), what: what.into(), why: why.into() }
     }
 }
 

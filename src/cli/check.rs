@@ -82,9 +82,7 @@ fn describe(
         text.push_str("  nothing\n");
     }
     for skip in &forecast.skipped {
-        let saved =
-            skip.saved.map_or(String::new(), |saved| format!(" (saves {})", saved_time(saved.seconds)));
-        text.push_str(&format!("  {}: {}{saved}\n", skip.what, skip.why));
+        text.push_str(&format!("  {}: {}\n", skip.what, skip.why));
     }
     text.push_str("\ndefaults\n");
     for (key, value) in LISTED_DEFAULTS.iter().filter(|(key, _)| is_default(plan, key)) {
@@ -96,11 +94,6 @@ fn describe(
     }
     text.push_str(&format!("\n{}: no errors found\n", plan.document.file));
     text
-}
-
-/// A time that was saved, in words.
-fn saved_time(s: f64) -> String {
-    if s < 0.1 { format!("{:.0} ms", 1e3 * s) } else { format_duration(s) }
 }
 
 fn is_default(plan: &Plan, key: &str) -> bool {

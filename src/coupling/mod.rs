@@ -17,7 +17,7 @@ use crate::flexibility::Flexibility;
 use crate::flexibility::composed::SumFlexibility;
 use crate::flexibility::constrained::ConstrainedFlexibility;
 use crate::frame::{ContactFrame, GapShape, InitialGap};
-use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+use crate::omitted::{OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
 pub use distance::{MeshedGap, mesh_distance};
@@ -211,7 +211,7 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
         ));
     }
     for (name, _) in ["body 1", "body 2"].into_iter().zip(rigid).filter(|(_, rigid)| *rigid) {
-        skipped.push(OmittedWork::new(OmissionKind::Other, format!("flexibility of {name}"), "it is rigid"));
+        skipped.push(OmittedWork::new(None, format!("flexibility of {name}"), "it is rigid"));
     }
     if !couples {
         skipped.push(OmittedWork::new(

@@ -1,13 +1,11 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-pub mod saved;
 mod time;
 
 use crate::bem::finite::SolutionMethod;
 use crate::body::hybrid::{Correction, HalfSpaceFit};
 use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
-use crate::estimate::saved::Spent;
 use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::geometry::Triad;
@@ -148,18 +146,11 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     let mut skipped = expected_omitted_work(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != CacheContent::Insufficient);
     skipped.extend(whole.map(|index| {
-        omitted_factorisation(index, None, bodies[index].cached == CacheContent::FlexibilityAndFactor)
+        omitted_factorisation(index, bodies[index].cached == CacheContent::FlexibilityAndFactor)
     }));
     let making: f64 = bodies.iter().map(|body| body.seconds).sum();
-    let steps = time::step_times(plan, &frame, (&near, &bodies), &skipped);
-    let solving: f64 = steps.iter().map(|step| step.seconds).sum();
+    let solving = time::of_steps(plan, &frame, (&near, &bodies), &skipped);
     let seconds = making + solving + time::inside(plan, n_contact_problems);
-    saved::estimate(
-        plan,
-        &frame,
-        &Spent { steps, bodies: making, operators: making, share: None },
-        &mut skipped,
-    );
     let (n_cells, frame_axes) = (frame.n_cells(), frame.axes);
     Ok(RunEstimate { n_cells, frame_axes, bodies, n_contact_problems, skipped, memory_bytes, seconds })
 }

@@ -1,11 +1,10 @@
 //! Expected time of contact problems and of what is evaluated after them.
 
 use crate::estimate::BodyEstimate;
-use crate::estimate::saved::StepTime;
 use crate::evolution::step::Step;
 use crate::frame::ContactFrame;
 use crate::mesh::faces::outer_faces;
-use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+use crate::omitted::{OmittableWork, OmittedWork};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::simulation::build::bodies::SIDES;
@@ -27,14 +26,14 @@ const PRODUCTS_ON_GRID: f64 = 10.0;
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
-/// What the steps of a plan are expected to take, with the work left out that `ledger` says.
-pub(super) fn step_times(
+/// Seconds that the steps of a plan are expected to take, with the work left out that `ledger` says.
+pub(super) fn of_steps(
     plan: &Plan,
     frame: &ContactFrame,
     (near, bodies): (&[NearFieldModel; 2], &[BodyEstimate; 2]),
     ledger: &[OmittedWork],
-) -> Vec<StepTime> {
-    let skips = |skip: OmittableWork| ledger.iter().any(|entry| entry.kind == OmissionKind::Named(skip));
+) -> f64 {
+    let skips = |skip: OmittableWork| ledger.iter().any(|entry| entry.skip == Some(skip));
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
@@ -53,14 +52,9 @@ pub(super) fn step_times(
         let wears = step.wear && plan.wear.specific_rate(friction).is_some();
         let bare = !(rubs || wears);
         let share = if on_grid && bare && skips(OmittableWork::TangentialUnknowns) { PRESSURES } else { 1.0 };
-        let cycles = step.cycles.as_ref().map_or(0, |cycles| cycles.expected_solves(step.wear));
-        StepTime {
-            seconds: contact_problems(step) as f64 * products * share * product,
-            entries: step.increments as f64,
-            cycles: cycles as f64,
-        }
+        contact_problems(step) as f64 * products * share * product
     };
-    plan.steps.iter().map(of_step).collect()
+    plan.steps.iter().map(of_step).sum()
 }
 
 /// Contact problems of a step.

@@ -6,7 +6,7 @@ use crate::evolution::model::Model;
 use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tilt};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
-use crate::omitted::{OmissionKind, OmittableWork, OmittedWork};
+use crate::omitted::{OmittableWork, OmittedWork};
 
 /// What the operator allows to leave out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +95,7 @@ pub fn omitted_contact_work(
         steps.iter().filter(|step| jumps(step)).map(|step| step.name.as_str()).collect();
     if !in_jumps.is_empty() {
         skipped.push(OmittedWork::new(
-            OmissionKind::Cycles,
+            None,
             format!("cycles one by one in step {}", in_jumps.join(", ")),
             "wear changes slowly: it is integrated over jumps of many cycles (steps.cycles.jumps, wear.tolerance)",
         ));

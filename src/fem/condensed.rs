@@ -7,7 +7,6 @@
 mod solve;
 
 use std::sync::OnceLock;
-use std::time::Instant;
 
 use super::analysis::{SymbolicAnalysis, flexibility_bytes};
 use super::condensation_method::CondensationMethod;
@@ -55,8 +54,8 @@ pub struct FlexibilityOrigin {
     pub method: CondensationMethod,
     /// Iterations of conjugate gradients in this run; 0 where there were none.
     pub iterations: usize,
-    /// Seconds that an entry of the cache saved; `None` if it was computed.
-    pub seconds_saved_by_cache: Option<f64>,
+    /// Whether it was read from the cache.
+    pub cached: bool,
     /// What the user should know of the cache: a damaged entry, or one that could not be written.
     pub cache_warning: Option<String>,
 }
@@ -136,12 +135,11 @@ impl CondensedBody {
         {
             return Self::build(model, from_cache(contact_nodes, entry, method), None);
         }
-        let (start, factorisation_bytes) = (Instant::now(), analysis.factorisation_peak_bytes());
+        let factorisation_bytes = analysis.factorisation_peak_bytes();
         let mut condensed = compute(&model, analysis, method, kept.as_ref())?;
         let entry = FlexibilityEntry {
             flexibility: std::mem::take(&mut condensed.contact_flexibility),
             residual: condensed.residual,
-            computing_seconds: start.elapsed().as_secs_f64(),
             factorisation_bytes,
         };
         let written = cache.write(&model.cache_key(contact_nodes, method), &entry);
@@ -271,12 +269,8 @@ fn from_cache(
     entry: FlexibilityEntry,
     method: CondensationMethod,
 ) -> CondensationResult {
-    let FlexibilityEntry { flexibility: contact_flexibility, residual, computing_seconds, .. } = entry;
-    let origin = FlexibilityOrigin {
-        method,
-        seconds_saved_by_cache: Some(computing_seconds),
-        ..FlexibilityOrigin::default()
-    };
+    let FlexibilityEntry { flexibility: contact_flexibility, residual, .. } = entry;
+    let origin = FlexibilityOrigin { method, cached: true, ..FlexibilityOrigin::default() };
     let contact_nodes = contact_nodes.to_vec();
     CondensationResult {
         contact_nodes,

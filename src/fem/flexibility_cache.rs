@@ -1,6 +1,6 @@
 //! Condensed flexibilities kept on disk: a second run of the same body skips its factorisation.
 //!
-//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, seconds that it took, bytes that a factorisation takes, and
+//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and
 //! the lower triangle row by row, `[n (n + 1) / 2]`. Besides them a cache holds the factors of bodies and the lists of other modules.
 
 use crate::error::Result;
@@ -12,7 +12,7 @@ use crate::linalg::sparse::SymmetricSparse;
 /// Raised whenever layout or arithmetic change.
 const FORMAT: u64 = 3;
 /// Number of values before the lower triangle.
-const HEADER_VALUES: usize = 3;
+const HEADER_VALUES: usize = 2;
 /// Names of entries end so.
 const FILE_EXTENSION: &str = "flexibility";
 
@@ -23,8 +23,6 @@ pub struct FlexibilityEntry {
     pub flexibility: SymmetricDense,
     /// Relative residual of the check of factorisation or solutions.
     pub residual: f64,
-    /// Seconds that it took.
-    pub computing_seconds: f64,
     /// Bytes that a factorisation takes.
     pub factorisation_bytes: usize,
 }
@@ -58,7 +56,7 @@ impl FlexibilityCache {
     /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
     /// read; `None` if there is none.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
-        let (found, [_, _, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
+        let (found, [_, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
         (found == n_values(n) as u64).then_some(bytes as usize)
     }
 
@@ -87,8 +85,7 @@ impl FlexibilityCache {
         Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
             flexibility,
             residual: values[0],
-            computing_seconds: values[1],
-            factorisation_bytes: values[2] as usize,
+            factorisation_bytes: values[1] as usize,
         })))
     }
 
@@ -98,8 +95,7 @@ impl FlexibilityCache {
     /// If the directory cannot be made or written.
     pub fn write(&self, key: &CacheKey, entry: &FlexibilityEntry) -> Result<()> {
         let n = entry.flexibility.n();
-        let head: [f64; HEADER_VALUES] =
-            [entry.residual, entry.computing_seconds, entry.factorisation_bytes as f64];
+        let head: [f64; HEADER_VALUES] = [entry.residual, entry.factorisation_bytes as f64];
         let triangle = (0..n).flat_map(|i| entry.flexibility.row(i)[..=i].iter().copied());
         self.write_values(key, FILE_EXTENSION, n_values(n), head.into_iter().chain(triangle))
     }
@@ -133,7 +129,7 @@ mod tests {
         for i in 0..n * n {
             flexibility.values_mut()[i] = 1.0 / (1.0 + (i / n + i % n) as f64);
         }
-        FlexibilityEntry { flexibility, residual: 1e-15, computing_seconds: 2.5, factorisation_bytes: 77 }
+        FlexibilityEntry { flexibility, residual: 1e-15, factorisation_bytes: 77 }
     }
 
     /// Truth: what was written is read, to the last bit; another matrix or other rows have another key; an entry of another size is

@@ -38,7 +38,7 @@ impl CondensationRecord {
         Self {
             body: index + 1,
             method: origin.method.name(),
-            cached: origin.seconds_saved_by_cache.is_some(),
+            cached: origin.cached,
             residual: body.residual(),
             iterations: (origin.iterations > 0).then_some(origin.iterations),
             reason: shortage.map(|shortage| shortage.to_string()),

@@ -345,15 +345,10 @@ fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)>
 
 /// What was done to compute it, and what was not.
 fn plan(page: &mut Page, said: &Value, names: &UnitNames) {
-    let skipped = said["skipped"].as_array().into_iter().flatten().map(|skip| {
-        let saved = skip["saved"]["seconds"].as_f64().map_or("–".to_owned(), |s| {
-            format!("{} s, {}", five_digits(s), to_line(&skip["saved"]["basis"]))
-        });
-        vec![to_line(&skip["what"]), to_line(&skip["why"]), saved]
-    });
-    let rows: Vec<_> = skipped.collect();
+    let skipped = said["skipped"].as_array().into_iter().flatten();
+    let rows: Vec<_> = skipped.map(|skip| vec![to_line(&skip["what"]), to_line(&skip["why"])]).collect();
     if !rows.is_empty() {
-        let heads = ["what", "why", "saved"].map(|head| [head.to_owned(), String::new()]).to_vec();
+        let heads = ["what", "why"].map(|head| [head.to_owned(), String::new()]).to_vec();
         let note = "The answers are the same with all of it (solver.skip = false).".to_owned();
         page.plan.push(Table { title: "Work that the scene did not need".to_owned(), note, heads, rows });
     }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::evolution::RunCheckpoint;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
-use crate::omitted::{OmissionKind, OmittedWork};
+use crate::omitted::OmittedWork;
 use crate::scene::plan::{FramePlan, Plan};
 use crate::simulation::build::Simulation;
 use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
@@ -188,6 +188,6 @@ pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
         && plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     (wears && why_not_growable(plan, 0).is_none()).then(|| {
         let why = "they join when wear brings the contact to its edge (frame.grow)";
-        OmittedWork::new(OmissionKind::Other, "cells beyond the frame", why)
+        OmittedWork::new(None, "cells beyond the frame", why)
     })
 }

@@ -12,7 +12,7 @@ use crate::evolution::{PreviousModel, RunCheckpoint};
 use crate::frame::ContactFrame;
 use crate::geometry::format_number;
 use crate::mesh::Mesh;
-use crate::omitted::{OmissionKind, OmittedWork};
+use crate::omitted::OmittedWork;
 use crate::output::checkpoint_writer::MeshUpdates;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::build::Simulation;
@@ -169,6 +169,6 @@ pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {
         let why =
             "wear.move_mesh is not given: the worn gap enters through the frame, stiffness is that of the unworn bodies";
-        OmittedWork::new(OmissionKind::MovingMeshes, "moving meshes with wear", why)
+        OmittedWork::new(None, "moving meshes with wear", why)
     })
 }

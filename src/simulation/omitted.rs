@@ -9,7 +9,7 @@ use crate::contact::solver::solves_windows;
 use crate::coupling;
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::frame::ContactFrame;
-use crate::omitted::{Basis, OmissionKind, OmittableWork, OmittedWork, Saved};
+use crate::omitted::{OmittableWork, OmittedWork};
 use crate::output::field_writer::FieldKind;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::solver::Coupling;
@@ -97,7 +97,7 @@ pub(super) fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
     if plan.interior_requests.is_empty() && plan.bodies.iter().any(without_mesh) {
         skipped.push(OmittedWork::new(
-            OmissionKind::Other,
+            None,
             "displacement and stress inside half-spaces and bodies of boundary elements",
             "output.inside asks for no points",
         ));
@@ -125,7 +125,7 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     };
     let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].as_fe().is_some());
     meshed
-        .map(|index| OmittedWork::new(OmissionKind::Other, format!("{what} of body {}", index + 1), why))
+        .map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why))
         .collect()
 }
 
@@ -139,14 +139,12 @@ pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame)
     writes_body_fields(plan) || frame.candidates.is_some()
 }
 
-/// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs
-/// it, and that took `seconds` to compute where that is known.
-pub(crate) fn omitted_factorisation(index: usize, seconds: Option<f64>, solves: bool) -> OmittedWork {
+/// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs it.
+pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) =
         (format!("factorisation of body {}", index + 1), format!("the cache has the flexibility{factor}"));
-    let saved = seconds.map(|seconds| Saved { seconds, basis: Basis::Measured });
-    OmittedWork { saved, ..OmittedWork::new(OmissionKind::Other, what, why) }
+    OmittedWork::new(None, what, why)
 }
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.

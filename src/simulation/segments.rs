@@ -7,7 +7,6 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::error::{Error, ErrorKind, Result, exit};
-use crate::estimate::saved::{self, Spent};
 use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
@@ -251,10 +250,9 @@ fn run_segments<'p>(
             }
             None => recorder,
         };
-        let ledger = (plan, &study.model().frame);
         let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
             Ok(room) => room,
-            Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), (summary, ledger)),
+            Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), summary),
         };
         job.observer.on_frame(&study.model().frame);
         let is_first = stage.frame_growths == 0 && stage.mesh_updates == MeshUpdates::default();
@@ -280,17 +278,17 @@ fn run_segments<'p>(
             result = Err(failure.error);
             None
         }) {
-            None => return conclude(recorder, &mut *job.on_end, result, (summary, ledger)),
+            None => return conclude(recorder, &mut *job.on_end, result, summary),
             Some(Continuation::Stop(why)) => {
                 return conclude(
                     recorder,
                     &mut *job.on_end,
                     with_warning(result, Some(why)),
-                    (summary, ledger),
+                    summary,
                 );
             }
             Some(Continuation::Interrupted) => {
-                return conclude(recorder, &mut *job.on_end, interrupted(result), (summary, ledger));
+                return conclude(recorder, &mut *job.on_end, interrupted(result), summary);
             }
             Some(way) => way,
         };
@@ -327,7 +325,7 @@ fn run_segments<'p>(
                     recorder.with_checkpoint_files(resumes),
                     &mut *job.on_end,
                     result,
-                    (summary, (plan, &frame)),
+                    summary,
                 );
             }
         }
@@ -351,7 +349,7 @@ fn conclude(
     recorder: Recorder<'_>,
     complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
     result: Result<RunResult>,
-    (summary, (plan, frame)): (&mut Summary, (&Plan, &ContactFrame)),
+    summary: &mut Summary,
 ) -> std::result::Result<u8, SceneError> {
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
@@ -361,9 +359,6 @@ fn conclude(
         result.outcome
     });
     summary.set_outcome(&outcome);
-    let making = ["body1", "body2", "flexibility"].map(|stage| summary.timings.of(stage));
-    let spent = Spent::of(plan, frame, recorder.records(), [making[0] + making[1], making[2]]);
-    saved::estimate(plan, frame, &spent, &mut summary.skipped);
     let kept = complete(recorder.records(), summary);
     let code = exit_code(&outcome);
     let doubted = code == exit::DONE && summary.status == Status::NotConverged;

@@ -7,7 +7,7 @@ use crate::evolution::RunCheckpoint;
 use crate::evolution::records::CheckpointEvent;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;
-use crate::omitted::{Basis, OmissionKind, OmittedWork, Saved};
+use crate::omitted::OmittedWork;
 use crate::output::field_writer::WrittenFields;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::output_dir::{OutputDir, StagedFile};
@@ -26,8 +26,6 @@ pub struct SharedPrefix {
     frame: ContactFrame,
     initial_gap: Vec<f64>,
     near_fields: Vec<NearFieldRecord>,
-    /// Seconds that the steps took.
-    seconds: f64,
 }
 
 /// What a run shares with others.
@@ -71,7 +69,6 @@ impl SharedPrefix {
         folder: Option<&Path>,
     ) -> Self {
         let model = study.model();
-        let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
         Self {
             n_steps: snapshot.n_steps(),
             course: model.flexibility.history(),
@@ -82,7 +79,6 @@ impl SharedPrefix {
             frame: model.frame.clone(),
             initial_gap: model.initial_gap.clone(),
             near_fields: study.near_fields.clone(),
-            seconds,
         }
     }
 
@@ -117,8 +113,7 @@ impl SharedPrefix {
                 "they are those of another run of the study, which begins alike",
             ),
         };
-        let saved = Some(Saved { seconds: self.seconds, basis: Basis::Measured });
-        let skipped = OmittedWork { saved, ..OmittedWork::new(OmissionKind::CommonSteps, what, why) };
+        let skipped = OmittedWork::new(None, what, why);
         let snapshot = self.snapshot.clone().without_timings();
         let (course, written) = (self.course.clone(), self.written.clone());
         Ok(Some(RestoredPrefix { snapshot, course, written, skipped }))

@@ -53,33 +53,9 @@ fn each_skip_changes_nothing() {
     }
 }
 
-/// Truth: docs/results.md: named work has the seconds that it would have taken, finite and not negative; `solver.skip` refuses other
-/// names and says which there are.
+/// Truth: docs/keys.md: `solver.skip` refuses other names and says which there are.
 #[test]
-fn skips_are_timed_and_named() {
-    let summary = run(&scene("sphere-wear.toml"), &["frame.cells=[16, 16]", "steps.fretting.cycles.jumps=2"]);
-    let entries = summary["skipped"].as_array().unwrap();
-    let mut cycles = 0;
-    for entry in entries {
-        let seconds = entry.pointer("/saved/seconds").and_then(Value::as_f64);
-        let known =
-            entry.get("skip").is_some() || entry["what"].as_str().unwrap().starts_with("cycles one by one");
-        assert_eq!(seconds.is_some(), known, "{entry}");
-        // All of them add to the time of contact problems that were solved.
-        assert!(seconds.is_none_or(|seconds| seconds > 0.0), "{entry}");
-        if known && entry.get("skip").is_none() {
-            cycles += 1;
-            // 100 000 cycles take longer than those that were solved, of which there are fewer than a hundred.
-            let step: f64 = summary["steps"]
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(|step| step["seconds"].as_f64().unwrap())
-                .sum();
-            assert!(seconds.unwrap() > 100.0 * 0.5 * step, "{entry} {step}");
-        }
-    }
-    assert_eq!(cycles, 1, "{}", summary["skipped"]);
+fn skips_are_named() {
     let wrong = command("check", &scene("hertz.toml"), &["solver.skip=[\"cold-start\"]"]).output().unwrap();
     let text = String::from_utf8(wrong.stderr).unwrap();
     assert_eq!(wrong.status.code(), Some(2), "{text}");
@@ -171,12 +147,7 @@ fn check_and_run_skip_the_same() {
         let checked = command("check", &scene, settings).output().unwrap();
         let text = String::from_utf8(checked.stdout).unwrap();
         let list = text.split("\nskipped\n").nth(1).unwrap().split("\n\n").next().unwrap();
-        // Without the time that is saved, which is a guess before the run.
-        let list: Vec<&str> = list
-            .lines()
-            .map(|line| line.trim().split(" (saves ").next().unwrap())
-            .filter(|line| *line != "nothing")
-            .collect();
+        let list: Vec<&str> = list.lines().map(str::trim).filter(|line| *line != "nothing").collect();
         let summary = run(&scene, settings);
         let ran: Vec<String> = summary["skipped"]
             .as_array()

@@ -130,8 +130,5 @@ pub fn timeless(mut summary: Value) -> Value {
     for step in fields["steps"].as_array_mut().unwrap() {
         step.as_object_mut().unwrap().remove("seconds").unwrap();
     }
-    for skip in fields["skipped"].as_array_mut().unwrap() {
-        skip.as_object_mut().unwrap().remove("saved");
-    }
     summary
 }

@@ -39,7 +39,6 @@ impl Place {
         let entry = FlexibilityEntry {
             flexibility,
             residual: 1e-15,
-            computing_seconds: 2.5,
             factorisation_bytes: 77,
         };
         let triangle = (0..N).flat_map(|i| entry.flexibility.row(i)[..=i].to_vec());

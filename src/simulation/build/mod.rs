@@ -202,8 +202,8 @@ pub fn build_with<'p>(
         // Loads and fields need the factor all the same.
         let condensed = body.condensed();
         let solves = condensed.model().has_own_loads() || needs_factor_after_condensation(plan, &frame);
-        let saved = origin.seconds_saved_by_cache.filter(|_| !solves || condensed.factor_was_cached());
-        skipped.extend(saved.map(|seconds| omitted_factorisation(index, Some(seconds), solves)));
+        let omitted = origin.cached && (!solves || condensed.factor_was_cached());
+        skipped.extend(omitted.then(|| omitted_factorisation(index, solves)));
         warnings.extend(origin.cache_warning.clone());
         let record = CondensationRecord::new(index, body.condensed());
         warnings.extend(record.note());
