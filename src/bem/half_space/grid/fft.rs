@@ -48,13 +48,9 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    normal_inverse: OnceLock<SpectralFilter>,
-    full_inverse: OnceLock<SpectralFilter>,
-    tangential_inverse: OnceLock<SpectralFilter>,
-    /// The operator itself in single precision, the tangential part of an uncoupled one, and the normal part.
-    single: OnceLock<SpectralFilter>,
-    tangential_single: OnceLock<SpectralFilter>,
-    normal_single: OnceLock<SpectralFilter>,
+    /// By components: the operator in single precision, and its approximate inverse.
+    single: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
+    inverse: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
@@ -102,12 +98,8 @@ impl FftFlexibility {
             normal_buffers: Mutex::new(None),
             spacing,
             admittance,
-            normal_inverse: OnceLock::new(),
-            full_inverse: OnceLock::new(),
-            tangential_inverse: OnceLock::new(),
-            single: OnceLock::new(),
-            tangential_single: OnceLock::new(),
-            normal_single: OnceLock::new(),
+            single: [const { OnceLock::new() }; ComponentSet::COUNT],
+            inverse: [const { OnceLock::new() }; ComponentSet::COUNT],
             smaller_grids: Mutex::new(Vec::new()),
         }
     }
@@ -123,11 +115,17 @@ impl FftFlexibility {
         self.symbol.plan.cells
     }
 
-    /// The operator in single precision.
-    fn single(&self) -> &SpectralFilter {
-        self.single.get_or_init(|| {
-            let symbols = [self.symbol.normal(), self.symbol.other_planes()];
-            SpectralFilter::new(PaddedGridPlan::new(self.cells()), self.parts(), &symbols)
+    /// The operator in single precision, some components.
+    fn single(&self, parts: ComponentSet) -> &SpectralFilter {
+        self.single[parts as usize].get_or_init(|| {
+            let symbols: &[&[f64]] = match parts {
+                ComponentSet::Normal => &[self.symbol.normal()],
+                ComponentSet::Tangential => &[self.symbol.other_planes()],
+                ComponentSet::Uncoupled | ComponentSet::Coupled => {
+                    &[self.symbol.normal(), self.symbol.other_planes()]
+                }
+            };
+            SpectralFilter::new(PaddedGridPlan::new(self.cells()), parts, symbols)
         })
     }
 
@@ -137,8 +135,10 @@ impl FftFlexibility {
     }
 
     /// The approximate inverse of some components.
-    fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
-        inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
+    fn inverse(&self, parts: ComponentSet) -> &SpectralFilter {
+        self.inverse[parts as usize].get_or_init(|| {
+            inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
+        })
     }
 }
 
@@ -163,7 +163,7 @@ impl Flexibility for FftFlexibility {
     }
 
     fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.single().apply(tractions, gap);
+        self.single(self.parts()).apply(tractions, gap);
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
@@ -177,14 +177,7 @@ impl Flexibility for FftFlexibility {
     }
 
     fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        let make = || {
-            SpectralFilter::new(
-                PaddedGridPlan::new(self.cells()),
-                ComponentSet::Normal,
-                &[self.symbol.normal()],
-            )
-        };
-        self.normal_single.get_or_init(make).apply(pressure, normal_gap);
+        self.single(ComponentSet::Normal).apply(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
@@ -204,7 +197,7 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        self.normal_inverse.get_or_init(|| self.inverse(ComponentSet::Normal)).apply(normal_gap, pressure);
+        self.inverse(ComponentSet::Normal).apply(normal_gap, pressure);
         true
     }
 
@@ -278,7 +271,7 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        self.full_inverse.get_or_init(|| self.inverse(self.parts())).apply(gap, tractions);
+        self.inverse(self.parts()).apply(gap, tractions);
         true
     }
 
@@ -298,18 +291,11 @@ impl TangentialFlexibility for FftFlexibility {
     }
 
     fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        let make = || {
-            SpectralFilter::new(
-                PaddedGridPlan::new(self.cells()),
-                ComponentSet::Tangential,
-                &[self.symbol.other_planes()],
-            )
-        };
-        self.tangential_single.get_or_init(make).apply(tractions, gap);
+        self.single(ComponentSet::Tangential).apply(tractions, gap);
     }
 
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
-        self.tangential_inverse.get_or_init(|| self.inverse(ComponentSet::Tangential)).apply(gap, tractions);
+        self.inverse(ComponentSet::Tangential).apply(gap, tractions);
     }
 }
 

@@ -28,6 +28,9 @@ pub(in crate::bem::half_space) enum ComponentSet {
 }
 
 impl ComponentSet {
+    /// Number of sets.
+    pub(super) const COUNT: usize = 4;
+
     /// Number of components.
     fn n_components(self) -> usize {
         match self {

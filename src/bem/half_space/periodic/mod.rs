@@ -128,6 +128,12 @@ impl PeriodicFlexibility {
         (own + own.transpose()) * 0.5
     }
 
+    /// The approximate inverse of some components.
+    fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
+        let cells = self.convolution.cells;
+        inverse_filter(parts, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance)
+    }
+
     /// The planes of one k_y.
     fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
         let px = self.convolution.padded[0];
@@ -208,30 +214,12 @@ impl Flexibility for PeriodicFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        let cells = self.convolution.cells;
-        let make = || {
-            inverse_filter(
-                ComponentSet::Normal,
-                PaddedGridPlan::padded(cells, cells),
-                self.spacing,
-                &self.admittance,
-            )
-        };
-        self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
+        self.normal_inverse.get_or_init(|| self.inverse(ComponentSet::Normal)).apply(normal_gap, pressure);
         true
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        let cells = self.convolution.cells;
-        let make = || {
-            inverse_filter(
-                ComponentSet::Coupled,
-                PaddedGridPlan::padded(cells, cells),
-                self.spacing,
-                &self.admittance,
-            )
-        };
-        self.full_inverse.get_or_init(make).apply(gap, tractions);
+        self.full_inverse.get_or_init(|| self.inverse(ComponentSet::Coupled)).apply(gap, tractions);
         true
     }
 }
