@@ -11,6 +11,13 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::VOIGT;
 
+/// Displacement at a point, and its gradient: rows the components, columns the directions.
+#[derive(Debug, Clone, Copy, Default)]
+struct DisplacementGradient {
+    displacement: Point,
+    gradient: Matrix3<f64>,
+}
+
 /// Displacement and stress at a point of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState {

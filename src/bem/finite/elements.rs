@@ -5,11 +5,10 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::influence::{
-    DisplacementGradient, ElementView, Influence, InfluenceIntegrator, NodalState, PreparedElement,
-};
+use super::influence::{ElementView, Influence, InfluenceIntegrator, NodalState, PreparedElement};
 use super::interpolation::{ElementNodes, Interpolation};
 use super::panel::Panel;
+use crate::bem::DisplacementGradient;
 use crate::bem::full_space::FullSpaceField;
 use crate::geometry::Point;
 use crate::material::Stiffness;

@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 
 use super::interpolation::{ElementNodes, MOST_NODES};
 use super::panel::Panel;
+use crate::bem::DisplacementGradient;
 use crate::bem::full_space::FullSpaceField;
 use crate::bem::green_tensor::TractionOperator;
 use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
@@ -86,13 +87,6 @@ pub(super) struct ElementView<'a> {
 pub(super) struct NodalState {
     pub displacement: Point,
     pub traction: Point,
-}
-
-/// Displacement at a point, and its gradient: rows the components, columns the directions.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct DisplacementGradient {
-    pub displacement: Point,
-    pub gradient: Matrix3<f64>,
 }
 
 /// Step of the differences of the traction kernel over the distance: of order 4, they err by 1e-7 of it.

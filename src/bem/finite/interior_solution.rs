@@ -6,10 +6,10 @@
 use nalgebra::Matrix3;
 
 use super::elements::BoundaryElements;
-use super::influence::{DisplacementGradient, NodalState};
+use super::influence::NodalState;
 use super::surface_solution::SurfaceSolution;
 use super::system::{Domain, SurfaceState};
-use crate::bem::PointState;
+use crate::bem::{DisplacementGradient, PointState};
 use crate::geometry::Point;
 
 /// Most steps to the next point of an element.
@@ -172,7 +172,7 @@ impl InteriorSolution<'_> {
         let gradient = self.surface.gradient(foot.element, foot.xi);
         let stress = stiffness.stress(&gradient);
         let linear = |x: &Point| u + gradient * (x - foot.position);
-        let mut sum = DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+        let mut sum = DisplacementGradient::default();
         if self.domain == Domain::Interior {
             sum = DisplacementGradient { displacement: linear(y), gradient };
         }

@@ -12,11 +12,9 @@ mod surface_point_force;
 
 use std::ops::Range;
 
-use nalgebra::Matrix3;
-
-use crate::bem::PointState;
 use crate::bem::half_space::subsurface::point_force::PointForceField;
 use crate::bem::quadrature_order::{Parallelogram, QuadratureOrder};
+use crate::bem::{DisplacementGradient, PointState};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
@@ -71,12 +69,6 @@ pub struct SubsurfaceField<'a> {
     rules: Vec<Vec<(f64, f64)>>,
     quads: Vec<LoadedQuad>,
     clusters: Vec<CellCluster>,
-}
-
-/// Displacement and its gradient: rows the components, columns the directions.
-struct DisplacementGradient {
-    displacement: Point,
-    gradient: Matrix3<f64>,
 }
 
 impl LoadedQuad {
@@ -238,7 +230,7 @@ impl<'a> SubsurfaceField<'a> {
 
     /// Displacement and stress at a point below the surface; the displacement is that from infinity.
     pub fn at(&self, y: &Point) -> PointState {
-        let mut sum = DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+        let mut sum = DisplacementGradient::default();
         if !self.clusters.is_empty() {
             self.add_group(self.clusters.len() - 1, y, &mut sum);
         }
@@ -366,8 +358,7 @@ mod tests {
                 [9.0, 2.0, -5.0],
             ] {
                 let y = Point::from(y);
-                let mut sum =
-                    DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+                let mut sum = DisplacementGradient::default();
                 for k in 0..n * n {
                     let [x0, y0] = place(k);
                     let far = (x0 - y.x).hypot(y0 - y.y).hypot(y.z) > 0.3;
