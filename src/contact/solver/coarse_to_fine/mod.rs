@@ -7,9 +7,8 @@
 
 mod tangential;
 
-use super::super::balance::MAX_RIGID_MODES;
 use super::super::window::{Window, WindowOperator, WindowProblem};
-use super::super::{ContactState, Increment, Pressures, SlipReference};
+use super::super::{ContactState, Increment, Pressures, SlipReference, Unknowns};
 use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
 use crate::omitted::OmittableWork;
 
@@ -85,7 +84,7 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
         if self.problem.pressures == Pressures::Given {
             return self.solve_tangential(it, watch);
         }
-        let start = Start::of(it);
+        let start = Unknowns::from_state(it);
         let balanced = self.problem.path_points.iter().any(|end| end.balance.is_some());
         let mut rectangle = match contact_rectangle(it, self.frame) {
             // Where the contact was is not where moments are in equilibrium now.
@@ -96,7 +95,7 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
                 let is_far = self.is_beyond(limit, self.problem, it, self.all());
                 let found = if is_far { self.coarse(it, watch) } else { None };
                 if is_far && found.is_none() {
-                    start.restore(it);
+                    start.restore_into(it);
                 }
                 found.unwrap_or_else(|| expanded(rectangle, WINDOW_MARGIN_CELLS, self.frame))
             }
@@ -114,7 +113,7 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
                 StopReason::Converged => {}
                 // What is out of reach on the window may be within that of the frame.
                 StopReason::GrossSliding | StopReason::ContactLost if outside.is_some() || balanced => {
-                    start.restore(it);
+                    start.restore_into(it);
                     return None;
                 }
                 stop => return (stop != StopReason::Iterations).then_some(()),
@@ -245,29 +244,6 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
         let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);
         self.report = report.with_work_of(&self.report);
-    }
-}
-
-/// What a solve starts from.
-struct Start {
-    hatted: Vec<f64>,
-    rigid: Vec<[f64; 3]>,
-    floating: Vec<[f64; MAX_RIGID_MODES]>,
-}
-
-impl Start {
-    fn of(it: &ContactState) -> Self {
-        Self {
-            hatted: it.scaled.clone(),
-            rigid: it.rigid_motion.clone(),
-            floating: it.mode_amplitudes.clone(),
-        }
-    }
-
-    fn restore(&self, it: &mut ContactState) {
-        it.scaled.clone_from(&self.hatted);
-        it.rigid_motion.clone_from(&self.rigid);
-        it.mode_amplitudes.clone_from(&self.floating);
     }
 }
 
