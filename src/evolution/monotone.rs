@@ -356,8 +356,7 @@ impl Run<'_> {
         (checks, tolerance): (&StateChecks, f64),
     ) {
         let areas = &self.prepared.model.frame.areas;
-        let worn: f64 = self.state.wear_depth.iter().zip(areas).map(|(w, a)| w * a).sum();
-        let volume = worn + self.state.rolling_wear_volume;
+        let volume = self.volume(&self.state.wear_depth) + self.state.rolling_wear_volume;
         let share = self.prepared.model.wear_share;
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];

@@ -217,8 +217,7 @@ impl Run<'_> {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&cycling.cycle.contact);
         jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
-        let volume: f64 = jump.error_field.iter().zip(areas).map(|(error, area)| error * area).sum();
-        jump.volume_error = VOLUME_ERROR_FACTOR * volume.abs();
+        jump.volume_error = VOLUME_ERROR_FACTOR * self.volume(&jump.error_field).abs();
         Ok(jump)
     }
 

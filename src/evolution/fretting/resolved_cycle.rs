@@ -710,8 +710,8 @@ impl Run<'_> {
         self.volume_difference(one, other) <= used.tolerance
     }
 
-    /// Volume of a depth, `[N]`.
-    fn volume(&self, depth: &[f64]) -> f64 {
+    /// Volume of a depth, `[N]`, mm³.
+    pub(in crate::evolution) fn volume(&self, depth: &[f64]) -> f64 {
         depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
     }
 
