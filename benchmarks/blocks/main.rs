@@ -113,7 +113,7 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
         history_row: None,
         rolling: None,
     };
-    let result = run(&model, &[press], &SolverOptions::default(), &mut Silent)?;
+    let result = run(&model, &[press], &SolverOptions::default(), None, &mut Silent)?;
     match result.records.first() {
         Some(record) if record.converged => Ok(record.normal_force),
         _ => Err(Error::numerical("the contact did not converge")),

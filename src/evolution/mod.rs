@@ -97,26 +97,13 @@ struct RollbackPoint {
     loops: usize,
 }
 
-/// Runs the steps one after the other.
+/// Runs the steps one after the other, from the checkpoint `from` of an earlier run if there is one.
 ///
 /// A step that does not converge ends the run with its state kept and [`Outcome::NotConverged`].
 ///
 /// # Errors
-/// If the model is inconsistent, a number becomes non-finite, or the observer cannot write.
+/// If the model is inconsistent, `from` belongs to another model, a number becomes non-finite, or the observer cannot write.
 pub fn run(
-    model: &Model,
-    steps: &[Step],
-    options: &SolverOptions,
-    observer: &mut dyn Observer,
-) -> Result<RunResult> {
-    run_from(model, steps, options, None, observer)
-}
-
-/// As [`run`], from where an earlier run was broken off.
-///
-/// # Errors
-/// As [`run`], and if `from` belongs to another model.
-pub fn run_from(
     model: &Model,
     steps: &[Step],
     options: &SolverOptions,

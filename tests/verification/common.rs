@@ -210,7 +210,7 @@ pub fn solve(model: &Model, steps: &[Step]) -> RunResult {
 
 /// Runs with given options.
 pub fn solve_with(model: &Model, steps: &[Step], options: &SolverOptions) -> RunResult {
-    run(model, steps, options, &mut Silent).expect("a run without errors")
+    run(model, steps, options, None, &mut Silent).expect("a run without errors")
 }
 
 /// Relative difference.

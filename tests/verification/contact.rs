@@ -343,12 +343,13 @@ fn not_a_number_is_an_error() {
         let mut model = sphere_on_frp(0.0, 1.2, 8);
         model.flexibility = Box::new(Damaged(model.flexibility));
         let steps = [Step { friction, ..indent(0.02) }];
-        let run = orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut Silent);
+        let run = orthowear::evolution::run(&model, &steps, &SolverOptions::default(), None, &mut Silent);
         assert!(run.is_err(), "friction {friction}");
     }
     let mut model = sphere_on_frp(0.0, 1.2, 8);
     model.friction = FrictionLaw::Coulomb { mu: 5e-324 };
-    let run = orthowear::evolution::run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent);
+    let run =
+        orthowear::evolution::run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent);
     assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
@@ -419,7 +420,7 @@ fn a_tangential_force_needs_friction() {
     let model = half_spaces(&steel, None, (0.5, 8), sphere(10.0));
     let pull = Step { tangential: Some(Tangential::Force([1.0, 0.0])), ..step("pull") };
     let error =
-        orthowear::evolution::run(&model, &[press(10.0), pull], &SolverOptions::default(), &mut Silent)
+        orthowear::evolution::run(&model, &[press(10.0), pull], &SolverOptions::default(), None, &mut Silent)
             .expect_err("nothing carries the force");
     assert!(error.to_string().contains("friction"), "{error}");
 }

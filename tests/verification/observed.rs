@@ -28,7 +28,7 @@ impl Observer for Kept {
 /// Runs and keeps the fields of every increment.
 pub fn follow(model: &Model, steps: &[Step], options: &SolverOptions) -> (RunResult, Vec<FrameState>) {
     let mut kept = Kept::default();
-    let result = run(model, steps, options, &mut kept).expect("a run without errors");
+    let result = run(model, steps, options, None, &mut kept).expect("a run without errors");
     (result, kept.0)
 }
 

@@ -141,7 +141,7 @@ fn a_torsional_loop_closes() {
     let pressed = Step { friction: false, ..press(1000.0) };
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
     let steps = [pressed, spin(torque), spin(-torque), spin(torque)];
-    let result = run(&model, &steps, &options, &mut Silent).expect("a run");
+    let result = run(&model, &steps, &options, None, &mut Silent).expect("a run");
     let angles: Vec<f64> = result.records.iter().map(|record| record.twist).collect();
     assert!(last(&result).dissipation > 0.0);
     assert!(relative(-angles[2], angles[1]) < 1e-6 && relative(angles[3], angles[1]) < 1e-6, "{angles:?}");
@@ -203,7 +203,7 @@ fn a_spin_moment_needs_friction() {
     let model = half_spaces(&steel(), None, (0.5, 8), sphere(RADIUS));
     let free = solve(&model, &[press(10.0), spin(0.0)]);
     assert_eq!(last(&free).twist, 0.0);
-    let error = run(&model, &[press(10.0), spin(1.0)], &SolverOptions::default(), &mut Silent)
+    let error = run(&model, &[press(10.0), spin(1.0)], &SolverOptions::default(), None, &mut Silent)
         .expect_err("nothing carries the moment");
     assert!(error.to_string().contains("spin moment"), "{error}");
 }

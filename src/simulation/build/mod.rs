@@ -284,7 +284,7 @@ impl Simulation<'_> {
     /// The same, or what is left of them: goes on from a state, with what the operators held there.
     ///
     /// # Errors
-    /// As [`evolution::run_from`].
+    /// As [`evolution::run`].
     pub fn run_from(
         &self,
         from: Option<(RunCheckpoint, &OperatorHistory)>,
@@ -298,7 +298,7 @@ impl Simulation<'_> {
             None => None,
         };
         let mut result =
-            evolution::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
+            evolution::run(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
         if let Some(approach) = flat_faces::max_reached_approach(self.plan, &result.records) {
             let frame = &self.model.frame;
             let gap = &self.model.initial_gap[2 * frame.n_cells()..];

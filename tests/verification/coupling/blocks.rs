@@ -70,7 +70,7 @@ fn entries_of_every_operator() {
 fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     let by = |method| {
         let options = SolverOptions { tolerance, method, ..SolverOptions::default() };
-        run(model, steps, &options, &mut Silent).expect("a run")
+        run(model, steps, &options, None, &mut Silent).expect("a run")
     };
     let (blocks, bb) = (by(Method::GaussSeidel), by(Method::BarzilaiBorwein));
     let converged = |result: &RunResult| result.records.iter().all(|record| record.converged);

@@ -41,7 +41,7 @@ pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Mode
 /// Normal force and peak pressure at an approach of 0.02 mm.
 fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f64) {
     let model = under_a_sphere(lower, frame);
-    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).expect("a run");
+    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).expect("a run");
     assert!(result.records[0].converged);
     (result.records[0].normal_force, result.records[0].peak_pressure)
 }
@@ -148,7 +148,8 @@ fn the_certificate_solves_the_body_afresh() {
         let mut model = under_a_sphere(&mut block(&im7(30.0), (6.0, 2, 4), &frame), &frame);
         model.friction = friction;
         model.flexibility = Box::new(Spoilt(model.flexibility, spoilt));
-        let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).expect("a run");
+        let result =
+            run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).expect("a run");
         let found = result.records[0].certificate.operator_defect.expect("the factor is at hand");
         assert!((found - spoilt).abs() < 1e-11 + 1e-3 * spoilt, "{friction:?} {spoilt:e}: {found:e}");
     }

@@ -70,7 +70,7 @@ fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, Run
     let frame = ContactFrame::from_faces(&spec.mesh, "contact", Side::Upper, [0.0; 2], 0.0).expect("a frame");
     let mut body = FeBody::new(spec, "contact", Side::Upper, &frame).expect("a body");
     let model = model([&mut RigidBody, &mut body], &frame, GapShape::Flat, friction);
-    let result = run(&model, steps, &TIGHT, &mut Silent).expect("a run");
+    let result = run(&model, steps, &TIGHT, None, &mut Silent).expect("a run");
     (body, result)
 }
 
@@ -179,7 +179,7 @@ fn a_floating_block_on_another() {
         let mut body2 = FeBody::new(above, "contact", Side::Upper, &frame).expect("a body");
         assert_eq!(body2.rigid_body_modes().expect("a floating body").modes.len(), free);
         let model = model([&mut body1, &mut body2], &frame, GapShape::Flat, FrictionLaw::None);
-        let result = run(&model, &[step("rest")], &TIGHT, &mut Silent).expect("a run");
+        let result = run(&model, &[step("rest")], &TIGHT, None, &mut Silent).expect("a run");
         assert_eq!(result.outcome, Outcome::Converged);
         let record = &result.records[0];
         let defect = record.certificate.operator_defect.expect("factors at hand");
@@ -282,7 +282,7 @@ fn an_eccentric_load_tilts_a_block() {
             tangential: (slope > 0.0).then_some(Tangential::Force([30.0 * slope, -20.0 * slope])),
             ..step("press")
         };
-        let result = run(&model, &[force], &TIGHT, &mut Silent).unwrap();
+        let result = run(&model, &[force], &TIGHT, None, &mut Silent).unwrap();
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let record = &result.records[0];
         assert!((record.normal_force / 160.0 - 1.0).abs() < 1e-12, "{}", record.normal_force);
@@ -323,7 +323,7 @@ fn a_lower_body_floats_as_well() {
         let bodies: [&mut dyn ElasticBody; 2] =
             if side == Side::Upper { [&mut RigidBody, &mut body] } else { [&mut body, &mut RigidBody] };
         let model = model(bodies, &frame, GapShape::Flat, FrictionLaw::Coulomb { mu: 0.3 });
-        run(&model, &[step("rest")], &TIGHT, &mut Silent).unwrap()
+        run(&model, &[step("rest")], &TIGHT, None, &mut Silent).unwrap()
     };
     let [upper, lower] = [Side::Upper, Side::Lower].map(|side| rest(side, 1.0));
     assert_eq!([&upper.outcome, &lower.outcome], [&Outcome::Converged; 2]);
@@ -362,7 +362,7 @@ fn loads_that_nothing_balances() {
     let frame = ContactFrame::from_faces(&pushed.mesh, "contact", Side::Upper, [0.0; 2], 0.0).unwrap();
     let mut body = FeBody::new(pushed, "contact", Side::Upper, &frame).unwrap();
     let model = model([&mut RigidBody, &mut body], &frame, GapShape::Flat, FrictionLaw::None);
-    let error = run(&model, &[step("rest")], &TIGHT, &mut Silent).expect_err("a refusal").to_string();
+    let error = run(&model, &[step("rest")], &TIGHT, None, &mut Silent).expect_err("a refusal").to_string();
     assert!(error.contains("translation along y of body 2") && error.contains("[friction]"), "{error}");
 }
 
@@ -382,13 +382,13 @@ fn forces_on_a_curved_frame() {
         Step { normal: Some(Normal::Approach(0.01)), ..step("indent") },
         Step { tangential: Some(Tangential::Shift([0.001, 0.0005])), ..step("shift") },
     ];
-    let driven = run(&model, &moved, &TIGHT, &mut Silent).unwrap();
+    let driven = run(&model, &moved, &TIGHT, None, &mut Silent).unwrap();
     let forces = driven.records.iter().map(|record| Step {
         normal: Some(Normal::Force(record.normal_force)),
         tangential: Some(Tangential::Force(record.tangential_force)),
         ..step(&record.name)
     });
-    let forced = run(&model, &forces.collect::<Vec<_>>(), &TIGHT, &mut Silent).unwrap();
+    let forced = run(&model, &forces.collect::<Vec<_>>(), &TIGHT, None, &mut Silent).unwrap();
     assert_eq!(driven.outcome, Outcome::Converged);
     assert_eq!(forced.outcome, Outcome::Converged, "{:?}", forced.warnings);
     for (a, b) in driven.records.iter().zip(&forced.records) {
@@ -403,6 +403,6 @@ fn forces_on_a_curved_frame() {
     let record = &forced.records[0];
     let pull = Step { tangential: Some(Tangential::Force([0.7 * record.normal_force, 0.0])), ..step("pull") };
     let press = Step { normal: Some(Normal::Force(record.normal_force)), ..step("press") };
-    let slid = run(&model, &[press, pull], &TIGHT, &mut Silent).unwrap();
+    let slid = run(&model, &[press, pull], &TIGHT, None, &mut Silent).unwrap();
     assert_eq!(slid.outcome, Outcome::NotConverged("gross-sliding"));
 }

@@ -55,7 +55,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
 
 /// Runs with the default options; every increment has to converge.
 pub fn solved(model: &Model, steps: &[Step]) -> RunResult {
-    let result = run(model, steps, &SolverOptions::default(), &mut Silent).expect("a run");
+    let result = run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run");
     assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);
     result
 }

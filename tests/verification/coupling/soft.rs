@@ -84,7 +84,7 @@ fn a_plate_on_a_soft_foundation() {
     };
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
     for approach in [0.07, 0.14, 0.3] {
-        let result = run(&model, &[indent(lowest + approach)], &options, &mut Silent).unwrap();
+        let result = run(&model, &[indent(lowest + approach)], &options, None, &mut Silent).unwrap();
         assert_eq!(result.outcome, Outcome::Converged, "{approach}");
         let gap: Vec<f64> = initial_gap[2 * n..].iter().map(|gap| gap - lowest - approach).collect();
         let exact = active_set(&matrix, &gap);
@@ -93,7 +93,7 @@ fn a_plate_on_a_soft_foundation() {
             assert!((found - exact).abs() < 1e-6 * largest, "{approach}: {found} {exact}");
         }
         let force = result.records[0].normal_force;
-        let forced = run(&model, &[press(force)], &options, &mut Silent).unwrap();
+        let forced = run(&model, &[press(force)], &options, None, &mut Silent).unwrap();
         assert_eq!(forced.outcome, Outcome::Converged, "{approach}");
         assert!(
             (forced.records[0].approach - lowest - approach).abs() < 1e-6 * approach,

@@ -26,7 +26,7 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
     };
     let steps = [indent(0.012), shift(0.004, 25.0), fretting(5000, 0.02, 2, Integrator::Sdirk2)];
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
-    run(&model, &steps, &options, &mut Silent).expect("a run")
+    run(&model, &steps, &options, None, &mut Silent).expect("a run")
 }
 
 /// Truth: the two paths are the same equations; with certificates of 1e-12 the states agree to 1e-8 (docs/theory-contact.md:

@@ -30,7 +30,7 @@ fn capped(cells: usize, [along_x, along_y]: [f64; 2]) -> FeSpec {
 
 fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     let model = sphere_on(body, Side::Lower, frame);
-    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).unwrap();
+    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).unwrap();
     assert!(result.records[0].converged);
     result.records[0].normal_force
 }

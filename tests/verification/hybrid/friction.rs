@@ -19,7 +19,7 @@ fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     let mut model = sphere_on(body, Side::Lower, frame);
     (model.friction, model.wear) = (frp_friction(30.0), frp_wear(30.0));
     let steps = [indent(0.02), shift(0.008, 30.0), fretting(20_000, 0.03, 2, Integrator::Sdirk2)];
-    let result = run(&model, &steps, &SolverOptions::default(), &mut Silent).unwrap();
+    let result = run(&model, &steps, &SolverOptions::default(), None, &mut Silent).unwrap();
     let at = |name: &str| result.records.iter().rfind(|record| record.name == name).unwrap();
     let moved = at("shift");
     let worn = result.records.last().unwrap().worn_volume;

@@ -41,7 +41,7 @@ fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffne
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
     assert_eq!(body.indicators().rejection_reason(), None, "{:?}", body.indicators());
     let model = sphere_on(&mut body, Side::Lower, &frame);
-    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).unwrap();
+    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).unwrap();
     assert!(result.records[0].converged);
     (result.records[0].normal_force, body.n_free())
 }

@@ -58,7 +58,7 @@ fn the_smallest_doubles() {
             (vec![press(300.0), shift(least, 30.0)], 300.0),
             (vec![indent(least), shift(least, 0.0)], 0.0),
         ] {
-            let result = match run(&model, &steps, &SolverOptions::default(), &mut Silent) {
+            let result = match run(&model, &steps, &SolverOptions::default(), None, &mut Silent) {
                 Ok(result) => result,
                 Err(error) => {
                     assert!(force < 1e-130 && error.to_string().contains("units"), "{least:e}: {error}");

@@ -57,15 +57,14 @@ fn runs_broken_off_after_the_last_jump() {
         (false, vec![indent(0.02), cycles(), shift(0.01, 0.0)]),
     ] {
         let observer = |after: usize| Breaking { loops, entries: 0, after, broken: false, kept: None };
-        let whole =
-            orthowear::evolution::run(&model, &steps, &options, &mut observer(usize::MAX)).expect("a run");
+        let whole = orthowear::evolution::run(&model, &steps, &options, None, &mut observer(usize::MAX))
+            .expect("a run");
         assert_eq!(whole.outcome, Outcome::Converged);
         let mut breaking = observer(3);
-        let part = orthowear::evolution::run(&model, &steps, &options, &mut breaking).expect("a run");
+        let part = orthowear::evolution::run(&model, &steps, &options, None, &mut breaking).expect("a run");
         assert_eq!(part.outcome, Outcome::Interrupted, "{loops} {}", steps.len());
         let from = breaking.kept.expect("where the run was broken off");
-        let end =
-            orthowear::evolution::run_from(&model, &steps, &options, Some(from), &mut observer(usize::MAX));
+        let end = orthowear::evolution::run(&model, &steps, &options, Some(from), &mut observer(usize::MAX));
         let end = end.expect("a run");
         assert_eq!(end.outcome, Outcome::Converged);
         assert_eq!(end.records.len(), whole.records.len());

@@ -108,9 +108,14 @@ fn explicit_jumps_have_a_critical_length() {
     let mut model = sphere_on_frp(0.0, 1.5, 50);
     model.wear = frp_wear(0.0);
     let steps = [indent(0.02), explicit(100_000, 2)];
-    let error =
-        orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent)
-            .expect_err("jumps beyond the critical one");
+    let error = orthowear::evolution::run(
+        &model,
+        &steps,
+        &SolverOptions::default(),
+        None,
+        &mut crate::common::Silent,
+    )
+    .expect_err("jumps beyond the critical one");
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
 }
 

@@ -4,7 +4,7 @@ use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::evolution::step::{Integrator, Step};
-use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run, run_from};
+use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run};
 use orthowear::laws::wear::WearLaw;
 use serde_json::Value;
 
@@ -25,7 +25,7 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
         assert_eq!(result.outcome, FRAME_EDGE);
         let places = places(&models[taken - 1], &models[taken]);
         let snapshot = snapshot.transfer_to(&places, &models[taken], steps, None).expect("a state");
-        result = run_from(&models[taken], steps, &options, Some(snapshot), &mut Silent).expect("a run");
+        result = run(&models[taken], steps, &options, Some(snapshot), &mut Silent).expect("a run");
         taken += 1;
     }
     (result, taken)
@@ -151,7 +151,7 @@ fn states_are_carried_over() {
     let options = SolverOptions::default();
     let stopped = solve(&models[0], &steps);
     let mut states = States(Vec::new());
-    run(&models[1], &steps, &options, &mut states).expect("a run");
+    run(&models[1], &steps, &options, None, &mut states).expect("a run");
     let entries = stopped.records.len();
     let same = states.0.into_iter().find(|state| state.records().len() == entries).expect("an entry");
     let snapshot = stopped.frame_edge_checkpoint.expect("a state");

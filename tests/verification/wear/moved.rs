@@ -12,7 +12,7 @@ use orthowear::element::ElementKind;
 use orthowear::error::Result;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::evolution::step::Step;
-use orthowear::evolution::{Model, PreviousModel, run_from};
+use orthowear::evolution::{Model, PreviousModel, run};
 use orthowear::fem::{CondensationResources, FeSpec, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
@@ -305,7 +305,7 @@ fn no_cell_slips_by_a_move() {
     let [before, after] = [None, Some(after)].map(|mesh| model(mesh, &frame));
     let steps: [Step; 3] = [press(2000.0), shift(1e-3, 20.0), step("hold")];
     let (options, mut stops) = (SolverOptions::default(), Stops(Cell::new(0)));
-    let stopped = run_from(&before, &steps, &options, None, &mut stops).expect("a run");
+    let stopped = run(&before, &steps, &options, None, &mut stops).expect("a run");
     let snapshot = *stopped.rebuild_checkpoint.expect("a state");
     assert_eq!((stopped.outcome, snapshot.records().len()), (Outcome::Converged, 2));
     let places: Vec<usize> = (0..n).collect();
@@ -328,7 +328,7 @@ fn no_cell_slips_by_a_move() {
         let apart = moved[k] - reference[k] - (new[k] - old[k]);
         assert!(apart.abs() < 1e-9 * largest, "plane {} of cell {}: {apart}", k / n, k % n);
     }
-    let held = run_from(&after, &steps, &options, Some(carried), &mut Silent).expect("a run");
+    let held = run(&after, &steps, &options, Some(carried), &mut Silent).expect("a run");
     assert_eq!((held.outcome, held.records.len()), (Outcome::Converged, 3));
     let touching = (0..n).filter(|cell| held.state.tractions[2 * n + cell] > 0.0);
     let slip = touching.map(|i| held.state.slip[i].hypot(held.state.slip[n + i])).fold(0.0, f64::max);

@@ -78,8 +78,13 @@ fn loops_dissipate_what_they_enclose() {
     model.friction = FrictionLaw::Coulomb { mu };
     let mut cycles = fretting(10, x * mu * force, 1, Integrator::BackwardEuler);
     path_of(&mut cycles).drive = Drive::Force;
-    let run =
-        orthowear::evolution::run(&model, &[press(force), cycles], &SolverOptions::default(), &mut Loops);
+    let run = orthowear::evolution::run(
+        &model,
+        &[press(force), cycles],
+        &SolverOptions::default(),
+        None,
+        &mut Loops,
+    );
     let run = run.expect("a run without errors");
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     assert_eq!(run.fretting_loops.len(), 2);

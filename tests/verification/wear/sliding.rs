@@ -226,8 +226,13 @@ fn columns_run_in() {
         assert!(errors[2] < 1e-2, "{integrator:?}: {errors:?}");
     }
     let (model, steps) = columns(10.0, 3, Integrator::Explicit);
-    let error =
-        orthowear::evolution::run(&model, &steps, &SolverOptions::default(), &mut crate::common::Silent);
+    let error = orthowear::evolution::run(
+        &model,
+        &steps,
+        &SolverOptions::default(),
+        None,
+        &mut crate::common::Silent,
+    );
     let error: Result<()> = error.map(|_| ());
     assert!(error.expect_err("10 / 3 > 2 / 0.8").to_string().contains("Take 4 jumps"));
 }
