@@ -43,24 +43,10 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::new_with(spec, contact, side, frame, &CondensationResources::default())
+        Self::with_worn_mesh(spec, (contact, side), frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`.
-    ///
-    /// # Errors
-    /// See [`Self::new`].
-    pub fn new_with(
-        spec: FeSpec,
-        contact: &str,
-        side: Side,
-        frame: &ContactFrame,
-        resources: &CondensationResources,
-    ) -> Result<Self> {
-        Self::with_worn_mesh(spec, (contact, side), frame, resources, None)
-    }
-
-    /// As [`Self::new_with`], with the stiffness of the mesh `worn` ([`super::worn_mesh::worn_mesh`]) where there is one; the gap and the
+    /// As [`Self::new`], with the cache and the memory of `resources`, and with the stiffness of the mesh `worn` ([`super::worn_mesh::worn_mesh`]) where there is one; the gap and the
     /// map to the cells are those of the mesh as it was read.
     ///
     /// # Errors

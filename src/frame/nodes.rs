@@ -30,20 +30,13 @@ impl ContactFrame {
     /// polygon through the middles of the edges and faces around it (at the group's border through the node itself).
     /// Axes, areas and the other arguments as in [`ContactFrame::from_faces`].
     ///
+    /// The nodes `planes` lie on planes of symmetry at which the body is cut. The cell of such a node is the half (at the corner of two
+    /// planes the quarter) of the cell around it in the full model: its axes and its centre are those of the latter, its area is its
+    /// own part.
+    ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
-    pub fn from_nodes(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
-        Self::from_nodes_on_planes(mesh, (group, side), (center, azimuth), &SymmetryNodes::new())
-    }
-
-    /// As [`ContactFrame::from_nodes`], of a body cut at planes of symmetry that the nodes `planes` lie on.
-    ///
-    /// The cell of such a node is the half (at the corner of two planes the quarter) of the cell around it in the full model: its
-    /// axes and its centre are those of the latter, its area is their part.
-    ///
-    /// # Errors
-    /// As [`ContactFrame::from_nodes`].
-    pub fn from_nodes_on_planes(
+    pub fn from_nodes(
         mesh: &Mesh,
         (group, side): (&str, Side),
         (center, azimuth): ([f64; 2], f64),

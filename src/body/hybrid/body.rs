@@ -53,7 +53,6 @@ pub struct HybridBody {
     applied_load_error: Option<AppliedLoadError>,
     /// Whether nodes of the mesh lie in the surface of the half-space, or in faces that stand for it.
     on_surface: Vec<bool>,
-    taken: bool,
 }
 
 impl HybridBody {
@@ -129,7 +128,6 @@ impl HybridBody {
             free_gap,
             applied_load_error,
             on_surface,
-            taken: false,
         })
     }
 
@@ -261,9 +259,6 @@ impl ElasticBody for HybridBody {
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        if std::mem::replace(&mut self.taken, true) {
-            return Err(Error::numerical("the flexibility of a body was taken twice"));
-        }
         let cells = (&self.grid, self.grid_indices.as_deref());
         Ok(Some(build_corrected_flexibility(
             &self.green,

@@ -1,9 +1,16 @@
 //! Mesh frames with one cell per node.
 
+use std::collections::HashMap;
+
 use super::bricks::{Brick, straight, wavy};
 use orthowear::frame::{ContactFrame, FaceMap, Side};
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::group_faces;
+
+/// A cell at each node of a group of body 1.
+pub fn nodal_frame(mesh: &Mesh, group: &str) -> ContactFrame {
+    ContactFrame::from_nodes(mesh, (group, Side::Lower), ([0.0; 2], 0.0), &HashMap::new()).unwrap()
+}
 
 fn mesh(distorted: bool, tetrahedra: bool) -> Mesh {
     let distortion = if distorted { wavy } else { straight };
@@ -29,7 +36,7 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 fn cells_tile_the_faces() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
         let mesh = mesh(distorted, tetrahedra);
-        let frame = ContactFrame::from_nodes(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap();
+        let frame = nodal_frame(&mesh, "contact");
         assert_eq!(frame.n_cells(), 7 * 6);
         assert!((frame.areas.iter().sum::<f64>() / 12.0 - 1.0).abs() < 1e-12);
         assert_eq!(frame.edge_cells().iter().filter(|&&rim| rim).count(), 2 * (6 + 5));
@@ -46,7 +53,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);
     let area = (4.0 / 6.0) * (3.0 / 5.0);
     for (frame, share) in [
-        (ContactFrame::from_nodes(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.25),
+        (nodal_frame(&mesh, "contact"), 0.25),
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::bricks::{spec, support};
+use super::nodes::nodal_frame;
 use crate::common::{press, relative, solve, sphere, steel};
 use nalgebra::DMatrix;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
@@ -29,8 +30,11 @@ fn block(n: usize) -> Mesh {
 /// A rigid sphere of 50 mm on the block; `nodes`: a cell per node and not per face.
 fn model(n: usize, nodes: bool) -> Model {
     let mesh = block(n);
-    let cells = if nodes { ContactFrame::from_nodes } else { ContactFrame::from_faces };
-    let frame = cells(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).expect("a frame");
+    let frame = if nodes {
+        nodal_frame(&mesh, "contact")
+    } else {
+        ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).expect("a frame")
+    };
     let mut spec = spec(mesh, &steel());
     spec.supports = vec![support("base", [true; 3], [0.0; 3])];
     let mut body = FeBody::new(spec, "contact", Side::Lower, &frame).expect("a body");

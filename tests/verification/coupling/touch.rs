@@ -1,6 +1,7 @@
 //! Where meshed surfaces first touch.
 
 use super::grids::{boxes, full, growing, raise, serendipity, steps};
+use super::nodes::nodal_frame;
 use super::pairs::{Part, model, solved};
 use crate::common::{indent, steel};
 use orthowear::coupling::mesh_distance;
@@ -105,7 +106,7 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
         let moved = inside(x) * inside(y);
         [x + moved * scatter(x, y), y + moved * scatter(y, -x), z]
     });
-    let frame = ContactFrame::from_nodes(&block, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
+    let frame = nodal_frame(&block, "high2");
     let places: Vec<Point> =
         frame.all_corners().flat_map(|corners| beside_notches(&corners, 0.02 * h * h)).collect();
     assert!(places.len() > 10, "{}", places.len());
@@ -172,7 +173,7 @@ fn the_force_does_not_depend_on_where_the_nodes_lie() {
         let down = growing(0.0, 2.0, 0.25, 4).into_iter().rev().map(|z| -z).collect();
         let block = boxes(&[across.clone(), across, down], false, |x| x);
         let cap = above(12, same, |x| sphere([x[0] - vertex[0], x[1] - vertex[1]], [0.0; 2], 0.0));
-        let frame = ContactFrame::from_nodes(&block, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
+        let frame = nodal_frame(&block, "high2");
         let supports = [("low2", [true; 3])];
         let lower = Part { mesh: &block, contact: "high2", material: &material, supports: &supports };
         let supports = [("high2", [true; 3])];
