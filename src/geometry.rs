@@ -8,6 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 /// A point or vector in global coordinates.
 pub type Point = Vector3<f64>;
 
+/// Names of the global axes.
+pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
 /// Right-handed orthonormal local axes: two tangents and the normal, as columns of a rotation matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triad(pub Matrix3<f64>);
@@ -99,6 +102,17 @@ impl Side {
             Self::Upper => "body2",
         }
     }
+}
+
+/// Smallest and largest of some values; [∞, -∞] if there are none.
+pub fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+}
+
+/// Area vectors of the triangles that the corners of a polygon form with its first corner.
+pub fn fan_area_vectors(n: usize, corner: impl Fn(usize) -> Point) -> impl Iterator<Item = Point> {
+    let first = corner(0);
+    (1..n - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))
 }
 
 /// A number as people write it, six digits of it.

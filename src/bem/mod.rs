@@ -9,7 +9,7 @@ mod quadrature_order;
 use nalgebra::Matrix3;
 
 use crate::geometry::Point;
-use crate::material::VOIGT;
+use crate::material::tensor_to_voigt;
 
 /// Displacement at a point, and its gradient: rows the components, columns the directions.
 #[derive(Debug, Clone, Copy, Default)]
@@ -30,7 +30,7 @@ pub struct PointState {
 impl PointState {
     /// The stress in Voigt order 11 22 33 23 13 12, MPa.
     pub fn voigt(&self) -> [f64; 6] {
-        VOIGT.map(|(i, j)| self.stress[(i, j)])
+        tensor_to_voigt(&self.stress)
     }
 
     /// In axes that those of this are the columns of `axes` in.

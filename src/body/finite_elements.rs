@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use super::lazy_flexibility::LazyFlexibility;
-use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
+use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes, relative_motion};
 use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -13,7 +13,6 @@ use crate::fem::{
 };
 use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
-use crate::geometry::Point;
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -141,9 +140,7 @@ impl FeBody {
 /// Share of the body's own deformation in the gap.
 fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
     let free = condensed.contact_free_displacement();
-    let nodal: Vec<f64> = map.nodes().iter().flat_map(|&node| free[node]).collect();
-    let mut gap = vec![0.0; 3 * map.n_cells()];
-    map.apply(&nodal, &mut gap);
+    let mut gap = map.mean_displacement(|node| free[node]);
     gap.iter_mut().for_each(|g| *g *= side.gap_sign());
     gap
 }
@@ -158,15 +155,10 @@ fn rigid_body_modes(
     let model = condensed.model();
     let free = model.rigid_body_modes()?;
     let sign = side.gap_sign();
-    let axes = frame.axes;
     let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load_work)| {
-        let [shift, turn] = free.motion_about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
-        let points = map.nodes().iter().map(|&node| Point::from(model.mesh().points[node]));
-        let nodal: Vec<f64> =
-            points.flat_map(|x| <[f64; 3]>::from(free.displacement(&x, j) * sign)).collect();
-        let mut gap = vec![0.0; 3 * map.n_cells()];
-        map.apply(&nodal, &mut gap);
-        RigidBodyMode { relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load_work }
+        let points = &model.mesh().points;
+        let gap = map.mean_displacement(|node| (free.displacement(&points[node].into(), j) * sign).into());
+        RigidBodyMode { relative_motion: relative_motion((free, j), frame, side), gap, load_work }
     });
     Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
 }

@@ -341,13 +341,29 @@ pub fn half_space_flexibility(
 /// # Errors
 /// If the frame is not plane or repeats itself, or memory does not suffice.
 pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<DenseFlexibility> {
-    if frame.grid.is_some_and(|grid| grid.periodic != [false; 2]) {
+    if frame.is_periodic() {
         return Err(Error::input(
             "the block system has no periodic frames: leave out solver.coupling, or frame.periodic",
         ));
     }
     let (centers, corners) = plane_polygons(frame)?;
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
+}
+
+/// Displacement at the centres of the cells of a plane frame by tractions on body 2: the share in the gap of the body at `side`.
+pub(super) fn surface_displacement(
+    operator: &dyn Flexibility,
+    tractions: &[f64],
+    (axes, side): (&Triad, Side),
+) -> BodyField {
+    let n = operator.n_cells();
+    let mut gap = vec![0.0; 3 * n];
+    operator.apply(tractions, &mut gap);
+    let at = |i: usize| {
+        let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * side.gap_sign();
+        axes.to_global(&share).into()
+    };
+    BodyField { displacement: (0..n).map(at).collect(), stress: None }
 }
 
 impl ElasticBody for HalfSpaceBody {
@@ -376,16 +392,7 @@ impl ElasticBody for HalfSpaceBody {
             let _ = self.operator.set(self.make(self.cross)?.into());
         }
         let operator = self.operator.get().expect("set above");
-        let n = operator.n_cells();
-        let mut gap = vec![0.0; 3 * n];
-        operator.apply(tractions, &mut gap);
-        let displacement = (0..n)
-            .map(|i| {
-                let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * self.side.gap_sign();
-                self.axes.to_global(&share).into()
-            })
-            .collect();
-        Ok(BodyField { displacement, stress: None })
+        Ok(surface_displacement(operator.as_ref(), tractions, (&self.axes, self.side)))
     }
 
     /// The displacement is that from infinity.
@@ -395,7 +402,7 @@ impl ElasticBody for HalfSpaceBody {
         tractions: &[f64],
         points: &[Point],
     ) -> Result<Option<Vec<PointState>>> {
-        if frame.grid.is_some_and(|grid| grid.periodic != [false; 2]) {
+        if frame.is_periodic() {
             return Err(Error::input(
                 "points inside half-spaces under frames that repeat themselves are not computed",
             ));

@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
+use crate::fem::RigidBodyModes;
+use crate::frame::ContactFrame;
 use crate::geometry::Side;
 
 /// Share of a unit vector outside a space below which it lies in it.
@@ -28,6 +30,17 @@ pub struct UnconstrainedModes {
     pub modes: Vec<RigidBodyMode>,
     /// What they are, in the global axes ("translation x").
     pub names: Vec<String>,
+}
+
+/// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, of the body at `side` of `frame`.
+pub(super) fn relative_motion(
+    (free, j): (&RigidBodyModes, usize),
+    frame: &ContactFrame,
+    side: Side,
+) -> [f64; 6] {
+    let [shift, turn] =
+        free.motion_about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * side.gap_sign());
+    [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
 
 /// Orthonormal translations (frame's x, y, n) in the space of relative `motions`; lengths are measured by `size`.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use faer::Par;
 use nalgebra::Matrix3;
 
+use super::half_space::surface_displacement;
 use super::{BodyField, ElasticBody, HalfSpaceBody};
 use crate::bem::finite::{BoundaryElements, Interpolation, Panel};
 use crate::bem::full_space::FullSpaceField;
@@ -16,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::composed::SharedFlexibility;
 use crate::frame::{ContactFrame, Grid};
-use crate::geometry::{Point, Side, format_number};
+use crate::geometry::{Point, Side, Triad, format_number};
 use crate::linalg::cache::Cache;
 use crate::linalg::dense_lu;
 use crate::linalg::memory::MemoryLimit;
@@ -58,7 +59,7 @@ pub struct Truncation {
 /// The body on a frame.
 pub struct TruncatedHalfSpace {
     side: Side,
-    axes: Matrix3<f64>,
+    axes: Triad,
     flexibility: Arc<dyn Flexibility>,
     truncation: Truncation,
     cache_warning: Option<String>,
@@ -116,7 +117,7 @@ impl TruncatedSpec<'_> {
                 "a half-space with a meshed surface has no frame that repeats itself: leave out frame.periodic, or `truncated`",
             ));
         }
-        let half = [0, 1].map(|axis| 0.5 * grid.cells[axis] as f64 * grid.spacing[axis]);
+        let half = grid.half_width();
         let most = half[0].max(half[1]);
         let [least, farthest] = HALF_SIZE_TO_FRAME_RANGE.map(|times| times * most);
         if !(least * (1.0 - ROUNDING)..=farthest).contains(&self.half_size) {
@@ -164,7 +165,7 @@ impl TruncatedHalfSpace {
         let outer = [(x.len() - 1 - grid.cells[0]) / 2, (y.len() - 1 - grid.cells[1]) / 2];
         let element = |cell: usize| {
             let place = frame.grid_index(cell);
-            let [ix, iy] = [place / grid.cells[1], place % grid.cells[1]];
+            let [ix, iy] = grid.cell_indices(place);
             (ix + outer[0]) * (y.len() - 1) + iy + outer[1]
         };
         let n = frame.n_cells();
@@ -193,7 +194,7 @@ impl TruncatedHalfSpace {
             difference: (found - wanted).norm() / wanted.norm(),
             residual: response.residual,
         };
-        Ok(Self { side, axes, flexibility, truncation, cache_warning })
+        Ok(Self { side, axes: frame.axes, flexibility, truncation, cache_warning })
     }
 
     /// How far it is from the half-space.
@@ -256,13 +257,6 @@ impl ElasticBody for TruncatedHalfSpace {
 
     /// Displacement at the centres of the cells.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let n = self.flexibility.n_cells();
-        let mut gap = vec![0.0; 3 * n];
-        self.flexibility.apply(tractions, &mut gap);
-        let at = |i: usize| -> [f64; 3] {
-            let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * self.side.gap_sign();
-            (self.axes * share).into()
-        };
-        Ok(BodyField { displacement: (0..n).map(at).collect(), stress: None })
+        Ok(surface_displacement(self.flexibility.as_ref(), tractions, (&self.axes, self.side)))
     }
 }

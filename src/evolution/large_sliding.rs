@@ -3,7 +3,7 @@
 use super::records::{FrameState, IncrementRecord};
 use crate::error::warning;
 use crate::frame::ContactFrame;
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 
 /// Tangential displacement of body 2 over the half-width of the contact along it, beyond which the result is not reliable: material points of
 /// one body then meet others than those that the model keeps opposite to them, with gaps that differ by the square of this share.
@@ -32,17 +32,16 @@ pub(super) fn large_sliding_warning(
     }
     let direction: Point = (frame.axes.0.column(0) * dx + frame.axes.0.column(1) * dy) / distance;
     let along = |cells: &mut dyn Iterator<Item = usize>| {
-        let places = cells.map(|cell| frame.centers[cell].dot(&direction));
-        places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+        bounds(cells.map(|cell| frame.centers[cell].dot(&direction)))
     };
     let n = frame.n_cells();
     let whole = along(&mut (0..n));
     let contact = along(&mut (0..n).filter(|&cell| fields.status[cell] > 0));
-    if contact.0 > contact.1 || contact == whole {
+    if contact[0] > contact[1] || contact == whole {
         return None;
     }
     let cell = frame.mean_cell_side();
-    let half_width = 0.5 * (contact.1 - contact.0 + cell);
+    let half_width = 0.5 * (contact[1] - contact[0] + cell);
     let step = format!("step \"{}\" (", record.name);
     let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));
     (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width && !is_known()).then(|| {

@@ -3,12 +3,10 @@
 use super::element_materials::ElementMaterials;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
-use crate::geometry::{format_number, format_point};
+use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::mesh::Mesh;
 
 const UNASSIGNED: usize = usize::MAX;
-/// Names of the displacement components.
-pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Free and prescribed displacement components of the mesh nodes; component `c` of node `i` is dof 3 i + c.
 #[derive(Debug, Clone)]

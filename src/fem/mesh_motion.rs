@@ -127,8 +127,7 @@ fn motion_constraints(
                 .for_each(|node| held[node] = MotionConstraint::WithinFace);
         }
     }
-    let mut is_contact: Vec<(CellRef, usize)> =
-        contact.iter().map(|face| (face.owner, face.local_face)).collect();
+    let mut is_contact: Vec<(CellRef, usize)> = contact.iter().map(SurfaceFace::id).collect();
     is_contact.sort_unstable();
     for face in solid_faces(mesh) {
         let inside = face.neighbour.is_some_and(|other| regions.is_continuous(face.solid, other));

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
-use super::dof_map::{AXIS_NAMES, DofMap};
+use super::dof_map::DofMap;
 use super::element_materials::ElementMaterials;
 use super::foundation::{RestrainedDirection, restrained_directions};
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
-use crate::geometry::format_point;
+use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::ordering::NodeGraph;
 
 /// Eigenvalues of the supports' Gram matrix below this share of its largest are zero: supports that are nearer to

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::dof_map::AXIS_NAMES;
 use crate::error::{Error, Result};
+use crate::geometry::AXIS_NAMES;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 

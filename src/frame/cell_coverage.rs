@@ -6,7 +6,7 @@ use super::facets::{Facet, facets_of_face};
 use super::shape_integrals::{Facing, ProjectedFacet};
 use super::{ContactFrame, Side};
 use crate::error::{Error, Result};
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
@@ -194,11 +194,7 @@ impl<'a> FacetIndex<'a> {
 
 /// Whether the extents of two polygons overlap.
 fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
-    let ends = |polygon: &[[f64; 2]], k: usize| {
-        polygon
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[k]), high.max(x[k])])
-    };
+    let ends = |polygon: &[[f64; 2]], k: usize| bounds(polygon.iter().map(|x| x[k]));
     (0..2).all(|k| {
         let (a, b) = (ends(a, k), ends(b, k));
         a[0] < b[1] && b[0] < a[1]
@@ -250,7 +246,8 @@ pub(super) fn refuse_uncovered(
     let name = match frame.grid {
         Some(grid) => {
             let place = frame.grid_index(cell);
-            format!("{cell} (ix = {}, iy = {})", place / grid.cells[1], place % grid.cells[1])
+            let [ix, iy] = grid.cell_indices(place);
+            format!("{cell} (ix = {ix}, iy = {iy})")
         }
         None => cell.to_string(),
     };

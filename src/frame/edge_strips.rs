@@ -30,8 +30,7 @@ impl ContactFrame {
         let mut found = Vec::new();
         if let Some(grid) = self.grid {
             for cell in 0..self.n_cells() {
-                let place = self.grid_index(cell);
-                let at = [place / grid.cells[1], place % grid.cells[1]];
+                let at = grid.cell_indices(self.grid_index(cell));
                 // Sides between corners k and k + 1: their axis, and whether they are at its upper end.
                 for (k, (axis, upper)) in
                     [(1, false), (0, true), (1, true), (0, false)].into_iter().enumerate()

@@ -167,6 +167,14 @@ impl FaceMap {
         }
     }
 
+    /// As [`Self::apply`], of a displacement given by mesh nodes.
+    pub fn mean_displacement(&self, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
+        let nodal: Vec<f64> = self.nodes.iter().flat_map(|&node| of_node(node)).collect();
+        let mut local = vec![0.0; 3 * self.n_cells()];
+        self.apply(&nodal, &mut local);
+        local
+    }
+
     /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes
     /// (MPa); overwrites.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {

@@ -8,7 +8,7 @@ use super::symmetry::reflect_cell;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::flexibility::per_cell::PerCell;
-use crate::geometry::{Point, Triad};
+use crate::geometry::{Point, Triad, fan_area_vectors};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
@@ -155,5 +155,5 @@ impl FrameBuilder {
 
 /// Integral of the normal over the polygon, its corners joined to the first one.
 pub(super) fn vector_area(corners: &[Point]) -> Point {
-    corners[1..].windows(2).map(|pair| 0.5 * (pair[0] - corners[0]).cross(&(pair[1] - corners[0]))).sum()
+    fan_area_vectors(corners.len(), |i| corners[i]).sum()
 }

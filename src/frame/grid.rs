@@ -76,6 +76,11 @@ impl Grid {
         (0..self.cells[0]).flat_map(|ix| (0..self.cells[1]).map(move |iy| place(ix, iy))).collect()
     }
 
+    /// Indices [ix, iy] of the cell at a place.
+    pub fn cell_indices(&self, place: usize) -> [usize; 2] {
+        [place / self.cells[1], place % self.cells[1]]
+    }
+
     /// Frame coordinate along `axis` (0, 1) of a grid line or, at half steps, of cell centres; exactly
     /// antisymmetric about the middle.
     fn coordinate(&self, axis: usize, line: f64) -> f64 {
@@ -90,7 +95,7 @@ impl Grid {
 
     /// Corners of the cell at a place.
     pub(super) fn corners(&self, place: usize) -> [Point; 4] {
-        let (triad, at) = (Triad::horizontal(self.azimuth), [place / self.cells[1], place % self.cells[1]]);
+        let (triad, at) = (Triad::horizontal(self.azimuth), self.cell_indices(place));
         [[0, 0], [1, 0], [1, 1], [0, 1]]
             .map(|corner| self.point(&triad, [0, 1].map(|axis| (at[axis] + corner[axis]) as f64)))
     }

@@ -12,7 +12,7 @@ use super::facets::is_quadratic;
 use super::shape_integrals::ProjectedFacet;
 use super::{ContactFrame, Side};
 use crate::element::{ElementKind, MAX_FACE_NODES};
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
@@ -267,8 +267,7 @@ fn over_cell<T>(
 fn distance_range(parts: &[OverlapRegion]) -> DistanceRange {
     let mut seen = DistanceRange { least: f64::INFINITY, spread: 0.0 };
     for part in parts {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        part.points().map(|x| part.distance(x)).for_each(|d| (low, high) = (low.min(d), high.max(d)));
+        let [low, high] = bounds(part.points().map(|x| part.distance(x)));
         seen = DistanceRange { least: seen.least.min(low), spread: seen.spread.max(high - low) };
     }
     seen

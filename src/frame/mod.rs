@@ -175,6 +175,11 @@ impl ContactFrame {
         self.grid_indices.as_ref().map_or(cell, |places| places[cell])
     }
 
+    /// Whether the frame repeats itself along x or y.
+    pub fn is_periodic(&self) -> bool {
+        self.grid.is_some_and(|grid| grid.periodic != [false; 2])
+    }
+
     /// Whether each point of the frame's plane has one cell at most: all cells look along n, none away from it.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();

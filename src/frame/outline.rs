@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::ContactFrame;
 use crate::error::{Error, Result};
+use crate::geometry::bounds;
 
 /// A closed line in the frame's plane; lengths in mm along the frame's x and y from its origin, angles in radians from its x.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,10 +106,7 @@ impl Outline {
                 let reach = [(a * c).hypot(b * s), (a * s).hypot(b * c)];
                 [0, 1].map(|k| [center[k] - reach[k], center[k] + reach[k]])
             }
-            Self::Polygon { vertices } => [0, 1].map(|k| {
-                let along = vertices.iter().map(|v| v[k]);
-                along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-            }),
+            Self::Polygon { vertices } => [0, 1].map(|k| bounds(vertices.iter().map(|v| v[k]))),
         }
     }
 }

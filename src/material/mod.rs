@@ -8,7 +8,7 @@ mod region_material;
 pub mod strength;
 mod winding;
 
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::error::{Error, Result};
 
@@ -19,6 +19,22 @@ pub use winding::{Winding, WoundLayer};
 
 /// Voigt index to tensor indices.
 pub const VOIGT: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+
+/// The tensor of a stress in Voigt order.
+pub fn voigt_to_tensor(s: &[f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+}
+
+/// A symmetric stress tensor in Voigt order.
+pub fn tensor_to_voigt(tensor: &Matrix3<f64>) -> [f64; 6] {
+    VOIGT.map(|(i, j)| tensor[(i, j)])
+}
+
+/// Strain of a gradient of displacement in Voigt order, shears as angles.
+pub fn strain_of_gradient(gradient: &Matrix3<f64>) -> Vector6<f64> {
+    let entry = |(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] };
+    Vector6::from(VOIGT.map(entry))
+}
 
 /// A symmetric positive definite stiffness `[6, 6]` (MPa) in Voigt order 11 22 33 23 13 12.
 #[derive(Debug, Clone, PartialEq)]
@@ -252,10 +268,7 @@ impl Stiffness {
 
     /// Stress of a gradient of displacement, MPa.
     pub fn stress(&self, gradient: &Matrix3<f64>) -> Matrix3<f64> {
-        let strain =
-            VOIGT.map(|(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] });
-        let s = self.0 * nalgebra::Vector6::from(strain);
-        Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+        voigt_to_tensor(&(self.0 * strain_of_gradient(gradient)).into())
     }
 
     /// Active rotation: material axis i comes to lie along column i of `axes`,

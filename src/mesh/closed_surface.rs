@@ -6,7 +6,7 @@ use super::faces::{group_faces, outer_faces};
 use super::self_intersection::find_intersecting_faces;
 use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::error::{Error, Result};
-use crate::geometry::{Point, format_point};
+use crate::geometry::{Point, fan_area_vectors, format_point};
 
 /// Edges named in a message, at most.
 const MAX_NAMED_EDGES: usize = 6;
@@ -77,7 +77,7 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
                 blocks.len() - 1
             }
         };
-        place.insert((face.owner, face.local_face), CellRef { block, cell: blocks[block].tags.len() });
+        place.insert(face.id(), CellRef { block, cell: blocks[block].tags.len() });
         for &node in &face.nodes {
             if number[node] == usize::MAX {
                 number[node] = points.len();
@@ -92,10 +92,10 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
         // Groups of inner faces are none of the skin.
         let Ok(own) = group_faces(mesh, &group.name) else { continue };
         for face in &own {
-            let at: &CellRef = &place[&(face.owner, face.local_face)];
+            let at: &CellRef = &place[&face.id()];
             blocks[at.block].tags[at.cell] = face.tag;
         }
-        let cells = own.iter().map(|face| place[&(face.owner, face.local_face)]).collect();
+        let cells = own.iter().map(|face| place[&face.id()]).collect();
         groups.push(PhysicalGroup { cells, ..group.clone() });
     }
     Mesh { source: mesh.source.clone(), points, blocks, groups, ..Mesh::default() }
@@ -200,8 +200,7 @@ impl<'a> SurfaceTopology<'a> {
     fn area(&self, cell: usize) -> Point {
         let cell = self.cells[cell];
         let corners = &self.mesh.cell_nodes(cell)[..self.mesh.kind(cell).n_corners()];
-        let at = |k: usize| Point::from(self.mesh.points[corners[k]]);
-        (1..corners.len() - 1).map(|k| 0.5 * (at(k) - at(0)).cross(&(at(k + 1) - at(0)))).sum()
+        fan_area_vectors(corners.len(), |k| Point::from(self.mesh.points[corners[k]])).sum()
     }
 
     /// Which cells have to be turned so that all neighbours look to the same side as the first of their connected part, and the

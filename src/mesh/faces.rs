@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::geometry::Point;
+use crate::geometry::{Point, fan_area_vectors};
 
 /// A face of one solid cell that lies on the outside of the mesh, or a surface cell of a mesh without solids.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +24,11 @@ pub struct SurfaceFace {
 }
 
 impl SurfaceFace {
+    /// Its solid, and its index among the faces of the solid.
+    pub fn id(&self) -> (CellRef, usize) {
+        (self.owner, self.local_face)
+    }
+
     /// Its area between its corners, mm2.
     pub fn area(&self, mesh: &Mesh) -> f64 {
         self.triangle_area_vectors(mesh).map(|triangle| triangle.norm()).sum()
@@ -36,9 +41,7 @@ impl SurfaceFace {
 
     /// The area vectors of the triangles that its corners make with the first of them.
     fn triangle_area_vectors(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
-        let corner = |i: usize| Point::from(mesh.points[self.nodes[i]]);
-        let first = corner(0);
-        (1..self.kind.n_corners() - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))
+        fan_area_vectors(self.kind.n_corners(), |i| Point::from(mesh.points[self.nodes[i]]))
     }
 }
 

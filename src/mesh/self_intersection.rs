@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use super::faces::SurfaceFace;
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 
 /// Two faces that share no node and cut one another, by their places in `faces`; `None` if there are none.
 pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[usize; 2]> {
@@ -10,11 +10,7 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
         face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect()
     };
     let all: Vec<Vec<Point>> = faces.iter().map(corners).collect();
-    let ends = |k: usize, axis: usize| {
-        all[k]
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[axis]), high.max(x[axis])])
-    };
+    let ends = |k: usize, axis: usize| bounds(all[k].iter().map(|x| x[axis]));
     let boxes: Vec<[[f64; 2]; 3]> = (0..all.len()).map(|k| [0, 1, 2].map(|axis| ends(k, axis))).collect();
     let mut order: Vec<usize> = (0..all.len()).collect();
     order.sort_by(|&a, &b| boxes[a][0][0].total_cmp(&boxes[b][0][0]));

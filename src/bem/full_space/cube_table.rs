@@ -8,6 +8,7 @@ use crate::bem::green_tensor::GreenTensor;
 use crate::cancel;
 use crate::error::Result;
 use crate::linalg::simd::wide;
+use crate::material::voigt_to_tensor;
 
 /// Total degree of the polynomials of a patch.
 const DEGREE: usize = 10;
@@ -290,10 +291,8 @@ impl CubeTable {
             (v - patch.middle[1]) * patch.inverse_half_side,
         ];
         weigh(&patch.coefficients, s, t, &mut sums);
-        let matrix = |part: usize, factor: f64| {
-            let [xx, yy, zz, yz, xz, xy] = std::array::from_fn(|k| factor * sums[6 * part + k]);
-            Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-        };
+        let matrix =
+            |part: usize, factor: f64| voigt_to_tensor(&std::array::from_fn(|k| factor * sums[6 * part + k]));
         let slope = inverse * inverse.abs();
         let value = matrix(0, inverse.abs());
         let mut gradient = [Matrix3::zeros(); 3];

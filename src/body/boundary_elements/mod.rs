@@ -17,7 +17,7 @@ use nalgebra::Matrix3;
 use self::spec::{NodalConditions, build_face_map, refuse_crossing, refuse_held};
 use self::symmetrize::Symmetrization;
 use super::condensed_flexibility::CondensedFlexibility;
-use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
+use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes, relative_motion};
 use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, PointState, StressField};
 use crate::bem::finite::{
     BodyForceSolution, BoundaryElements, BoundarySolution, BoundaryValueProblem, CompressionReport, Domain,
@@ -145,10 +145,7 @@ impl BeBody {
 
     /// Gap change of displacements of the nodes.
     fn gap(&self, displacement: impl Fn(usize) -> Point) -> Vec<f64> {
-        let nodal: Vec<f64> =
-            self.map.nodes().iter().flat_map(|&node| <[f64; 3]>::from(displacement(node))).collect();
-        let mut gap = vec![0.0; 3 * self.map.n_cells()];
-        self.map.apply(&nodal, &mut gap);
+        let mut gap = self.map.mean_displacement(|node| displacement(node).into());
         gap.iter_mut().for_each(|g| *g *= self.side.gap_sign());
         gap
     }
@@ -169,17 +166,14 @@ impl BeBody {
         known: &NodalConditions,
         frame: &ContactFrame,
     ) -> UnconstrainedModes {
-        let sign = self.side.gap_sign();
         let (positions, areas) = (self.elements.positions(), self.elements.areas());
         let motion = |j: usize| {
-            let [shift, turn] =
-                free.motion_about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * sign);
             let work = |(dof, value): (usize, &f64)| {
                 value * free.displacement(&positions[dof / 3], j)[dof % 3] * areas[dof / 3]
             };
             let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
             RigidBodyMode {
-                relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
+                relative_motion: relative_motion((free, j), frame, self.side),
                 gap: self.gap(|node| free.displacement(&positions[node], j)),
                 load_work: loads.map(work).sum(),
             }

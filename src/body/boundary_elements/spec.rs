@@ -14,7 +14,7 @@ use crate::cancel;
 use crate::error::{Context, Error, Result};
 use crate::fem::{RigidBodyModes, Support};
 use crate::frame::{ContactFrame, FaceMap, Side};
-use crate::geometry::{Point, format_point};
+use crate::geometry::{AXIS_NAMES, Point, format_point};
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -29,9 +29,6 @@ const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 /// Points looked at between two looks at whether to stop.
 const POINTS_PER_CANCEL_CHECK: usize = 1024;
-
-/// Names of the displacement components.
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Elements in the order of the mesh's outer faces, the number of each by its face, the error of the kernels, and what the user should know of
 /// the cache.
@@ -142,7 +139,7 @@ impl BeSpec {
                             "the group \"{}\" prescribes another displacement along {} than a group before it, at {}: name \
                              each face in one of them",
                             support.group,
-                            AXES[c],
+                            AXIS_NAMES[c],
                             format_point(&positions[node].into())
                         )));
                     }

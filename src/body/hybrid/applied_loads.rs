@@ -33,7 +33,8 @@ use crate::cancel;
 use crate::error::Result;
 use crate::fem::{FeModel, RecoveryPoints};
 use crate::frame::Grid;
-use crate::geometry::{Point, Side};
+use crate::geometry::{Point, Side, bounds};
+use crate::material::voigt_to_tensor;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
@@ -163,7 +164,7 @@ impl AppliedLoadDisplacement {
         let (mut loaded, mut others) = (Vec::new(), Vec::new());
         for face in outer_faces(model.mesh()) {
             let in_plane = own_faces(&face);
-            if let Some(load) = on_faces.loads.get(&(face.owner, face.local_face)).filter(|_| in_plane) {
+            if let Some(load) = on_faces.loads.get(&face.id()).filter(|_| in_plane) {
                 let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
                 // Not minus zero, which would be another traction.
                 loaded.push((face.clone(), traction + Point::zeros()));
@@ -212,7 +213,7 @@ impl AppliedLoadDisplacement {
         let turn = if side == Side::Upper { -1.0 } else { 1.0 };
         let at = |cell: usize| {
             let place = places.map_or(cell, |places| places[cell]);
-            let index = [place / grid.cells[1], place % grid.cells[1]];
+            let index = grid.cell_indices(place);
             let [x, y] =
                 [0, 1].map(|axis| (index[axis] as f64 + 0.5) * grid.spacing[axis] - grid.half_width()[axis]);
             displacement(&self.near_loads, field, [x, turn * y])
@@ -263,11 +264,10 @@ impl PatchLoad {
     /// Whether it is so near to the patch that its displacement is no polynomial there.
     fn is_near(&self, patch: &ContactPatch) -> bool {
         let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
-        let bounds = |axis: usize| {
-            let along = self.outline.iter().flatten().map(|corner| corner[axis]);
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
-        };
-        (0..2).all(|axis| bounds(axis).0 < reach[axis] && bounds(axis).1 > -reach[axis])
+        (0..2).all(|axis| {
+            let [low, high] = bounds(self.outline.iter().flatten().map(|corner| corner[axis]));
+            low < reach[axis] && high > -reach[axis]
+        })
     }
 }
 
@@ -301,7 +301,7 @@ impl<'a> FaceLoads<'a> {
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);
         // In the plane G has no traction, and loads there are pads.
-        let load = self.loads.get(&(face.owner, face.local_face)).filter(|_| !in_plane);
+        let load = self.loads.get(&face.id()).filter(|_| !in_plane);
         let moves: Vec<Point> =
             face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
         let acts = load.is_some() || self.weight != none || moves.iter().any(|u| *u != none);
@@ -384,9 +384,8 @@ impl<'a> FaceLoads<'a> {
                 local.z = 0.0;
             }
             let field = |i: usize| self.forces.field.at(&self.forces.vector_from(i, &local)).value;
-            let [xx, yy, zz, yz, xz, xy] = stress[places[place]];
             FixedFaceNode {
-                stress: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+                stress: voigt_to_tensor(&stress[places[place]]),
                 fields: (0..self.forces.points.len()).map(field).collect(),
             }
         };

@@ -11,7 +11,6 @@ use super::correction::Correction;
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::half_space_fit::HalfSpaceFit;
-use super::inclusions::strain;
 use super::indicators::Indicators;
 use super::patch::ContactPatch;
 use super::polynomial_order::{self, AppliedLoadError, PatchHalfSpace};
@@ -23,8 +22,8 @@ use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery, surface
 use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
-use crate::material::Stiffness;
 use crate::material::strength::MaterialStrength;
+use crate::material::{Stiffness, strain_of_gradient};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
@@ -221,7 +220,7 @@ impl HybridBody {
 
     /// Stress by a gradient of displacement, both in global axes.
     fn stress(&self, gradient: &Matrix3<f64>) -> Vector6<f64> {
-        self.stiffness.voigt() * strain(gradient)
+        self.stiffness.voigt() * strain_of_gradient(gradient)
     }
 
     /// Bytes that it keeps.

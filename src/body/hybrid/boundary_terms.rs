@@ -53,7 +53,7 @@ impl BoundaryFaces {
         let faces = faces.map(|face| {
             let fixed = [0, 1, 2]
                 .map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
-            let bedding = bedded.get(&(face.owner, face.local_face)).copied();
+            let bedding = bedded.get(&face.id()).copied();
             BoundaryFace { face, fixed, bedding }
         });
         Self(faces.collect())

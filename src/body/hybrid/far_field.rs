@@ -66,6 +66,11 @@ impl FarField {
         FarFieldOnGrid { cells, x, y: by_node, nodes_per_side, area: spacing[0] * spacing[1] }
     }
 
+    /// On all cells of `grid`, whose middle is that of the patch.
+    fn on_frame(&self, grid: &crate::frame::Grid) -> FarFieldOnGrid {
+        self.on_grid(grid.cells, grid.spacing, grid.half_width().map(|half| -half))
+    }
+
     /// All entries by rows.
     pub(super) fn entries(&self) -> &[f64] {
         &self.matrix
@@ -90,8 +95,7 @@ impl FarField {
         places: Option<&[usize]>,
         tractions: &[f64],
     ) -> Vec<f64> {
-        let first = grid.half_width().map(|half| -half);
-        let on_grid = self.on_grid(grid.cells, grid.spacing, first);
+        let on_grid = self.on_frame(grid);
         let mut work = FarFieldScratch::new(&on_grid);
         let (all, n) = (grid.cells[0] * grid.cells[1], tractions.len() / 3);
         let nodes = self.nodes_per_side()[0] * self.nodes_per_side()[1];
@@ -121,8 +125,7 @@ impl FarField {
         places: Option<&[usize]>,
         at_nodes: &[f64],
     ) -> Vec<f64> {
-        let first = grid.half_width().map(|half| -half);
-        let on_grid = self.on_grid(grid.cells, grid.spacing, first);
+        let on_grid = self.on_frame(grid);
         let mut work = FarFieldScratch::new(&on_grid);
         let mut all = Vec::new();
         for c in 0..3 {

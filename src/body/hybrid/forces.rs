@@ -65,7 +65,7 @@ impl PatchForces<'_> {
     /// Whether a face of the boundary is one of the surface of the half-space, where this has no tractions.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
-        move |face| in_plane(mesh, face, &self.patch) || surface.contains(&(face.owner, face.local_face))
+        move |face| in_plane(mesh, face, &self.patch) || surface.contains(&face.id())
     }
 
     /// Number of columns: three for each force.

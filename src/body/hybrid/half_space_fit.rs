@@ -12,7 +12,7 @@ use crate::bem::half_space::SurfaceGreen;
 use crate::error::{Error, Result};
 use crate::fem::{ElementMaterials, FeSpec, find_rigid_body_modes};
 use crate::frame::{ContactFrame, Side};
-use crate::geometry::{Point, Triad, format_number};
+use crate::geometry::{Point, Triad, bounds, format_number};
 use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -91,7 +91,7 @@ impl HalfSpaceFit {
         let level = ContactPatch::on_body(&triad, side, middle, half_width);
         let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
         let heights = under.iter().flat_map(|face| heights_under(mesh, face, &level));
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let [low, high] = bounds(heights);
         let tolerance = PLANE_TOLERANCE * level.size();
         if !low.is_finite() {
             return unsuited("no face of the contact group lies under the frame");
@@ -187,7 +187,7 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
             .iter()
             .filter(|face| touches(mesh, face, &narrow))
             .flat_map(|face| heights_under(mesh, face, &narrow));
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let [low, high] = bounds(heights);
         rise = (high - low) / narrow.size();
     }
     if factor < MIN_ADVISED_FACTOR || rise.is_nan() {
@@ -227,7 +227,7 @@ fn round_down(length: f64) -> f64 {
 fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     (0..2).all(|axis| {
         let along = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())[axis]);
-        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let [low, high] = bounds(along);
         let border = 1e-9 * patch.half_width[axis];
         low < patch.half_width[axis] - border && high > border - patch.half_width[axis]
     })
@@ -277,7 +277,7 @@ fn curved_surface_faces(
     faces: &[SurfaceFace],
     (patch, rise): (&ContactPatch, f64),
 ) -> Vec<FaceId> {
-    let group: HashSet<FaceId> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
+    let group: HashSet<FaceId> = faces.iter().map(SurfaceFace::id).collect();
     // A parabola falls nine times as far over three times the length.
     let deepest = -9.0 * rise * patch.size();
     let goes_on = |face: &SurfaceFace| {
@@ -291,18 +291,16 @@ fn curved_surface_faces(
         let level = |x: Point| patch.distance(&Point::new(x.x, x.y, 0.0));
         locals.map(level).fold(f64::INFINITY, f64::min) <= patch.size()
     };
-    let on_surface = |face: &&SurfaceFace| group.contains(&(face.owner, face.local_face)) || goes_on(face);
+    let on_surface = |face: &&SurfaceFace| group.contains(&face.id()) || goes_on(face);
     let outer = outer_faces(mesh);
-    outer.iter().filter(near).filter(on_surface).map(|face| (face.owner, face.local_face)).collect()
+    outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
 /// Distance from the patch to the faces out of its plane and to the nodes that are held.
 fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
     let mesh = &spec.mesh;
     let surface: HashSet<FaceId> = surface.iter().copied().collect();
-    let elsewhere = |face: &&SurfaceFace| {
-        !in_plane(mesh, face, patch) && !surface.contains(&(face.owner, face.local_face))
-    };
+    let elsewhere = |face: &&SurfaceFace| !in_plane(mesh, face, patch) && !surface.contains(&face.id());
     let apart = 0.5 * MIN_EDGE_DISTANCE * patch.half_width[0].min(patch.half_width[1]);
     let mut least = f64::INFINITY;
     let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));

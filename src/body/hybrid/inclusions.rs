@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::fem::FeModel;
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::material::VOIGT;
+use crate::material::{strain_of_gradient, voigt_to_tensor};
 use crate::quadrature::gauss_legendre;
 
 /// Elements computed side by side before they are added up.
@@ -160,15 +160,6 @@ struct InclusionContribution {
     work: DenseMatrix,
 }
 
-/// Strain of a gradient of displacement, Voigt order.
-pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
-    Vector6::from(VOIGT.map(
-        |(i, j)| {
-            if i == j { gradient[(i, j)] } else { gradient[(i, j)] + gradient[(j, i)] }
-        },
-    ))
-}
-
 /// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material than that under the
 /// patch.
 ///
@@ -223,8 +214,7 @@ impl InclusionContribution {
                     let rows = j * 6 * points.len() + 6 * p;
                     strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
                     stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
-                    let [xx, yy, zz, yz, xz, xy] = stress.into();
-                    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                    let tensor = voigt_to_tensor(&stress.into());
                     let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
                     for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
                         let force = tensor * gradient;
@@ -246,7 +236,7 @@ fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, V
         let field = forces.field.at(&forces.vector_from(i, &local));
         (0..3).map(move |column| {
             let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
-            (3 * i + column, strain(&(axes * own * axes.transpose())))
+            (3 * i + column, strain_of_gradient(&(axes * own * axes.transpose())))
         })
     })
 }

@@ -3,7 +3,7 @@
 use super::forces::PatchForces;
 use super::patch::ContactPatch;
 use crate::error::{Error, Result};
-use crate::geometry::{Point, format_number};
+use crate::geometry::{Point, bounds, format_number};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
@@ -35,9 +35,7 @@ impl<'a> PatchFaceLocator<'a> {
         for face in &self.faces {
             let corners: Vec<Point> = face.nodes.iter().map(|&node| self.local(node)).collect();
             let inside = |axis: usize| {
-                let values = corners.iter().map(|corner| corner[axis]);
-                let (low, high) =
-                    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                let [low, high] = bounds(corners.iter().map(|corner| corner[axis]));
                 let border = 0.1 * (high - low);
                 (low - border..=high + border).contains(&at[axis])
             };

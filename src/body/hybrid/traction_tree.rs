@@ -295,7 +295,7 @@ mod tests {
     }
 
     fn stress(stiffness: &Stiffness, gradient: &Matrix3<f64>) -> [f64; 6] {
-        (stiffness.voigt() * super::super::inclusions::strain(gradient)).into()
+        (stiffness.voigt() * crate::material::strain_of_gradient(gradient)).into()
     }
 
     /// Truth: Hertz's stress on the surface of an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and 3.43); the error falls

@@ -16,7 +16,7 @@ use super::points::RecoveryPoints;
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::fem::FeModel;
 use crate::fem::loads::FaceLoad;
-use crate::material::{Stiffness, VOIGT};
+use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
@@ -62,8 +62,7 @@ impl SurfaceStressPoint {
             + block(IN_PLANE_VOIGT, OUT_OF_PLANE_VOIGT) * normal;
         let [s11, s22, s12] = in_plane.into();
         let tensor = Matrix3::new(s11, s12, local.x, s12, s22, local.y, local.x, local.y, local.z);
-        let turned = self.axes * tensor * self.axes.transpose();
-        VOIGT.map(|(i, j)| turned[(i, j)])
+        tensor_to_voigt(&(self.axes * tensor * self.axes.transpose()))
     }
 }
 
@@ -136,7 +135,7 @@ pub(crate) fn surface_stress_points(
         loads.entry((loaded.owner, loaded.local_face)).or_default().push(loaded.load);
     }
     for face in faces {
-        let loads = loads.get(&(face.owner, face.local_face)).map_or(&[][..], Vec::as_slice);
+        let loads = loads.get(&face.id()).map_or(&[][..], Vec::as_slice);
         let owner = mesh.volume_index(face.owner);
         let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
         let stiffness = model.regions().stiffness(owner);

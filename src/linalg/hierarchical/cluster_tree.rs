@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::geometry::bounds;
+
 /// A rectangle or box along the axes: least and largest coordinates, mm.
 pub type BoundingBox<const D: usize = 2> = [[f64; D]; 2];
 
@@ -95,10 +97,8 @@ fn cluster<const D: usize>(order: &[usize], extents: &[BoundingBox<D>], range: R
 /// Puts the points on one side of the cut before those on the other; how many those are, `None` if all are in one
 /// place.
 fn cut<const D: usize>(points: &[[f64; D]], order: &mut [usize]) -> Option<usize> {
-    let bounds: [[f64; 2]; D] = std::array::from_fn(|axis| {
-        let along = order.iter().map(|&point| points[point][axis]);
-        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-    });
+    let bounds: [[f64; 2]; D] =
+        std::array::from_fn(|axis| bounds(order.iter().map(|&point| points[point][axis])));
     let side = |axis: usize| bounds[axis][1] - bounds[axis][0];
     let longest = (1..D).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
     let [low, high] = bounds[longest];

@@ -10,7 +10,7 @@ mod tsai_wu;
 
 use nalgebra::Matrix3;
 
-use super::VOIGT;
+use super::{tensor_to_voigt, voigt_to_tensor};
 use crate::error::{Error, Result};
 
 pub use hashin::hashin;
@@ -206,9 +206,7 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
 
 /// Turns stresses from global axes into axes given as columns: σ'_ab = Q_ia σ_ij Q_jb.
 pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
-    let tensor = Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]);
-    let turned = axes.transpose() * tensor * axes;
-    VOIGT.map(|(i, j)| turned[(i, j)])
+    tensor_to_voigt(&(axes.transpose() * voigt_to_tensor(s) * axes))
 }
 
 /// Exposure of the quadratic criterion a R² + b R = 1, a >= 0 but for rounding.

@@ -1,16 +1,16 @@
 //! Points that lie on each other.
 
+use crate::geometry::bounds;
+
 /// Points closer than this share of the diagonal of the bounding box count as unmerged.
 const MERGE_TOLERANCE: f64 = 1e-9;
 
 /// Points that lie within [`MERGE_TOLERANCE`] diagonals of an earlier one.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let bounds = |k: usize| {
-        let range =
-            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x[k]), r.1.max(x[k])));
-        (range.0, range.1 - range.0)
-    };
-    let box_: [(f64, f64); 3] = std::array::from_fn(bounds);
+    let box_: [(f64, f64); 3] = std::array::from_fn(|k| {
+        let [low, high] = bounds(points.iter().map(|x| x[k]));
+        (low, high - low)
+    });
     let tolerance = MERGE_TOLERANCE * box_.iter().map(|(_, l)| l * l).sum::<f64>().sqrt();
     if tolerance <= 0.0 {
         return points.iter().skip(1).copied().collect();

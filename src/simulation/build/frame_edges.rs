@@ -92,12 +92,12 @@ fn smooth_continuation(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<SurfaceFace> {
         .iter()
         .flat_map(|face| edges(face).into_iter().map(|edge| (edge, face.area_vector(mesh).normalize())))
         .collect();
-    let own: HashSet<_> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
+    let own: HashSet<_> = faces.iter().map(SurfaceFace::id).collect();
     let continues = |face: &SurfaceFace| {
         let normal = face.area_vector(mesh).normalize();
         let smooth =
             |edge: &[usize; 2]| normals.get(edge).is_some_and(|n| n.dot(&normal) >= MIN_SMOOTH_COSINE);
-        !own.contains(&(face.owner, face.local_face)) && edges(face).iter().any(smooth)
+        !own.contains(&face.id()) && edges(face).iter().any(smooth)
     };
     outer_faces(mesh).into_iter().filter(continues).collect()
 }

@@ -10,7 +10,7 @@ use crate::error::{Error, warning};
 use crate::evolution::step::Normal;
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
-use crate::geometry::{Point, format_direction, format_number, format_short};
+use crate::geometry::{Point, bounds, format_direction, format_number, format_short};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -330,8 +330,7 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
         _ => None,
     });
     let approach = approach.fold(0.0, f64::max);
-    let (low, high) =
-        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
+    let [low, high] = bounds(heights.iter().copied());
     let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
         && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach
         && approach > 0.0;

@@ -79,7 +79,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
             format_short(slope)
         )));
     }
-    let repeats = frame.grid.is_some_and(|grid| grid.periodic != [false; 2]);
+    let repeats = frame.is_periodic();
     if !repeats && shape.is_some_and(|shape| shape.curvatures.iter().sum::<f64>() < 0.0) {
         notes.push(warning(
             "the heights of the gap are largest in the middle, so that the bodies touch at the edge of the frame first. Heights are distances, large where the \

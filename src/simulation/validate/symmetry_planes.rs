@@ -10,16 +10,13 @@ use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential,
 use crate::fem::symmetry_component;
 use crate::frame::ContactFrame;
 use crate::frame::symmetry::SymmetryNodes;
-use crate::geometry::{Point, Triad, format_direction, format_number};
+use crate::geometry::{AXIS_NAMES, Point, Triad, format_direction, format_number};
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
-
-/// Names of the global axes.
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Largest distance of two planes that are one, over the size of the group.
 const SAME_PLANE: f64 = 1e-6;
@@ -48,7 +45,7 @@ struct SupportPlane {
 impl SupportPlane {
     fn name(&self) -> String {
         let coordinate = if self.coordinate.abs() <= self.tolerance { 0.0 } else { self.coordinate };
-        format!("{} = {}", AXES[self.component], format_number(coordinate))
+        format!("{} = {}", AXIS_NAMES[self.component], format_number(coordinate))
     }
 
     fn coincides_with(&self, other: &Self) -> bool {
@@ -247,7 +244,7 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
             let error = Error::input(format!(
                 "step \"{}\" {what} across the plane of symmetry under the contact whose normal is {}: a part of the model cannot stand \
                  for the whole; leave out the part of `{key}` across, or take a full model",
-                plan.steps[step].name, AXES[component]
+                plan.steps[step].name, AXIS_NAMES[component]
             ));
             return Err(SceneError { error, key: step_key(&plan.steps, step, key) });
         }
@@ -262,7 +259,7 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
             let error = Error::input(format!(
                 "the axes of the friction ellipse are oblique to the plane of symmetry under the contact whose normal is {}: friction is \
                  then not symmetric about it; turn an axis of the law (or the fibre that it follows) into the plane, or take a full model",
-                AXES[component]
+                AXIS_NAMES[component]
             ));
             return Err(SceneError { error, key: "friction".to_owned() });
         }
