@@ -12,6 +12,7 @@ use super::rigid_body_modes::RigidBodyModes;
 use crate::error::{Error, Result};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
+use crate::linalg::vector::dot;
 
 /// The free motions of a body on its dofs.
 #[derive(Debug, Clone)]
@@ -139,8 +140,4 @@ impl GeneralisedInverse {
     fn mean_motions(&self, displacement: &[f64]) -> Vec<f64> {
         self.weighted_modes.iter().map(|column| dot(column, displacement)).collect()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

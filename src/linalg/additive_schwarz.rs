@@ -16,7 +16,8 @@ use faer::linalg::cholesky::llt::inverse::{inverse, inverse_scratch};
 use faer::{MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
-use super::hierarchical::{ComponentProduct, HierarchicalMatrix, dot};
+use super::hierarchical::{ComponentProduct, HierarchicalMatrix};
+use super::vector::dot8;
 
 /// Most places of a group.
 const MAX_BLOCK_CELLS: usize = 64;
@@ -98,7 +99,7 @@ impl AdditiveSchwarz {
             for (row, values) in group.inverse.chunks_exact(planes * size).enumerate() {
                 let (plane, place) = (row / size, group.places.start + row % size);
                 y[plane * n + place] = (0..planes)
-                    .map(|k| dot(&values[k * size..(k + 1) * size], &x[k * n..][group.places.clone()]))
+                    .map(|k| dot8(&values[k * size..(k + 1) * size], &x[k * n..][group.places.clone()]))
                     .sum();
             }
         }
@@ -108,7 +109,7 @@ impl AdditiveSchwarz {
         for plane in 0..planes {
             for (g, places) in self.coarse_groups.iter().enumerate() {
                 let own = &x[plane * n..][places.clone()];
-                sums[plane * count + g] = dot(&self.weights[places.clone()], own);
+                sums[plane * count + g] = dot8(&self.weights[places.clone()], own);
             }
         }
         let rows = self
@@ -117,7 +118,7 @@ impl AdditiveSchwarz {
             .zip(answers.par_chunks_mut(ROWS_PER_TASK));
         rows.for_each(|(rows, answers)| {
             for (row, answer) in rows.chunks_exact(planes * count).zip(answers) {
-                *answer = dot(row, sums);
+                *answer = dot8(row, sums);
             }
         });
         for plane in 0..planes {

@@ -10,6 +10,7 @@ use super::dense::{SymmetricDense, try_zeroed};
 use super::fronts::{Front, FrontTree};
 use super::multifrontal::{self, FactorisationFailure};
 use super::sparse::SymmetricSparse;
+use super::vector::norm;
 use crate::cancel;
 use crate::error::{Error, Result};
 
@@ -180,10 +181,6 @@ fn random_vector(n: usize) -> Vec<f64> {
             (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         })
         .collect()
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 impl CholeskyFactor {

@@ -3,6 +3,8 @@
 //! # Source
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
 
+use super::vector::{axpy, dot4};
+
 /// A linear system by what a Krylov method asks of it.
 pub trait LinearSystem {
     /// `image = A x`; overwrites.
@@ -88,23 +90,6 @@ impl Hessenberg {
     }
 }
 
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four sums side by side, for the vector units and for smaller rounding.
-    let mut sums = [0.0; 4];
-    let (heads, tail) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
-    for (x, y) in heads {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    let rest: f64 = a[tail..].iter().zip(&b[tail..]).map(|(x, y)| x * y).sum();
-    sums.iter().sum::<f64>() + rest
-}
-
-pub(super) fn axpy(to: &mut [f64], factor: f64, x: &[f64]) {
-    to.iter_mut().zip(x).for_each(|(t, x)| *t += factor * x);
-}
-
 impl Gmres {
     /// Solves A x = `rhs` from x = 0; `x` is overwritten.
     pub fn solve(
@@ -116,7 +101,7 @@ impl Gmres {
     ) -> KrylovReport {
         let n = rhs.len();
         x.fill(0.0);
-        let scale = dot(rhs, rhs).sqrt();
+        let scale = dot4(rhs, rhs).sqrt();
         let mut report = KrylovReport { n_products: 0, residual: 1.0 };
         if scale == 0.0 || !scale.is_finite() {
             report.residual = if scale == 0.0 { 0.0 } else { f64::NAN };
@@ -125,7 +110,7 @@ impl Gmres {
         self.work.resize(n, 0.0);
         let mut residual = rhs.to_vec();
         while report.n_products < options.max_products {
-            let norm = dot(&residual, &residual).sqrt();
+            let norm = dot4(&residual, &residual).sqrt();
             let goal = options.tolerance * scale;
             if norm <= goal || !norm.is_finite() {
                 break;
@@ -180,11 +165,11 @@ impl Gmres {
             system.apply(&self.work, &mut image);
             let mut column = Vec::with_capacity(k + 2);
             for vector in &self.basis[..=k] {
-                let product = dot(vector, &image);
+                let product = dot4(vector, &image);
                 axpy(&mut image, -product, vector);
                 column.push(product);
             }
-            let length = dot(&image, &image).sqrt();
+            let length = dot4(&image, &image).sqrt();
             column.push(length);
             reached = hessenberg.push(column);
             if reached <= goal || !reached.is_finite() || length == 0.0 {
@@ -227,7 +212,7 @@ mod tests {
             let report = Gmres::default().solve(&mut Tridiagonal, &rhs, &mut x, options);
             Tridiagonal.apply(&x, &mut image);
             image.iter_mut().zip(&rhs).for_each(|(i, b)| *i -= b);
-            let residual = dot(&image, &image).sqrt() / dot(&rhs, &rhs).sqrt();
+            let residual = dot4(&image, &image).sqrt() / dot4(&rhs, &rhs).sqrt();
             assert!(residual < 2e-12 && report.residual < 1e-12, "{restart}: {residual} {report:?}");
         }
     }

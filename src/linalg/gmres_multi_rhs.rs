@@ -5,7 +5,8 @@
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
 
 use super::dense_matrix::DenseMatrix;
-use super::gmres::{Hessenberg, KrylovOptions, KrylovReport, axpy, dot};
+use super::gmres::{Hessenberg, KrylovOptions, KrylovReport};
+use super::vector::{axpy, dot4};
 use crate::cancel;
 use crate::error::Result;
 
@@ -29,7 +30,7 @@ pub fn solve_multi_rhs(
 ) -> Result<Vec<KrylovReport>> {
     let (n, count) = (columns.n_rows(), columns.n_columns());
     let norms = |columns: &DenseMatrix| -> Vec<f64> {
-        (0..count).map(|j| dot(columns.column(j), columns.column(j)).sqrt()).collect()
+        (0..count).map(|j| dot4(columns.column(j), columns.column(j)).sqrt()).collect()
     };
     let scales = norms(columns);
     let mut reports = vec![KrylovReport { n_products: 0, residual: 0.0 }; count];
@@ -66,11 +67,11 @@ pub fn solve_multi_rhs(
                 let image = image.column_mut(j);
                 let mut column = Vec::with_capacity(k + 2);
                 for vectors in &basis[..=k] {
-                    let product = dot(vectors.column(j), image);
+                    let product = dot4(vectors.column(j), image);
                     axpy(image, -product, vectors.column(j));
                     column.push(product);
                 }
-                lengths[j] = dot(image, image).sqrt();
+                lengths[j] = dot4(image, image).sqrt();
                 column.push(lengths[j]);
                 let reached = hessenbergs[j].push(column);
                 open[j] = reached > goals[j] && lengths[j] > 0.0;
@@ -160,9 +161,9 @@ mod tests {
             Tridiagonal.apply(&columns, &mut image);
             image.add_scaled(-1.0, &right);
             for (j, report) in reports.iter().enumerate().take(2) {
-                let residual = dot(image.column(j), image.column(j)).sqrt();
+                let residual = dot4(image.column(j), image.column(j)).sqrt();
                 assert!(
-                    residual < 2e-12 * dot(right.column(j), right.column(j)).sqrt(),
+                    residual < 2e-12 * dot4(right.column(j), right.column(j)).sqrt(),
                     "{restart}: {residual}"
                 );
                 assert!(report.residual <= 1e-12 && report.n_products > 3, "{report:?}");

@@ -25,3 +25,4 @@ pub(crate) mod simd;
 pub mod sparse;
 pub mod sparse_lu;
 pub mod two_level;
+pub(crate) mod vector;

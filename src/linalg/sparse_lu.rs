@@ -6,6 +6,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
+use super::vector::norm;
 use crate::error::{Error, Result};
 
 /// A relative residual above this is not rounding: the factors are wrong, or the matrix is singular.
@@ -103,7 +104,6 @@ impl SparseLu {
         let rhs = multiply(&known);
         let mut solution = rhs.clone();
         self.solve_in_place(&mut solution, &mut self.workspace()?);
-        let norm = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
         let apart: Vec<f64> = multiply(&solution).iter().zip(&rhs).map(|(a, b)| a - b).collect();
         let residual = norm(&apart) / norm(&rhs);
         if residual < RESIDUAL_LIMIT {

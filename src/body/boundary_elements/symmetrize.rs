@@ -10,6 +10,7 @@
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
+use crate::linalg::vector::dot;
 
 /// Share of a traction's norm below which it depends on those before it.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
@@ -22,10 +23,6 @@ pub(super) struct Symmetrization {
     antisymmetric: Vec<Vec<f64>>,
     /// Vᵀ F V.
     works: DMatrix<f64>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 impl Symmetrization {

@@ -19,6 +19,7 @@ use crate::error::Result;
 use crate::fem::{ColumnSolver, FeModel, SolverInfo};
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
+use crate::linalg::vector::dot;
 
 /// Defect of the balance of tractions and force above which faces are divided further.
 pub const TARGET_IMBALANCE: f64 = 1e-4;
@@ -228,7 +229,6 @@ fn work_of_own(
         .zip(&forces.on_prescribed_dofs)
         .map(|(&dof, force)| external[dof / 3][dof % 3] - force)
         .collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let work = |column: usize| {
         dot(&on_free, free.column(column))
             + dot(&on_held, held.column(column))

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use crate::contact::ContactState;
 use crate::evolution::Run;
 use crate::flexibility::Flexibility;
+use crate::linalg::vector::dot;
 
 /// Vectors of the Lanczos process.
 const MAX_LANCZOS_VECTORS: usize = 60;
@@ -74,10 +75,6 @@ fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) 
     let values = SymmetricEigen::new(tridiagonal).eigenvalues;
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     (least > 0.0).then_some(least)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -13,45 +13,40 @@ pub struct ClusterPair {
     pub is_admissible: bool,
 }
 
-/// One of each pair of blocks that mirror each other: together they hold every pair of places once, those on the
-/// diagonal blocks in both orders. Far apart means that the smaller of the two diameters is at most `admissibility`
-/// times the distance.
-pub fn symmetric_partition(tree: &ClusterTree, admissibility: f64) -> Vec<ClusterPair> {
-    let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
-    while let Some((rows, columns)) = waiting.pop() {
-        let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
-        let is_admissible = rows != columns && row.is_admissible_with(column, admissibility);
-        match (is_admissible, row.children, column.children) {
-            (false, Some([first, second]), _) if rows == columns => {
-                waiting.extend([(second, second), (first, second), (first, first)]);
-            }
-            // The larger one is cut, so that both keep about the same size.
-            (false, Some([first, second]), of_column)
-                if of_column.is_none() || row.diameter() >= column.diameter() =>
-            {
-                waiting.extend([(second, columns), (first, columns)]);
-            }
-            (false, _, Some([first, second])) => waiting.extend([(rows, second), (rows, first)]),
-            _ => blocks.push(ClusterPair { rows, columns, is_admissible }),
-        }
-    }
-    blocks
+/// Which of two blocks that mirror each other a partition holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MirrorBlocks {
+    /// One of them. The blocks hold every pair of places once, those of the diagonal blocks in both orders.
+    One,
+    /// Both. The blocks hold every pair of places once in both orders.
+    Both,
 }
 
-/// Blocks that together hold every pair of places once, in both orders; far apart as in [`symmetric_partition`].
-pub fn full_partition<const D: usize>(tree: &ClusterTree<D>, admissibility: f64) -> Vec<ClusterPair> {
+/// Blocks over all pairs of places. A block is admissible if the smaller of the two diameters is at most `admissibility` times the
+/// distance.
+pub fn partition<const D: usize>(
+    tree: &ClusterTree<D>,
+    admissibility: f64,
+    mirrors: MirrorBlocks,
+) -> Vec<ClusterPair> {
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {
         let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
         let is_admissible = rows != columns && row.is_admissible_with(column, admissibility);
         let rows_first = column.children.is_none() || row.diameter() >= column.diameter();
         match (is_admissible, row.children, column.children) {
-            (false, Some([a, b]), Some([c, d])) if rows == columns => {
-                waiting.extend([(b, d), (b, c), (a, d), (a, c)]);
+            (false, Some([first, second]), _) if rows == columns => {
+                waiting.push((second, second));
+                if mirrors == MirrorBlocks::Both {
+                    waiting.push((second, first));
+                }
+                waiting.extend([(first, second), (first, first)]);
             }
             // The larger one is cut, so that both keep about the same size.
-            (false, Some([a, b]), _) if rows_first => waiting.extend([(b, columns), (a, columns)]),
-            (false, _, Some([c, d])) => waiting.extend([(rows, d), (rows, c)]),
+            (false, Some([first, second]), _) if rows_first => {
+                waiting.extend([(second, columns), (first, columns)]);
+            }
+            (false, _, Some([first, second])) => waiting.extend([(rows, second), (rows, first)]),
             _ => blocks.push(ClusterPair { rows, columns, is_admissible }),
         }
     }
@@ -80,7 +75,7 @@ mod tests {
         let tree = ClusterTree::new(&points, &extents, 12);
         let mut seen = vec![0; 300 * 300];
         let mut n_far = 0;
-        for block in symmetric_partition(&tree, 1.5) {
+        for block in partition(&tree, 1.5, MirrorBlocks::One) {
             let (row, column) = (&tree.clusters[block.rows], &tree.clusters[block.columns]);
             n_far += usize::from(block.is_admissible);
             if block.is_admissible {
@@ -111,7 +106,7 @@ mod tests {
             points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
         let tree = ClusterTree::new(&points, &extents, 8);
         let (mut seen, mut n_far) = (vec![0; 512 * 512], 0);
-        for block in full_partition(&tree, 1.5) {
+        for block in partition(&tree, 1.5, MirrorBlocks::Both) {
             let (row, column) = (&tree.clusters[block.rows], &tree.clusters[block.columns]);
             if block.is_admissible {
                 n_far += 1;

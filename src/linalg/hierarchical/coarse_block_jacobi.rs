@@ -12,6 +12,7 @@ use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
+use crate::linalg::vector::norm;
 
 /// Nodes of a cluster whose inverse is made, at most.
 const MAX_BLOCK_NODES: usize = 160;
@@ -104,10 +105,6 @@ impl RigidGroup {
         MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
             .subrows(places.start - self.places.start, places.len())
     }
-}
-
-fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 impl CoarseBlockJacobi {

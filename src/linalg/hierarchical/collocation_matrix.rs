@@ -6,18 +6,15 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::block_partition::{ClusterPair, full_partition};
+use super::block_partition::{ClusterPair, MirrorBlocks, partition};
 use super::cluster_tree::ClusterTree;
 use super::coarse_block_jacobi::RigidGroup;
 use super::collocation_block::{CollocationBlock, CollocationKernel, ElementNumbering};
-use super::cross_approximation::approximate;
+use super::cross_approximation::{CROSS_ERROR_SHARE, approximate};
 use super::low_rank::LowRank;
 use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
-
-/// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
-const CROSS_ERROR_SHARE: f64 = 0.3;
 
 /// A block, in single precision.
 struct StoredBlock {
@@ -59,7 +56,7 @@ impl CollocationLayout {
     /// Blocks of elements (`tree`) with so many nodes; far apart means that the smaller diameter is at most `admissibility` times the
     /// distance.
     pub fn new(tree: ClusterTree<3>, groups: ElementNumbering, admissibility: f64) -> Self {
-        let blocks = full_partition(&tree, admissibility);
+        let blocks = partition(&tree, admissibility, MirrorBlocks::Both);
         Self { tree, groups, blocks }
     }
 

@@ -8,11 +8,16 @@
 
 use std::ops::Range;
 
+use crate::linalg::vector::{axpy, norm};
+
 /// Entries of matrices over the places of a cluster tree: `entries(i, j, values)` writes entry (i, j) of each
 /// component.
 pub trait KernelEntries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
+
+/// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
+pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
 /// Crosses below the bound, one after the other, after which a component is taken to be complete.
 const SMALL_CROSSES_TO_STOP: usize = 2;
@@ -239,7 +244,7 @@ impl<L: LazyMatrix> CrossApproximation<L> {
         self.used[i] = true;
         self.row.copy_from_slice(self.lines.row(i));
         let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
-        terms.for_each(|(u, v)| subtract(&mut self.row, u[i], v));
+        terms.for_each(|(u, v)| axpy(&mut self.row, -u[i], v));
         let (mut j, mut pivot) = largest(&self.row, 0..n);
         if pivot.abs() <= least || pivot == 0.0 {
             return None;
@@ -250,21 +255,13 @@ impl<L: LazyMatrix> CrossApproximation<L> {
         }
         self.column.copy_from_slice(self.lines.column(j));
         let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
-        terms.for_each(|(u, v)| subtract(&mut self.column, v[j], u));
+        terms.for_each(|(u, v)| axpy(&mut self.column, -v[j], u));
         self.column.iter_mut().for_each(|value| *value /= pivot);
         self.terms.u.extend_from_slice(&self.column);
         self.terms.v.extend_from_slice(&self.row);
         self.terms.rank += 1;
         Some(norm(&self.column) * norm(&self.row))
     }
-}
-
-fn subtract(values: &mut [f64], factor: f64, other: &[f64]) {
-    values.iter_mut().zip(other).for_each(|(value, other)| *value -= factor * other);
-}
-
-fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 /// The largest of the values at some places, and its place.

@@ -3,6 +3,7 @@
 //! The terms are orthogonal and ordered by size, so that the small ones bear a relative error of single precision.
 
 use super::cross_approximation::OuterProducts;
+use crate::linalg::vector::dot8;
 
 /// Relative error of a term in single precision: both factors are rounded, at random.
 const SINGLE_PRECISION_ERROR: f64 = 5e-8;
@@ -42,12 +43,12 @@ impl LowRank {
             let mut v: Vec<f64> = q[p * n..(p + 1) * n].iter().map(|value| value * size).collect();
             for &other in &free {
                 let rest = &mut w[other * m..(other + 1) * m];
-                let share = dot(&u, rest);
+                let share = dot8(&u, rest);
                 rest.iter_mut().zip(&u).for_each(|(value, u)| *value -= share * u);
                 sizes[other] = squares(rest);
                 v.iter_mut().zip(&q[other * n..(other + 1) * n]).for_each(|(v, q)| *v += share * q);
             }
-            if dot(&v, &v).sqrt() * SINGLE_PRECISION_ERROR > ROUNDING_SHARE * bound {
+            if dot8(&v, &v).sqrt() * SINGLE_PRECISION_ERROR > ROUNDING_SHARE * bound {
                 shrunk.double.extend_from_slice(&u);
                 shrunk.double.extend_from_slice(&v);
             } else {
@@ -75,7 +76,7 @@ fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f
         let u = &terms.u[l * m..(l + 1) * m];
         let size = squares(v).sqrt();
         for (p, q) in before.chunks_exact(n).enumerate() {
-            let share = dot(q, v);
+            let share = dot8(q, v);
             v.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
             w[p * m..(p + 1) * m].iter_mut().zip(u).for_each(|(w, u)| *w += share * u);
         }
@@ -91,21 +92,7 @@ fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f
 }
 
 fn squares(values: &[f64]) -> f64 {
-    dot(values, values)
-}
-
-/// Scalar product in eight partial sums, whose order depends on the length only.
-pub(in crate::linalg) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = chunks_a.remainder().iter().zip(chunks_b.remainder());
-    let rest: f64 = rest.map(|(&x, y)| Into::<f64>::into(x) * y).sum();
-    for (x, y) in chunks_a.zip(chunks_b) {
-        for lane in 0..8 {
-            lanes[lane] += Into::<f64>::into(x[lane]) * y[lane];
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
+    dot8(values, values)
 }
 
 #[cfg(test)]

@@ -5,15 +5,14 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::block_partition::{ClusterPair, symmetric_partition};
+use super::block_partition::{ClusterPair, MirrorBlocks, partition};
 use super::cluster_tree::ClusterTree;
-use super::cross_approximation::{ComponentLines, KernelBlock, KernelEntries, approximate};
+use super::cross_approximation::{
+    CROSS_ERROR_SHARE, ComponentLines, KernelBlock, KernelEntries, approximate,
+};
 use super::low_rank::LowRank;
 use crate::cancel;
 use crate::error::Result;
-
-/// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
-const CROSS_ERROR_SHARE: f64 = 0.3;
 
 /// Finest tolerance of a block, unless less is asked for.
 const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
@@ -88,9 +87,9 @@ pub struct BlockLayout {
 }
 
 impl BlockLayout {
-    /// See [`symmetric_partition`](super::block_partition::symmetric_partition) for `admissibility`.
+    /// See [`partition`] for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
-        let blocks = symmetric_partition(&tree, admissibility);
+        let blocks = partition(&tree, admissibility, MirrorBlocks::One);
         let tolerance_shares = vec![1.0; tree.clusters.len()];
         Self { tree, blocks, tolerance_shares }
     }

@@ -19,12 +19,11 @@ mod low_rank;
 mod matrix;
 mod product;
 
-pub use block_partition::{ClusterPair, full_partition, symmetric_partition};
+pub use block_partition::{ClusterPair, MirrorBlocks, partition};
 pub use cluster_tree::{BoundingBox, Cluster, ClusterTree};
 pub use coarse_block_jacobi::{CoarseBlockJacobi, CollocationUnknowns, DiagonalAndBorder};
 pub use collocation_block::{CollocationKernel, ElementNumbering, ROWS_PER_NODE};
 pub use collocation_matrix::{BlockScalar, CollocationLayout, CollocationMatrix};
 pub use cross_approximation::{KernelEntries, MAX_COMPONENTS};
-pub(super) use low_rank::dot;
 pub use matrix::{BlockLayout, HierarchicalMatrix};
 pub use product::ComponentProduct;

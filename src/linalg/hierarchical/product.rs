@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::low_rank::dot;
 use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
+use crate::linalg::vector::{axpy, dot8};
 
 /// What one component does in a product of several planes of vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,10 +73,10 @@ impl HierarchicalMatrix {
                 let rows = values[one.component * size..(one.component + 1) * size].chunks_exact(size / m);
                 for (k, row) in rows.enumerate() {
                     if let Some(x) = x_of_columns {
-                        y[block.rows.start + k] += one.sign * dot(row, x);
+                        y[block.rows.start + k] += one.sign * dot8(row, x);
                     }
                     if let Some(x) = x_of_rows.filter(|x| x[k] != 0.0) {
-                        add(&mut y[block.columns.clone()], mirrored * x[k], row);
+                        axpy(&mut y[block.columns.clone()], mirrored * x[k], row);
                     }
                 }
             }
@@ -106,17 +106,13 @@ impl FarBlockProduct<'_> {
         for term in terms.chunks_exact(rows.len() + columns.len()) {
             let (u, v) = term.split_at(rows.len());
             if let Some(x) = self.x_of_columns {
-                add(&mut self.y[rows.clone()], self.factors[0] * dot(v, x), u);
+                axpy(&mut self.y[rows.clone()], self.factors[0] * dot8(v, x), u);
             }
             if let Some(x) = self.x_of_rows {
-                add(&mut self.y[columns.clone()], self.factors[1] * dot(u, x), v);
+                axpy(&mut self.y[columns.clone()], self.factors[1] * dot8(u, x), v);
             }
         }
     }
-}
-
-fn add<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, values: &[T]) {
-    y.iter_mut().zip(values).for_each(|(y, &value)| *y += factor * Into::<f64>::into(value));
 }
 
 #[cfg(test)]

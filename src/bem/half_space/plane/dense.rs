@@ -11,6 +11,7 @@ use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility};
 use crate::linalg::memory;
+use crate::linalg::vector::dot8;
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
@@ -98,13 +99,13 @@ impl Flexibility for DenseFlexibility {
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let rows = self.rows.par_chunks_exact(3 * self.n);
-        rows.zip(gap.par_iter_mut()).for_each(|(row, g)| *g = dot(row, tractions));
+        rows.zip(gap.par_iter_mut()).for_each(|(row, g)| *g = dot8(row, tractions));
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         let n = self.n;
         let rows = self.rows[6 * n * n..].par_chunks_exact(3 * n);
-        rows.zip(normal_gap.par_iter_mut()).for_each(|(row, g)| *g = dot(&row[2 * n..], pressure));
+        rows.zip(normal_gap.par_iter_mut()).for_each(|(row, g)| *g = dot8(&row[2 * n..], pressure));
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
@@ -122,19 +123,6 @@ impl Flexibility for DenseFlexibility {
     fn couples_normal_tangential(&self) -> bool {
         self.coupled
     }
-}
-
-/// Scalar product in eight partial sums, whose order does not depend on anything but the length.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in chunks_a.zip(chunks_b) {
-        for lane in 0..8 {
-            lanes[lane] += x[lane] * y[lane];
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
 }
 
 /// Replaces the collocated K by `(A_I K_IJ + A_J K_JI^T) / (2 A_I)`.

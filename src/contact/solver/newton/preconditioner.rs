@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, LU};
 use super::super::super::{Increment, SlipReference, Upstream};
 use super::tangent::perpendicular;
 use super::unknowns::{ActiveCell, CellStatus};
+use crate::linalg::vector::dot;
 
 /// Buffers of the inverse on the cells in contact.
 pub(super) struct ActiveSetInverse {
@@ -146,10 +147,6 @@ pub(super) struct MotionSchurComplement {
     constraints: Vec<Vec<f64>>,
     /// `None` if there are no motions, or they do not follow from the tractions in contact.
     schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 impl MotionSchurComplement {

@@ -1,0 +1,48 @@
+//! Products and sums of vectors. The order of summation is part of each name, because it fixes the last bits.
+
+/// Scalar product, summed in order.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Scalar product in four partial sums, for the vector units and for smaller rounding.
+#[inline]
+pub(crate) fn dot4(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (heads, tail) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
+    for (x, y) in heads {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    let rest: f64 = a[tail..].iter().zip(&b[tail..]).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Scalar product in eight partial sums, whose order depends on the length only.
+#[inline]
+pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = chunks_a.remainder().iter().zip(chunks_b.remainder());
+    let rest: f64 = rest.map(|(&x, y)| Into::<f64>::into(x) * y).sum();
+    for (x, y) in chunks_a.zip(chunks_b) {
+        for lane in 0..8 {
+            lanes[lane] += Into::<f64>::into(x[lane]) * y[lane];
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// Euclidean norm, summed in order.
+#[inline]
+pub(crate) fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// `y += factor * x`.
+#[inline]
+pub(crate) fn axpy<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[T]) {
+    y.iter_mut().zip(x).for_each(|(y, &x)| *y += factor * Into::<f64>::into(x));
+}
