@@ -2,13 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::loads::{FaceLoad, LoadedFace};
+use super::loads::{FaceLoad, LoadedFace, face_points, face_rule};
 use super::spec::{FeSpec, FoundationStiffness};
-use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
-use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
 /// The stiffness of one face.
 pub(super) struct FoundationFace {
@@ -81,49 +79,24 @@ fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     Err(Error::input(format!("the stiffness {values:?} must be positive (components may be 0, not all)")))
 }
 
+/// ∫ N_a k N_b dS of one face; on flat faces the rules are exact.
 fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> FoundationFace {
-    let packed = match face.kind {
-        ElementKind::Quad4 => integrate::<Quad4, 4>(mesh, face, bedding, &quadrilateral(2)),
-        ElementKind::Tri3 => integrate::<Tri3, 3>(mesh, face, bedding, &triangle(2)),
-        ElementKind::Quad8 => integrate::<Quad8, 8>(mesh, face, bedding, &quadrilateral(4)),
-        ElementKind::Quad9 => integrate::<Quad9, 9>(mesh, face, bedding, &quadrilateral(4)),
-        ElementKind::Tri6 => integrate::<Tri6, 6>(mesh, face, bedding, &triangle(5)),
-        other => unreachable!("{} is no face of a solid", other.name()),
-    };
-    let (owner, local_face) = (face.owner, face.local_face);
-    let face_and_bed = LoadedFace { owner, local_face, load: FaceLoad::Foundation(bedding) };
-    FoundationFace { face: face_and_bed, nodes: face.nodes.clone(), packed }
-}
-
-/// ∫ N_a k N_b dS of one face, packed; on flat faces the rules are exact.
-fn integrate<S: ShapeFunctions<N, 2>, const N: usize>(
-    mesh: &Mesh,
-    face: &SurfaceFace,
-    bedding: FoundationStiffness,
-    rule: &[RulePoint<2>],
-) -> Vec<f64> {
-    let mut packed = vec![0.0; 3 * N * (3 * N + 1) / 2];
-    for &(xi, weight) in rule {
-        let gradients = S::gradients(xi);
-        let tangent = |d: usize| {
-            face.nodes
-                .iter()
-                .zip(&gradients)
-                .fold(Vector3::zeros(), |sum, (&node, g)| sum + Vector3::from(mesh.points[node]) * g[d])
-        };
-        let area = tangent(0).cross(&tangent(1)) * weight;
+    let n = 3 * face.nodes.len();
+    let mut packed = vec![0.0; n * (n + 1) / 2];
+    for (values, area) in face_points(mesh, face, &face_rule(face.kind, 2)) {
         let stiffness = match bedding {
             FoundationStiffness::Normal(k) => area * area.transpose() * (k / area.norm()),
             FoundationStiffness::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
         };
-        let values = S::values(xi);
         let mut at = 0;
-        for i in 0..3 * N {
+        for i in 0..n {
             for j in 0..=i {
                 packed[at] += values[i / 3] * values[j / 3] * stiffness[(i % 3, j % 3)];
                 at += 1;
             }
         }
     }
-    packed
+    let (owner, local_face) = face.id();
+    let face_and_bed = LoadedFace { owner, local_face, load: FaceLoad::Foundation(bedding) };
+    FoundationFace { face: face_and_bed, nodes: face.nodes.clone(), packed }
 }

@@ -6,7 +6,7 @@ use super::element_materials::ElementMaterials;
 use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
 use super::integration_points::{ReferencePoint, map_point};
 use super::spec::{FeSpec, FoundationStiffness};
-use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
+use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::error::{Context, Error, Result};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
@@ -104,41 +104,52 @@ pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalFor
     areas
 }
 
+/// Adds the forces of one face, ∫ N_a t dS.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
     // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
-    match face.kind {
-        ElementKind::Quad4 => load_face::<Quad4, 4>(mesh, face, load, &quadrilateral(2), forces),
-        ElementKind::Tri3 => load_face::<Tri3, 3>(mesh, face, load, &triangle(1), forces),
-        ElementKind::Quad8 => load_face::<Quad8, 8>(mesh, face, load, &quadrilateral(4), forces),
-        ElementKind::Quad9 => load_face::<Quad9, 9>(mesh, face, load, &quadrilateral(4), forces),
-        ElementKind::Tri6 => load_face::<Tri6, 6>(mesh, face, load, &triangle(5), forces),
+    for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
+        let normal = area.try_normalize(0.0).unwrap_or_default();
+        let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
+        for (&node, value) in face.nodes.iter().zip(values) {
+            (0..3).for_each(|c| forces[node][c] += value * force[c]);
+        }
+    }
+}
+
+/// Integration rule of a face; that of a linear triangle is exact for polynomials of `linear_triangle_degree`.
+pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec<RulePoint<2>> {
+    match kind {
+        ElementKind::Tri3 => triangle(linear_triangle_degree),
+        ElementKind::Tri6 => triangle(5),
+        ElementKind::Quad4 => quadrilateral(2),
+        ElementKind::Quad8 | ElementKind::Quad9 => quadrilateral(4),
         other => unreachable!("{} is no face of a solid", other.name()),
     }
 }
 
-/// Adds the forces of one face, ∫ N_a t dS.
-fn load_face<S: ShapeFunctions<N, 2>, const N: usize>(
+/// Shape functions and area vector times the weight at the points of a rule on a face.
+pub(super) fn face_points(
     mesh: &Mesh,
     face: &SurfaceFace,
-    load: FaceLoad,
     rule: &[RulePoint<2>],
-    forces: &mut NodalForces,
-) {
-    for &(xi, weight) in rule {
-        let gradients = S::gradients(xi);
-        let tangent = |d: usize| {
-            face.nodes
-                .iter()
-                .zip(&gradients)
-                .fold(Vector3::zeros(), |sum, (&node, g)| sum + Vector3::from(mesh.points[node]) * g[d])
-        };
-        let area = tangent(0).cross(&tangent(1)) * weight;
-        let normal = area.try_normalize(0.0).unwrap_or_default();
-        let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
-        for (&node, value) in face.nodes.iter().zip(S::values(xi)) {
-            (0..3).for_each(|c| forces[node][c] += value * force[c]);
-        }
-    }
+) -> impl Iterator<Item = ([f64; MAX_FACE_NODES], Vector3<f64>)> {
+    rule.iter().map(move |&(xi, weight)| {
+        let [a, b] = face_tangents(face, xi, |node| mesh.points[node].into());
+        (face.kind.face_values(xi), a.cross(&b) * weight)
+    })
+}
+
+/// Derivatives along both reference coordinates of a field with the values `at` the nodes of a face.
+pub(super) fn face_tangents(
+    face: &SurfaceFace,
+    xi: [f64; 2],
+    at: impl Fn(usize) -> Vector3<f64>,
+) -> [Vector3<f64>; 2] {
+    let gradients = face.kind.face_gradients(xi);
+    let along = |d: usize| {
+        face.nodes.iter().zip(&gradients).fold(Vector3::zeros(), |sum, (&node, g)| sum + at(node) * g[d])
+    };
+    [along(0), along(1)]
 }
 
 /// Adds ∫ N_a b(x) dV over the cells; `b` is the force per volume at a point.

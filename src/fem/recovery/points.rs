@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::fem::assembly::ElementContext;
+use crate::fem::loads::face_tangents;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SolidFace, SurfaceFace};
 
@@ -92,11 +93,9 @@ impl RecoveryPoints {
 
 /// Unit normal of a face at its node `k`; zero where it has none.
 fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
-    let gradients = face.kind.face_gradients(face.kind.face_reference_nodes()[k]);
-    let tangent = |axis: usize| -> Vector3<f64> {
-        face.nodes.iter().zip(&gradients).map(|(&node, g)| Vector3::from(mesh.points[node]) * g[axis]).sum()
-    };
-    tangent(0).cross(&tangent(1)).try_normalize(0.0).unwrap_or_default()
+    let xi = face.kind.face_reference_nodes()[k];
+    let [a, b] = face_tangents(face, xi, |node| mesh.points[node].into());
+    a.cross(&b).try_normalize(0.0).unwrap_or_default()
 }
 
 /// Which elements stress is smooth over: those joined through faces between elements whose material goes on

@@ -13,9 +13,8 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::points::RecoveryPoints;
-use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::fem::FeModel;
-use crate::fem::loads::FaceLoad;
+use crate::fem::loads::{FaceLoad, face_tangents};
 use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
@@ -175,38 +174,14 @@ impl FaceSum {
 
 /// Area vector and surface gradient of the displacement at each node of a face.
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
-    match face.kind {
-        ElementKind::Tri3 => nodal_gradients::<Tri3, 3>(mesh, face, u),
-        ElementKind::Tri6 => nodal_gradients::<Tri6, 6>(mesh, face, u),
-        ElementKind::Quad4 => nodal_gradients::<Quad4, 4>(mesh, face, u),
-        ElementKind::Quad8 => nodal_gradients::<Quad8, 8>(mesh, face, u),
-        ElementKind::Quad9 => nodal_gradients::<Quad9, 9>(mesh, face, u),
-        other => unreachable!("no solid has a face of kind {}", other.name()),
-    }
-}
-
-fn nodal_gradients<S: ShapeFunctions<N, 2>, const N: usize>(
-    mesh: &Mesh,
-    face: &SurfaceFace,
-    u: &[[f64; 3]],
-) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let at = |xi: [f64; 2]| {
-        let gradients = S::gradients(xi);
-        let derivative = |field: &dyn Fn(usize) -> Vector3<f64>, d: usize| {
-            face.nodes
-                .iter()
-                .zip(&gradients)
-                .fold(Vector3::zeros(), |sum, (&node, g)| sum + field(node) * g[d])
-        };
-        let position = |node: usize| Vector3::from(mesh.points[node]);
-        let displacement = |node: usize| Vector3::from(u[node]);
-        let tangents = [0, 1].map(|d| derivative(&position, d));
-        let change = [0, 1].map(|d| derivative(&displacement, d));
+        let tangents = face_tangents(face, xi, |node| mesh.points[node].into());
+        let change = face_tangents(face, xi, |node| u[node].into());
         let area = tangents[0].cross(&tangents[1]);
         // Dual tangents: g^1 = g_2 x n / |g_1 x g_2|, g^2 = n x g_1 / |g_1 x g_2|.
         let squared = area.norm_squared();
         let dual = [tangents[1].cross(&area) / squared, area.cross(&tangents[0]) / squared];
         (area, change[0] * dual[0].transpose() + change[1] * dual[1].transpose())
     };
-    S::NODES.iter().map(|xi| at(*xi)).collect()
+    face.kind.face_reference_nodes().iter().map(|xi| at(*xi)).collect()
 }
