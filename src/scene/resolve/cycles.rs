@@ -30,7 +30,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
                 );
             }
             reject_other_controls(r, key, "cycles", step);
-            let tolerance = laws.map(|laws| laws.integration.tolerance);
+            let tolerance = laws.map(|laws| laws.integration.tolerance.0);
             let closed = closed_cycle(r, &format!("{key}.cycles"), cycles, tolerance);
             check_force_amplitude(r, key, (step, cycles), laws);
             if let Some(jumps) = cycles.jumps
@@ -50,7 +50,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     };
     let integration = laws?.integration;
     let jumps =
-        jumps.map_or(JumpPolicy::Tolerance(integration.tolerance), |jumps| JumpPolicy::Number(jumps.0));
+        jumps.map_or(JumpPolicy::Tolerance(integration.tolerance.0), |jumps| JumpPolicy::Number(jumps.0));
     let integrator = match integration.integrator {
         spec::laws::Integrator::Sdirk2 => Integrator::Sdirk2,
         spec::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,

@@ -8,7 +8,7 @@ use crate::mesh::faces::group_faces;
 use crate::scene::mean_material::mean_material_under_frame;
 use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
-use crate::scene::spec::laws::{Friction, Integrator, Wear, WearTolerance};
+use crate::scene::spec::laws::{Friction, Wear, WearIntegration};
 
 /// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
 const MAX_FRICTION_RATIO: f64 = 1e6;
@@ -18,16 +18,6 @@ pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-}
-
-/// How wear is shared out and integrated.
-#[derive(Clone, Copy)]
-pub(super) struct WearIntegration {
-    /// Share of the worn depth taken from body 1.
-    pub share: f64,
-    pub integrator: Integrator,
-    pub tolerance: f64,
-    pub move_mesh: Option<f64>,
 }
 
 /// What the laws lie on.
@@ -116,16 +106,14 @@ fn wear_law(
     of_friction: FibreChoice,
 ) -> Option<(WearLaw, WearIntegration)> {
     let azimuth = ground.azimuth();
-    let (law, (share, integrator, tolerance, move_mesh)) = match *law {
-        Wear::None => (WearLaw::None, (1.0, Integrator::default(), WearTolerance::default(), None)),
-        Wear::Archard { i, share, integrator, tolerance, move_mesh } => {
-            (WearLaw::Archard { i }, (share, integrator, tolerance, move_mesh))
-        }
-        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, move_mesh } => {
+    let (law, integration) = match *law {
+        Wear::None => (WearLaw::None, WearIntegration::default()),
+        Wear::Archard { i, integration } => (WearLaw::Archard { i }, integration),
+        Wear::Orthotropic { i1, i2, angle, integration } => {
             let law = WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth };
-            (law, (share, integrator, tolerance, move_mesh))
+            (law, integration)
         }
-        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator, tolerance, move_mesh } => {
+        Wear::Frp { i_L, i_T, i_N, body, fibre, integration } => {
             let own = FibreChoice { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish)?;
@@ -136,17 +124,14 @@ fn wear_law(
                 tilt: fibre.tilt,
                 azimuth: fibre.azimuth - azimuth,
             };
-            (law, (share, integrator, tolerance, move_mesh))
+            (law, integration)
         }
-        Wear::Energy { k, share, integrator, tolerance, move_mesh } => {
-            (WearLaw::Energy { k }, (share, integrator, tolerance, move_mesh))
-        }
+        Wear::Energy { k, integration } => (WearLaw::Energy { k }, integration),
     };
-    let move_mesh = move_mesh.map(|share| share.0);
-    if move_mesh.is_some() {
-        check_mesh_motion(r, ground, share);
+    if integration.move_mesh.is_some() {
+        check_mesh_motion(r, ground, integration.share);
     }
-    Some((law, WearIntegration { share, integrator, tolerance: tolerance.0, move_mesh }))
+    Some((law, integration))
 }
 
 /// Only the mesh of a body that wears can move.

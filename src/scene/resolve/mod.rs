@@ -145,7 +145,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         friction: laws.friction,
         wear: laws.wear,
         wear_share: laws.integration.share,
-        mesh_motion_threshold: laws.integration.move_mesh,
+        mesh_motion_threshold: laws.integration.move_mesh.map(|threshold| threshold.0),
         integrator: laws.integration.integrator,
         steps: steps?,
         solver: solver?,

@@ -67,20 +67,8 @@ pub enum Wear {
         /// Specific wear rate: wear volume per load and sliding distance, 1/stress (mm3/(N mm) = 1/MPa).
         #[schemars(range(min = 0))]
         i: f64,
-        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
-        #[serde(default = "one")]
-        #[schemars(range(min = 0, max = 1))]
-        share: f64,
-        /// Time integration of wear over a jump of many cycles.
-        #[serde(default)]
-        integrator: Integrator,
-        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
-        #[serde(default)]
-        tolerance: WearTolerance,
-        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
-        #[serde(default)]
-        #[schemars(with = "MeshMotionThreshold")]
-        move_mesh: Option<MeshMotionThreshold>,
+        #[serde(flatten)]
+        integration: WearIntegration,
     },
     /// Specific wear rates along two axes.
     Orthotropic {
@@ -93,20 +81,8 @@ pub enum Wear {
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
-        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
-        #[serde(default = "one")]
-        #[schemars(range(min = 0, max = 1))]
-        share: f64,
-        /// Time integration of wear over a jump of many cycles.
-        #[serde(default)]
-        integrator: Integrator,
-        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
-        #[serde(default)]
-        tolerance: WearTolerance,
-        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
-        #[serde(default)]
-        #[schemars(with = "MeshMotionThreshold")]
-        move_mesh: Option<MeshMotionThreshold>,
+        #[serde(flatten)]
+        integration: WearIntegration,
     },
     /// Fibre-reinforced plastic: specific wear rates along and across the fibre, interpolated with the fibre tilt.
     #[allow(non_snake_case)]
@@ -128,41 +104,44 @@ pub enum Wear {
         #[serde(default)]
         #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
-        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
-        #[serde(default = "one")]
-        #[schemars(range(min = 0, max = 1))]
-        share: f64,
-        /// Time integration of wear over a jump of many cycles.
-        #[serde(default)]
-        integrator: Integrator,
-        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
-        #[serde(default)]
-        tolerance: WearTolerance,
-        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
-        #[serde(default)]
-        #[schemars(with = "MeshMotionThreshold")]
-        move_mesh: Option<MeshMotionThreshold>,
+        #[serde(flatten)]
+        integration: WearIntegration,
     },
     /// Wear volume = k x dissipated friction energy.
     Energy {
         /// Wear volume per dissipated friction energy, 1/stress.
         #[schemars(range(min = 0))]
         k: f64,
-        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
-        #[serde(default = "one")]
-        #[schemars(range(min = 0, max = 1))]
-        share: f64,
-        /// Time integration of wear over a jump of many cycles.
-        #[serde(default)]
-        integrator: Integrator,
-        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
-        #[serde(default)]
-        tolerance: WearTolerance,
-        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
-        #[serde(default)]
-        #[schemars(with = "MeshMotionThreshold")]
-        move_mesh: Option<MeshMotionThreshold>,
+        #[serde(flatten)]
+        integration: WearIntegration,
     },
+}
+
+/// How wear is divided between the bodies and integrated over time, the same for all laws.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct WearIntegration {
+    /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
+    #[schemars(range(min = 0, max = 1))]
+    pub share: f64,
+    /// Time integration of wear over a jump of many cycles.
+    pub integrator: Integrator,
+    /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
+    pub tolerance: WearTolerance,
+    /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
+    #[schemars(with = "MeshMotionThreshold")]
+    pub move_mesh: Option<MeshMotionThreshold>,
+}
+
+impl Default for WearIntegration {
+    fn default() -> Self {
+        Self {
+            share: 1.0,
+            integrator: Integrator::default(),
+            tolerance: WearTolerance::default(),
+            move_mesh: None,
+        }
+    }
 }
 
 /// Time integration of wear over a jump of many cycles.
@@ -195,7 +174,3 @@ impl Default for WearTolerance {
 #[serde(transparent)]
 #[schemars(inline)]
 pub struct MeshMotionThreshold(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.5))] pub f64);
-
-fn one() -> f64 {
-    1.0
-}
