@@ -1,5 +1,7 @@
 //! `orthowear check`.
 
+use serde_json::Value;
+
 use super::progress::format_duration;
 use super::run::{print_error, show_failure};
 use super::table::{align_columns, five_digits};
@@ -14,24 +16,9 @@ use crate::geometry::format_direction;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
+use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::{self, mesh_motion};
-
-/// Sections and keys whose defaults are shown where the scene does not give them.
-const LISTED_DEFAULTS: [(&str, &str); 12] = [
-    ("units", "length mm, force N"),
-    ("friction", "law none"),
-    ("wear", "law none"),
-    ("solver.tolerance", "1e-8"),
-    ("solver.method", "auto"),
-    ("solver.max_iterations", "20000"),
-    ("solver.coupling", "schur"),
-    ("solver.skip", "true"),
-    ("solver.precision", "mixed"),
-    ("solver.compression_tolerance", "1e-8"),
-    ("solver.memory_limit", "80 % of the memory available at the start of the run"),
-    ("output.fields", "[\"vtu\", \"svg\"]"),
-];
 
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
@@ -85,7 +72,7 @@ fn describe(
         text.push_str(&format!("  {}: {}\n", skip.what, skip.why));
     }
     text.push_str("\ndefaults\n");
-    for (key, value) in LISTED_DEFAULTS.iter().filter(|(key, _)| is_default(plan, key)) {
+    for (key, value) in defaults(plan) {
         text.push_str(&format!("  {key}: {value}\n"));
     }
     let of_bodies = forecast.bodies.iter().filter_map(|body| body.warning.as_ref());
@@ -96,9 +83,45 @@ fn describe(
     text
 }
 
-fn is_default(plan: &Plan, key: &str) -> bool {
-    let replaced = key == "solver.memory_limit" && plan.memory_limit.is_of_command_line();
-    plan.document.get(key).is_none() && !replaced
+/// Keys of the main sections that the scene does not give, with the defaults of the schema.
+fn defaults(plan: &Plan) -> Vec<(String, String)> {
+    let schema = json_schema();
+    let mut found = Vec::new();
+    for section in ["units", "friction", "wear", "solver", "output"] {
+        let property = &schema["properties"][section];
+        let mut list = |key: String, property: &Value| {
+            if let (Some(default), None) = (property.get("default"), plan.document.get(&key)) {
+                found.push((key, default_text(default)));
+            }
+        };
+        if property.get("default").is_some() {
+            list(section.to_owned(), property);
+            continue;
+        }
+        let table = property["$ref"].as_str().and_then(|place| schema.pointer(place.trim_start_matches('#')));
+        for (name, property) in table.and_then(|table| table["properties"].as_object()).into_iter().flatten()
+        {
+            list(format!("{section}.{name}"), property);
+        }
+    }
+    if plan.document.get("solver.memory_limit").is_none() && !plan.memory_limit.is_of_command_line() {
+        let value = "80 % of the memory available at the start of the run";
+        found.push(("solver.memory_limit".to_owned(), value.to_owned()));
+    }
+    found
+}
+
+/// A default of the schema as a person writes it.
+fn default_text(default: &Value) -> String {
+    match default {
+        Value::Object(entries) => {
+            let parts = entries.iter().map(|(name, value)| format!("{name} {}", default_text(value)));
+            parts.collect::<Vec<_>>().join(", ")
+        }
+        Value::String(word) => word.clone(),
+        Value::Array(_) => default.to_string().replace(',', ", "),
+        _ => default.to_string(),
+    }
 }
 
 fn summary_rows(plan: &Plan, forecast: &RunEstimate) -> Vec<Vec<String>> {

@@ -43,9 +43,11 @@ pub struct Scene {
     pub gap: frame::Gap,
     /// Friction law; none if absent.
     #[serde(default)]
+    #[schemars(extend("default" = { "law": "none" }))]
     pub friction: laws::Friction,
     /// Wear law; none if absent.
     #[serde(default)]
+    #[schemars(extend("default" = { "law": "none" }))]
     pub wear: laws::Wear,
     /// Load steps, in order.
     #[schemars(length(min = 1))]

@@ -1,7 +1,7 @@
 //! `[solver]` and `[output]`.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bem::half_space::plane::compressed::DEFAULT_TOLERANCE;
 use crate::omitted::{AllowedOmissions, OmittableWork};
@@ -34,7 +34,7 @@ pub struct Solver {
 }
 
 /// Work that may be skipped.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum SkipSetting {
@@ -119,7 +119,7 @@ impl Default for Solver {
 }
 
 /// Iterations for the contact problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Selects the fastest suitable method.
@@ -137,7 +137,7 @@ pub enum Method {
 }
 
 /// Precisions of the products inside linear solves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
     /// Single precision, with the error corrected in the next iteration.
@@ -147,7 +147,7 @@ pub enum Precision {
 }
 
 /// Coupling of a finite-element body to the contact frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coupling {
     /// Condensed on the frame once (Schur complement).
