@@ -22,7 +22,6 @@ use crate::output::summary::{Status, Summary};
 use crate::output::vtu::pvd_collection;
 use crate::report::remove_stale_report;
 use crate::scene::{Diagnostics, Plan};
-use crate::simulation::job::units;
 use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
 use crate::sweep::shared_beginnings::SharedWork;
 
@@ -46,7 +45,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         version: env!("CARGO_PKG_VERSION"),
         title: plan.title.clone(),
         scene_sha256: plan.document.sha256.clone(),
-        units: units(&plan),
+        units: plan.units.clone(),
         variants: Vec::new(),
         warnings: plan.notes.iter().cloned().chain(single_variant_warning(&variants, named)).collect(),
     };
@@ -156,7 +155,7 @@ impl VariantRunner<'_> {
         };
         let started = Instant::now();
         restart_peak();
-        let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
+        let mut summary = Summary::new(&plan.title, &plan.document.sha256, plan.units.clone());
         summary.warnings.extend(variant.warnings.iter().cloned());
         let mut ends = StepEndStates::default();
         let on_progress = &mut |event: ProgressEvent| match event {

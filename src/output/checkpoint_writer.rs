@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Context, Result};
@@ -60,13 +61,21 @@ impl MeshUpdates {
     }
 }
 
-/// How often checkpoints are written.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Interval after which the next result is followed by a checkpoint. An interrupted run always writes one.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct CheckpointInterval {
-    /// After so many seconds; never, if 0.
+    /// Seconds since the last checkpoint or the start; 0 disables this criterion.
+    #[schemars(range(min = 0))]
     pub seconds: f64,
-    /// After so many cycles; never, if 0.
+    /// Fretting cycles since the last checkpoint; 0 disables this criterion.
     pub cycles: u64,
+}
+
+impl Default for CheckpointInterval {
+    fn default() -> Self {
+        Self { seconds: 60.0, cycles: 0 }
+    }
 }
 
 impl CompletedWork {

@@ -16,10 +16,11 @@ use crate::output::condensation::CondensationRecord;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
 
-/// The scene's own consistent units, echoed and never converted.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+/// Names of the units of length and force; stresses are force per length squared.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Units {
-    /// Unit of length; stresses are force / length^2.
+    /// Unit of length.
     pub length: String,
     /// Unit of force.
     pub force: String,

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::document::Document;
-use super::spec::Units;
 use super::spec::accuracy::{AccuracyQuantity, RefinementParameter};
 use super::spec::body::{Element, NearField, UniformFibre};
 use super::spec::frame::FramePoints;
@@ -28,6 +27,7 @@ use crate::material::strength::MaterialStrength;
 use crate::material::{RegionMaterial, Stiffness};
 use crate::mesh::Mesh;
 use crate::output::interior_points::InteriorPointRequest;
+use crate::output::summary::Units;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
 #[derive(Debug, Clone)]

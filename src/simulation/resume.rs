@@ -70,10 +70,9 @@ impl CheckpointSettings {
             known.insert(path, sha256.clone());
             files.push(NamedFile { key: key.clone(), sha256 });
         }
-        let interval = &plan.output.checkpoint;
         Ok(Self {
             origin: Provenance::new(plan.document.root.to_serde_json(), files),
-            interval: CheckpointInterval { seconds: interval.seconds, cycles: interval.cycles },
+            interval: plan.output.checkpoint,
             from: None,
         })
     }

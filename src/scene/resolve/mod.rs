@@ -25,10 +25,10 @@ use serde::de::DeserializeOwned;
 use super::diagnostic::Diagnostic;
 use super::document::{Document, TomlValue};
 use super::plan::Plan;
-use super::spec::Units;
 use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
 use crate::linalg::memory::MemoryLimit;
+use crate::output::summary::Units;
 
 /// What is resolved so far.
 pub(super) struct Resolver<'a> {

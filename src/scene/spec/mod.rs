@@ -18,6 +18,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::output::summary::Units;
+
 /// A scene: two bodies, a contact frame, laws of friction and wear, and the steps of loading.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -65,20 +67,4 @@ pub struct Scene {
     /// What `orthowear compare` computes.
     #[serde(default)]
     pub compare: compare::Compare,
-}
-
-/// Names of the units of length and force; stresses are force per length squared.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Units {
-    /// Unit of length.
-    pub length: String,
-    /// Unit of force.
-    pub force: String,
-}
-
-impl Default for Units {
-    fn default() -> Self {
-        Self { length: "mm".to_owned(), force: "N".to_owned() }
-    }
 }

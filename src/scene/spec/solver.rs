@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bem::half_space::plane::compressed::DEFAULT_TOLERANCE;
 use crate::omitted::{AllowedOmissions, OmittableWork};
+use crate::output::checkpoint_writer::CheckpointInterval;
 use crate::output::field_writer::FieldKind;
 
 /// How the contact problem is solved.
@@ -207,23 +208,6 @@ impl Default for Output {
             inside: Vec::new(),
             checkpoint: CheckpointInterval::default(),
         }
-    }
-}
-
-/// Interval after which the next result is followed by a checkpoint. An interrupted run always writes one.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CheckpointInterval {
-    /// Seconds since the last checkpoint or the start; 0 disables this criterion.
-    #[schemars(range(min = 0))]
-    pub seconds: f64,
-    /// Fretting cycles since the last checkpoint; 0 disables this criterion.
-    pub cycles: u64,
-}
-
-impl Default for CheckpointInterval {
-    fn default() -> Self {
-        Self { seconds: 60.0, cycles: 0 }
     }
 }
 
