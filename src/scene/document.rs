@@ -54,16 +54,16 @@ pub enum TomlValue {
 }
 
 impl TomlValue {
-    fn to_display_json(&self) -> serde_json::Value {
+    /// As JSON; `float` converts the floats.
+    fn to_json(&self, float: fn(f64) -> serde_json::Value) -> serde_json::Value {
         match self {
             Self::Table(entries) => {
-                entries.iter().map(|entry| (entry.name.clone(), entry.node.value.to_display_json())).collect()
+                entries.iter().map(|entry| (entry.name.clone(), entry.node.value.to_json(float))).collect()
             }
-            Self::Array(items) => items.iter().map(|item| item.value.to_display_json()).collect(),
+            Self::Array(items) => items.iter().map(|item| item.value.to_json(float)).collect(),
             Self::String(text) | Self::Unsupported(_, text) => text.clone().into(),
             Self::Integer(number) => (*number).into(),
-            Self::Float(number) if number.is_finite() => (*number).into(),
-            Self::Float(number) => number.to_string().into(),
+            Self::Float(number) => float(*number),
             Self::Boolean(flag) => (*flag).into(),
         }
     }
@@ -111,7 +111,7 @@ impl Document {
 
     /// The scene with its overrides as JSON; numbers that are not finite, dates and numbers too large to hold as text.
     pub fn to_display_json(&self) -> serde_json::Value {
-        self.root.value.to_display_json()
+        self.root.value.to_json(|x| if x.is_finite() { x.into() } else { x.to_string().into() })
     }
 
     /// Takes the entry at a dotted key out of its table.
@@ -248,17 +248,7 @@ impl TomlNode {
 
     /// As JSON; whole floats become integers, since TOML writes 1e5 as a float.
     pub fn to_serde_json(&self) -> serde_json::Value {
-        match &self.value {
-            TomlValue::Table(entries) => {
-                entries.iter().map(|entry| (entry.name.clone(), entry.node.to_serde_json())).collect()
-            }
-            TomlValue::Array(items) => items.iter().map(TomlNode::to_serde_json).collect(),
-            TomlValue::String(text) | TomlValue::Unsupported(_, text) => text.clone().into(),
-            TomlValue::Integer(number) => (*number).into(),
-            TomlValue::Float(number) if is_whole(*number) => (*number as i64).into(),
-            TomlValue::Float(number) => (*number).into(),
-            TomlValue::Boolean(value) => (*value).into(),
-        }
+        self.value.to_json(|x| if is_whole(x) { (x as i64).into() } else { x.into() })
     }
 }
 
