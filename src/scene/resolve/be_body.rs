@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::Resolver;
 use super::bodies::{
     body_material, check_contact, check_groups, check_quality, find_material, prescribed_displacements,
-    read_mesh, symmetry_supports,
+    read_mesh, report_rigid_body_modes, symmetry_supports,
 };
 use super::materials::Materials;
 use crate::bem::finite::Interpolation;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
-use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
+use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan};
 use crate::scene::spec::body::{BeBody, BoundaryElement, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
 
@@ -134,22 +134,6 @@ pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Opti
 
 /// Reports supports that contradict one another, and notes that the body floats.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
-    match be.bem_spec(key).free_motions() {
-        Ok(None) => {}
-        Ok(Some(free)) => r.notes.push(format!(
-            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
-            free.names.join(", ")
-        )),
-        Err(error) => {
-            let named = |support: &&PrescribedDisplacement| error.message().contains(&format!("\"{}\"", support.group));
-            let list = be.meshed.supports.iter().find(named).map(|support| support.key.clone());
-            let mend = "put each face into one support only, or prescribe the same value in both";
-            r.report(
-                &list.unwrap_or_else(|| key.to_owned()),
-                error.message().to_owned(),
-                "these supports",
-                mend,
-            );
-        }
-    }
+    let help = "put each face into one support only, or prescribe the same value in both";
+    report_rigid_body_modes(r, key, be.bem_spec(key).free_motions(), &be.meshed.supports, [key, help]);
 }

@@ -9,7 +9,7 @@ use super::materials::{ElasticMaterial, Materials};
 use super::{be_body, orientations, placements, support_conflicts};
 use crate::element::ElementKind;
 use crate::error::Result;
-use crate::fem;
+use crate::fem::{self, RigidBodyModes};
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::document::join_key;
@@ -140,21 +140,33 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
     }
-    match fem::find_rigid_body_modes(&spec.fem_spec(key)) {
+    let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
+    let list = lists.into_iter().find(|(_, empty)| !empty);
+    let place = list.map_or_else(|| key.to_owned(), |(list, _)| format!("{key}.{list}"));
+    let help = "constrain every part of the body that is not connected to the others, or connect the parts; \
+                only a body of one connected part may have rigid-body modes";
+    let modes = fem::find_rigid_body_modes(&spec.fem_spec(key));
+    report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
+}
+
+/// Notes unconstrained rigid-body modes; reports an error at the support that it names, else at `place`.
+pub(super) fn report_rigid_body_modes(
+    r: &mut Resolver,
+    key: &str,
+    modes: Result<Option<RigidBodyModes>>,
+    supports: &[PrescribedDisplacement],
+    [place, help]: [&str; 2],
+) {
+    match modes {
         Ok(None) => {}
         Ok(Some(free)) => r.notes.push(format!(
             "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
             free.names.join(", ")
         )),
         Err(error) => {
-            let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
-            let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
             let named = |support: &&PrescribedDisplacement| error.message().contains(&format!("\"{}\"", support.group));
-            let list = spec.supports.iter().find(named).map(|support| support.key.clone()).or(list);
-            let mend = "constrain every part of the body that is not connected to the others, or connect the parts; \
-                        only a body of one connected part may have rigid-body modes";
-            let place = list.unwrap_or_else(|| key.to_owned());
-            r.report(&place, error.message().to_owned(), "these supports", mend);
+            let place = supports.iter().find(named).map_or(place, |support| &support.key);
+            r.report(place, error.message().to_owned(), "these supports", help);
         }
     }
 }
