@@ -1,12 +1,11 @@
 //! Fretting cycles and steady sliding.
 
 use super::Resolver;
-use super::laws::Laws;
+use super::laws::{Laws, lacks_friction};
 use super::steps::prescribed_controls;
 use crate::evolution::step::{
     ClosedPath, Correction, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, ResolvedCycleSettings,
 };
-use crate::laws::friction::FrictionLaw;
 use crate::scene::spec::{
     self,
     step::{AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements},
@@ -126,8 +125,7 @@ fn check_force_amplitude(
     (step, cycles): (&StepKeys, &Keys),
     laws: Option<&Laws>,
 ) {
-    let none = !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None));
-    if cycles.force_amplitude.is_some() && none {
+    if cycles.force_amplitude.is_some() && lacks_friction(laws, step.friction) {
         let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";
         let mend = "give [friction] a law and remove `friction = false`, or prescribe `amplitude`";
         r.report(&format!("{key}.cycles.force_amplitude"), message, "needs friction", mend);

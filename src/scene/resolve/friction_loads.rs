@@ -1,11 +1,10 @@
 //! Loads that only friction carries: a tangential force and a spin moment.
 
 use super::Resolver;
-use super::laws::Laws;
+use super::laws::{Laws, lacks_friction};
 use super::load_points::LoadPoint;
 use super::steps::NumberedStep;
 use crate::evolution::step::{Spin, Step, Tangential};
-use crate::laws::friction::FrictionLaw;
 use crate::scene::spec::step::Step as Keys;
 
 /// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.
@@ -17,7 +16,7 @@ const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`sp
 
 /// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
-    let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
+    let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [
         keys.tangential_force.is_some_and(|q| q != [0.0; 2]),
         keys.spin_moment.is_some_and(|moment| moment != 0.0) && level,
@@ -90,7 +89,9 @@ pub(super) fn check_inherited_loads(
     laws: Option<&Laws>,
     level: bool,
 ) {
-    let Some(laws) = laws else { return };
+    if laws.is_none() {
+        return;
+    }
     let kinds = if level { 2 } else { 1 };
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
@@ -112,7 +113,7 @@ pub(super) fn check_inherited_loads(
                 holder = None;
                 continue;
             }
-            let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
+            let frictionless = lacks_friction(laws, step.friction);
             match (&load_states(step)[kind], holder) {
                 (LoadState::Active, _) => holder = Some(step),
                 (LoadState::Released, _) => holder = None,

@@ -20,6 +20,11 @@ pub(super) struct Laws {
     pub integration: WearIntegration,
 }
 
+/// Whether no friction acts in a step with the key `friction`; laws that are wrong themselves do not count.
+pub(super) fn lacks_friction(laws: Option<&Laws>, friction: bool) -> bool {
+    !friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None))
+}
+
 /// What the laws lie on.
 #[derive(Clone, Copy)]
 pub(super) struct LawContext<'a> {

@@ -1,9 +1,8 @@
 //! Steady rolling.
 
 use super::Resolver;
-use super::laws::Laws;
+use super::laws::{Laws, lacks_friction};
 use crate::evolution::step::Rolling;
-use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 
@@ -32,7 +31,7 @@ pub(super) fn resolve(
         );
         r.report(&format!("{key}.{name}"), message, "together with `rolling`", "remove one of the two");
     }
-    if !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None)) {
+    if lacks_friction(laws, step.friction) {
         let message = "rolling needs friction, but this step has none";
         let mend = "add a [friction] law and leave out `friction = false`, or remove `rolling`";
         r.report(&format!("{key}.rolling"), message, "needs friction", mend);

@@ -2,10 +2,9 @@
 
 use super::Resolver;
 use super::friction_loads;
-use super::laws::Laws;
+use super::laws::{Laws, lacks_friction};
 use super::load_points;
 use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
-use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
@@ -80,7 +79,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
         })
         .collect();
     // A law that is wrong itself is reported elsewhere.
-    if laws.is_some_and(|laws| !plain.friction || matches!(laws.friction, FrictionLaw::None)) {
+    if laws.is_some() && lacks_friction(laws, plain.friction) {
         friction_loads::check_load_points(r, &key, (&points, &steps), level);
     }
     if r.diagnostics.len() != before {
