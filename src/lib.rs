@@ -33,6 +33,7 @@
 //! | [`cancel`] | process-wide cancellation flag |
 //! | [`omitted`] | work that a scene does not need, and why |
 //! | [`npy`] | arrays in NumPy's file format |
+//! | `csv` | lines and cells of tables of text |
 //! | [`geometry`] | points, local axes, rotations, symmetry |
 //! | [`linalg`] | sparse and dense factorisation, ordering, iterative solvers, hierarchical matrices, cache, memory limit |
 //! | [`flexibility`] | the flexibility operator of a frame and its combinations |
@@ -63,6 +64,7 @@ pub mod error;
 pub mod cancel;
 pub mod omitted;
 pub mod npy;
+mod csv;
 pub mod geometry;
 pub mod linalg;
 pub mod flexibility;

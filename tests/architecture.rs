@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const ORDER: [&str; 28] = [
+const ORDER: [&str; 29] = [
     "error",
     "cancel",
     "omitted",
     "npy",
+    "csv",
     "geometry",
     "linalg",
     "flexibility",

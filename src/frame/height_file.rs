@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::csv::{data_lines, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
@@ -30,17 +31,12 @@ pub fn read(path: &Path) -> Result<Array2> {
 fn csv(bytes: &[u8]) -> Result<Array2> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
-    let text = text.trim_start_matches('\u{feff}');
     let (mut values, mut shape) = (Vec::new(), [0, 0]);
-    for (number, line) in text.lines().enumerate() {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
+    for (number, line) in data_lines(text) {
         if line.contains(';') && line.contains(',') {
             return Err(Error::input(format!(
                 "line {} has commas as well as semicolons: decimal commas are not read; write decimal points, or separate all values alike",
-                number + 1
+                number
             )));
         }
         let start = values.len();
@@ -50,7 +46,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
                 let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
                 Error::input(format!(
                     "line {} (row {}, column {column}) has {found} where a number belongs",
-                    number + 1,
+                    number,
                     shape[0] + 1
                 ))
             })?;
@@ -60,7 +56,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         if shape[0] > 0 && length != shape[1] {
             return Err(Error::input(format!(
                 "line {} (row {}) has {length} values, the first row {}",
-                number + 1,
+                number,
                 shape[0] + 1,
                 shape[1]
             )));
@@ -68,23 +64,6 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         shape = [shape[0] + 1, length];
     }
     if values.is_empty() { Err(Error::input("it holds no numbers")) } else { Ok(Array2 { values, shape }) }
-}
-
-/// The cells of a line of a table: between commas or semicolons where it has them, else between blanks; without the quotes
-/// around them.
-pub(crate) fn split_fields(line: &str) -> Vec<&str> {
-    if line.contains([',', ';']) {
-        // A separator at the end of the line closes its last cell.
-        let line = line.strip_suffix([',', ';']).unwrap_or(line);
-        line.split([',', ';']).map(|cell| unquoted(cell.trim())).collect()
-    } else {
-        line.split_whitespace().map(unquoted).collect()
-    }
-}
-
-/// A cell without the quotes around it.
-fn unquoted(cell: &str) -> &str {
-    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Load histories from CSV files: a row is a load point, reached from the one before.
 
 use super::Resolver;
+use crate::csv::{data_lines, split_fields};
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
-use crate::frame::height_file::split_fields;
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 
@@ -44,10 +44,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
             return None;
         }
     };
-    let text = text.trim_start_matches('\u{feff}');
-    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    let mut lines: Vec<(usize, &str)> =
-        lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).collect();
+    let mut lines: Vec<(usize, &str)> = data_lines(&text).collect();
     let before = r.diagnostics.len();
     let columns = match &history.columns {
         Some(columns) => {

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Resolver;
+use crate::csv::data_lines;
 use crate::error::Error;
 use crate::geometry::fibre_axes;
 use crate::material::{ElementAxes, Orientation, Winding, WoundLayer};
@@ -210,17 +211,16 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let mut axes = ElementAxes::new(&path.display().to_string());
     let mut wrong = Vec::new();
     let mut before = false;
-    for (i, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    for (number, line) in data_lines(&text) {
         let line = line.split('#').next().unwrap_or("").trim();
         // A first line of names is a heading.
         let heading = !before && line.starts_with(|c: char| c.is_alphabetic() || c == '"');
-        if line.is_empty() || heading {
-            before |= heading;
+        before = true;
+        if heading {
             continue;
         }
-        before = true;
         if let Err(why) = add_line(&mut axes, line, &all, &solids) {
-            wrong.push(format!("{}:{}: {why}", path.display(), i + 1));
+            wrong.push(format!("{}:{}: {why}", path.display(), number));
         }
     }
     let more = wrong.len().saturating_sub(MAX_LISTED_LINES);
