@@ -1,6 +1,6 @@
 //! Results with the estimates of their errors, as a person reads them.
 
-use super::table::{align_columns, five_digits};
+use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
 /// Results with estimates below this share of the accuracy are left out of the table.
@@ -33,12 +33,11 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     let times = last.filter(|run| run.increment_factor > 1);
     let times = times.map(|run| format!(", increments x {}", run.increment_factor)).unwrap_or_default();
     let reached = if record.met { "reached" } else { "NOT REACHED; last converged run" };
-    let n = record.runs.len();
-    let plural = if n == 1 { "run" } else { "runs" };
+    let runs = counted(record.runs.len(), "run");
     let of = record.quantities.join(", ");
     let reason = record.reason.as_ref().map(|reason| format!("\n{reason}\n")).unwrap_or_default();
     format!(
-        "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}{reason}\n{}",
+        "accuracy {:e} of {of}: {reached}{cells}{times}; {runs}{reason}\n{}",
         record.requested,
         align_columns(&rows)
     )

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::progress::{ProgressDisplay, format_duration};
 use super::run::{explain_reason, print_error, show_failure};
-use super::table::{align_columns, five_digits};
+use super::table::{align_columns, five_digits, status_label, without_round_off};
 use super::{CompareArgs, exit, print_diagnostics, signal, to_stderr, to_stdout, with_severity};
 use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::compare::step_ends::{StepEndStates, VariantStates};
@@ -296,7 +296,7 @@ fn step_row(variant: &str, step: &StepResult) -> Vec<String> {
         let percent = step.difference.as_ref().and_then(pick);
         format!("{}{}", five_digits(value), percent.map(|p| format!(" ({p:+.1} %)")).unwrap_or_default())
     };
-    let [x, y] = step.tangential_force.map(|q| if q.abs() < 1e-7 * step.normal_force { 0.0 } else { q });
+    let [x, y] = step.tangential_force.map(|q| without_round_off(q, step.normal_force));
     let sideways = step.difference.as_ref().and_then(|difference| difference.tangential_force);
     let sideways = sideways.map(|p| format!(" ({p:.1} %)")).unwrap_or_default();
     vec![
@@ -316,13 +316,7 @@ fn step_row(variant: &str, step: &StepResult) -> Vec<String> {
 fn variant_rows(comparison: &Comparison) -> Vec<Vec<String>> {
     let mut rows = vec![["variant", "status", "time", "memory"].map(str::to_owned).to_vec()];
     for variant in &comparison.variants {
-        let status = match variant.status {
-            None => "not computed",
-            Some(Status::Converged) => "converged",
-            Some(Status::NotConverged) => "NOT CONVERGED",
-            Some(Status::Failed) => "FAILED",
-            Some(Status::Interrupted) => "INTERRUPTED",
-        };
+        let status = status_label(variant.status, "not computed");
         let memory = variant.peak_memory_bytes as f64 / f64::from(1 << 20);
         let memory = if memory > 0.0 { format!("{memory:.0} MiB") } else { String::new() };
         let time = if variant.status.is_some() { format_duration(variant.seconds) } else { String::new() };

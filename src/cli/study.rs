@@ -9,7 +9,7 @@ use super::max_memory::{MaxMemory, parse_max_memory};
 use super::progress::{ProgressDisplay, format_duration};
 use super::run::{explain_reason, print_error};
 use super::run_numbers::RunNumbers;
-use super::table::{align_columns, five_digits};
+use super::table::{align_columns, counted, five_digits, status_label};
 use super::{exit, print_diagnostics, signal, slurm, to_stderr, to_stdout, with_severity};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
@@ -128,13 +128,10 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         unconverged_lines(&result, &wanted).iter().for_each(|line| to_stderr(line));
         return code;
     }
-    let n = wanted.len();
     let mut text = describe(&sweep, &result, &wanted);
-    text.push_str(&format!("\n{n} {}", if n == 1 { "run" } else { "runs" }));
-    match result.left_out {
-        0 => {}
-        1 => text.push_str(", 1 combination left out"),
-        more => text.push_str(&format!(", {more} combinations left out")),
+    text.push_str(&format!("\n{}", counted(wanted.len(), "run")));
+    if result.left_out > 0 {
+        text.push_str(&format!(", {} left out", counted(result.left_out, "combination")));
     }
     match shared {
         None => text.push_str(&format!(", {reused} of them finished")),
@@ -203,13 +200,7 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
         let (spec, run) = (&sweep.runs[number], &result.runs[number]);
         let mut cells: Vec<String> =
             sweep.axes.iter().zip(&spec.choice).map(|(axis, &value)| axis.label(value)).collect();
-        cells.push(match run.status {
-            None => "not run".to_owned(),
-            Some(Status::Converged) => "converged".to_owned(),
-            Some(Status::NotConverged) => "NOT CONVERGED".to_owned(),
-            Some(Status::Failed) => "FAILED".to_owned(),
-            Some(Status::Interrupted) => "INTERRUPTED".to_owned(),
-        });
+        cells.push(status_label(run.status, "not run").to_owned());
         cells.extend(result.collect.iter().map(|path| run.result(path).map_or(String::new(), five_digits)));
         rows.push(cells);
     }
@@ -229,8 +220,7 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
         }
     }
     for (warning, count) in seen {
-        let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
-        text.push_str(&format!("\n{} ({runs})", with_severity(warning)));
+        text.push_str(&format!("\n{} ({})", with_severity(warning), counted(count, "run")));
     }
     if !text.ends_with('\n') {
         text.push('\n');

@@ -4,7 +4,7 @@ use crate::evolution::records::IncrementRecord;
 use crate::output::body_peaks::Peak;
 pub(super) use crate::output::number_format::five_digits;
 use crate::output::number_format::five_digits_of_small;
-use crate::output::summary::{Summary, Units};
+use crate::output::summary::{Status, Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
 pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
@@ -28,6 +28,27 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
         text.push('\n');
     }
     text
+}
+
+/// How a run ended, as tables show it; `absent` if it was not computed.
+pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'static str {
+    match status {
+        None => absent,
+        Some(Status::Converged) => "converged",
+        Some(Status::NotConverged) => "NOT CONVERGED",
+        Some(Status::Failed) => "FAILED",
+        Some(Status::Interrupted) => "INTERRUPTED",
+    }
+}
+
+/// A count with its noun: "1 run", "2 runs".
+pub(super) fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
+/// A component of a force; 0 where it is round-off beside the load.
+pub(super) fn without_round_off(force: f64, load: f64) -> f64 {
+    if force.abs() < 1e-7 * load { 0.0 } else { force }
 }
 
 /// What the line of a step with cycles shows.
@@ -115,10 +136,8 @@ fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
 }
 
 fn row(record: &IncrementRecord, optional: OptionalColumns) -> Vec<String> {
-    // Components that are round-off beside the load are shown as 0.
-    let force = |q: f64| five_digits(if q.abs() < 1e-7 * record.normal_force { 0.0 } else { q });
     let shift = record.shift.map(five_digits);
-    let tangential = record.tangential_force.map(force);
+    let tangential = record.tangential_force.map(|q| five_digits(without_round_off(q, record.normal_force)));
     let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
     let mark = if record.converged { "" } else { " !" };
     let mut cells = vec![
