@@ -3,19 +3,12 @@
 use crate::output::plot::axis::Axis;
 use crate::output::plot::{Anchor, Canvas, colour};
 
+const BAR_WIDTH_PX: f64 = 12.0;
+
 /// Draws the bar right of a plot `area` (left, top, width, height): colours from 0 to `peak`, which is written below.
 pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
-    let (left, top, width, height) = (area[0] + area[2] + 12.0, area[1], 12.0, area[3]);
-    let steps = 60;
-    for i in 0..steps {
-        let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(steps));
-        let step = height / f64::from(steps);
-        let y = top + height - f64::from(i + 1) * step;
-        canvas.add(format_args!(
-            r#"<rect x="{left}" y="{y:.2}" width="{width}" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
-            step + 0.5
-        ));
-    }
+    let (left, top, height) = (area[0] + area[2] + 12.0, area[1], area[3]);
+    draw_colours(canvas, [left, top, height], 60);
     if peak <= 0.0 {
         canvas.text([left, top - 8.0], Anchor::Start, 11.0, unit);
         return;
@@ -24,11 +17,24 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
     canvas.text([left, top - 8.0], Anchor::Start, 11.0, &axis.scaled_unit(unit));
     for (value, label) in axis.ticks() {
         let Some(y) = axis.to_pixel(value) else { continue };
-        canvas.text([left + width + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
+        canvas.text([left + BAR_WIDTH_PX + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
     }
     let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
     // Below the labels of x, whose last one reaches under the bar.
     canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
+}
+
+/// Draws the colours from low, at the bottom, to high in so many `steps`, in a bar at `left`, `top` of this `height`.
+pub(super) fn draw_colours(canvas: &mut Canvas, [left, top, height]: [f64; 3], steps: u32) {
+    let step = height / f64::from(steps);
+    for i in 0..steps {
+        let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(steps));
+        let y = top + height - f64::from(i + 1) * step;
+        canvas.add(format_args!(
+            r#"<rect x="{left}" y="{y:.2}" width="{BAR_WIDTH_PX}" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
+            step + 0.5
+        ));
+    }
 }
 
 fn three_digits(value: f64) -> String {

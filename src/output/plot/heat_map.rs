@@ -1,6 +1,7 @@
 //! Heat maps: numbers over two axes of a few values each.
 
 use crate::output::number_format::five_digits;
+use crate::output::plot::bar::draw_colours;
 use crate::output::plot::{Anchor, Canvas, PANEL, colour};
 
 /// A table of numbers, drawn as coloured fields.
@@ -78,15 +79,7 @@ impl HeatMap {
 
     fn bar(&self, canvas: &mut Canvas, [low, high]: [f64; 2]) {
         let (left, top, height) = (AREA[0] + AREA[2] + 14.0, AREA[1], AREA[3]);
-        let step = height / f64::from(STEPS);
-        for i in 0..STEPS {
-            let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(STEPS));
-            let y = top + height - f64::from(i + 1) * step;
-            canvas.add(format_args!(
-                r#"<rect x="{left}" y="{y:.2}" width="12" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
-                step + 0.5
-            ));
-        }
+        draw_colours(canvas, [left, top, height], STEPS);
         canvas.text([left + 18.0, top + 10.0], Anchor::Start, 11.0, &five_digits(high));
         canvas.text([left + 18.0, top + height], Anchor::Start, 11.0, &five_digits(low));
         canvas.upward_text([PANEL[0] - 22.0, top + 0.5 * height], 12.0, &self.labels[2]);
