@@ -217,10 +217,7 @@ fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) 
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);
     let mut outward = vec![Point::zeros(); mesh.n_points()];
     for face in faces.iter().filter(|face| face.nodes.iter().all(|&node| in_contact[node])) {
-        let corner = |i: usize| Point::from(mesh.points[face.nodes[i]]);
-        let area: Point = (1..face.kind.n_corners() - 1)
-            .map(|i| (corner(i) - corner(0)).cross(&(corner(i + 1) - corner(0))))
-            .sum();
+        let area = face.area_vector(mesh);
         face.nodes.iter().for_each(|&node| outward[node] += area);
     }
     outward

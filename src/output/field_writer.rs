@@ -15,7 +15,7 @@ use crate::output::body_peaks::BodyRecord;
 use crate::output::frame_fields::{FrameMesh, frame_grid, planes_to_triples};
 use crate::output::history_table::loops_csv;
 use crate::output::interior_points::InteriorPointRequest;
-use crate::output::output_dir::{OutputDir, write_error};
+use crate::output::output_dir::OutputDir;
 use crate::output::plot::loops::{LoopCurve, loops_svg};
 use crate::output::run_figures::RunFigures;
 use crate::output::summary::Summary;
@@ -244,7 +244,7 @@ impl<'a> FieldWriter<'a> {
         // Other bodies in the place of the scene's own, as for comparisons, may have none.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
-        write_text(output, &format!("{series}_{:04}.csv", self.written.n_written), &request.csv(states)?)?;
+        output.write_text(&format!("{series}_{:04}.csv", self.written.n_written), &request.csv(states)?)?;
         if request.across.is_some() {
             self.write_grid(output, &series, &request.grid(states))?;
         }
@@ -304,17 +304,13 @@ impl<'a> FieldWriter<'a> {
         let WrittenFields { series_files, pictures, peaks, .. } = self.written;
         summary.bodies = peaks;
         for (series, files) in series_files {
-            write_text(output, &format!("{series}.pvd"), &pvd_collection(&files))?;
+            output.write_text(&format!("{series}.pvd"), &pvd_collection(&files))?;
         }
         if !summary.loops.is_empty() {
             let loops: Vec<LoopCurve> = summary.loops.iter().map(LoopCurve::of).collect();
-            write_text(output, "loops.svg", &loops_svg(&loops, &summary.units))?;
-            write_text(output, "loops.csv", &loops_csv(&summary.loops)?)?;
+            output.write_text("loops.svg", &loops_svg(&loops, &summary.units))?;
+            output.write_text("loops.csv", &loops_csv(&summary.loops)?)?;
         }
         pictures.write((self.frame, &self.surface), output, summary)
     }
-}
-
-fn write_text(output: &mut OutputDir, name: &str, text: &str) -> Result<()> {
-    output.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
 }

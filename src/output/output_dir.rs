@@ -209,6 +209,14 @@ impl OutputDir {
         Ok(())
     }
 
+    /// Gathers a file with the content `text`.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_text(&mut self, name: &str, text: &str) -> Result<()> {
+        self.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
+    }
+
     /// Gathers a file: `fill` writes its content. A file of the same name gathered before is replaced.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use crate::flexibility::operator_history::OperatorHistory;
 use crate::output::checkpoint_writer::{self, CheckpointWriter};
 use crate::output::field_writer::{FieldWriter, WrittenFields};
 use crate::output::history_table::history_csv;
-use crate::output::output_dir::{OutputDir, StagedFile, write_error};
+use crate::output::output_dir::{OutputDir, StagedFile};
 use crate::output::summary::Summary;
 
 /// What a run shows while it computes.
@@ -212,8 +212,7 @@ fn write_history(output: &mut OutputDir, summary: &Summary) -> Result<()> {
     if summary.steps.is_empty() {
         return Ok(());
     }
-    let text = history_csv(&summary.steps)?;
-    output.write("history.csv", |file| file.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
+    output.write_text("history.csv", &history_csv(&summary.steps)?)
 }
 
 impl Observer for Recorder<'_> {

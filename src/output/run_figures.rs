@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::frame::ContactFrame;
 use crate::output::line_profile::{ProfileLine, profile_along};
-use crate::output::output_dir::{OutputDir, write_error};
+use crate::output::output_dir::OutputDir;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::frame_map::{MapKind, StepEndFields, maps_svg};
@@ -69,14 +69,14 @@ impl RunFigures {
         let units = &summary.units;
         for (kind, name) in MAPS {
             if let Some(picture) = maps_svg((frame, surface), &self.steps, kind, units) {
-                write_text(output, name, &picture)?;
+                output.write_text(name, &picture)?;
             }
         }
         // Around a bore two sides would lie on each other.
         if frame.is_single_valued() {
-            write_text(output, "profiles.svg", &self.profiles((frame, surface), units))?;
+            output.write_text("profiles.svg", &self.profiles((frame, surface), units))?;
         }
-        write_text(output, "history.svg", &history_svg(&summary.steps, units))
+        output.write_text("history.svg", &history_svg(&summary.steps, units))
     }
 
     /// Tractions and worn depth along e1 and e2, two rows for each step, as one picture.
@@ -182,10 +182,6 @@ fn wear_panel(
         series,
     }
     .panel()
-}
-
-fn write_text(output: &mut OutputDir, name: &str, text: &str) -> Result<()> {
-    output.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
 }
 
 #[cfg(test)]

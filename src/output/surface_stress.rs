@@ -10,10 +10,7 @@ use crate::mesh::faces::SurfaceFace;
 fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec<Vector3<f64>> {
     let mut sums = vec![Vector3::zeros(); mesh.n_points()];
     for face in faces {
-        let corner = |i: usize| Vector3::from(mesh.points[face.nodes[i]]);
-        let fan = 1..face.kind.n_corners() - 1;
-        let area: Vector3<f64> =
-            fan.map(|i| (corner(i) - corner(0)).cross(&(corner(i + 1) - corner(0)))).sum();
+        let area = face.area_vector(mesh);
         face.nodes.iter().for_each(|&node| sums[node] += area);
     }
     sums.into_iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
