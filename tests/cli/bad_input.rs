@@ -105,6 +105,12 @@ const TABLE: &[Row] = &[
     ("material = \"steel\"", "material = \"steel\"\nmesh = \"a.msh\"", 1, &["it belongs to kind = \"fe\""]),
     ("tilt = 30.0", "titl = 30.0", 0, &["body1.fibre.titl", "did you mean `tilt`"]),
     ("k = 1.25e-9", "k = 1.25e-9\ni_L = 5.0e-10", 1, &["wear.i_L", "it belongs to law = \"frp\""]),
+    (
+        "k = 1.25e-9",
+        "k = 1.25e-9\nbeyond_critical = true",
+        1,
+        &["wear.beyond_critical", "no key `beyond_critical` any more", "sdirk2"],
+    ),
     ("fields = []", "fields = [\"vtk\"]", 0, &["output.fields.0", "\"vtu\""]),
     // Missing keys.
     ("radius = 50.0\n", "", 0, &["`gap` lacks `radius`"]),

@@ -88,7 +88,7 @@ fn the_option_wins_over_the_key() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` says what is allowed: 80 % of what is available, or what the option says.
+/// Truth: docs/command-line.md: `check` says what is allowed: 80 % of what is available, or what the option says. Defaults: docs/keys.md.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
@@ -101,6 +101,8 @@ fn check_says_what_is_allowed() {
         assert!(code == Some(0) && text.contains(word), "{options:?}: {text}");
         let default = "solver.memory_limit: 80 % of the memory available at the start of the run";
         assert_eq!(text.contains(default), shown, "{options:?}: {text}");
+        let solver = ["tolerance: 1e-8", "method: auto", "coupling: schur", "precision: mixed", "skip: true"];
+        assert!(solver.iter().all(|line| text.contains(&format!("  solver.{line}\n"))), "{text}");
     }
 }
 

@@ -288,5 +288,5 @@
   open(sections.find((section) => `#${section.id}` === location.hash) || sections[0]);
   window.addEventListener("resize", () => view && view.resize());
   window.addEventListener("beforeprint", () => view && view.resize());
-  window.orthowearReport = { map, view: () => view };
+  window.orthowearReport = { map };
 })();
