@@ -4,7 +4,7 @@
     cargo build --release && python3 benchmarks/study/run.py [--repeats N] [STUDY]
 
 In turns: the study on two threads, and each of its runs as a process of its own, two at a time; medians of the wall clock and of the processor time. Then
-the cost of the study for each run: the same runs without anything in common on one thread, less the times that the runs alone report.
+the cost of the study for each run: the study on one thread, less the runs alone.
 """
 
 import argparse
@@ -67,20 +67,10 @@ def main():
             )
 
         def costs():
-            only = ["--only", ",".join(str(number + 1) for number in leaders)]
-            wall, _ = timed(lambda: run("study", wanted.study, "--threads", 1, "--out", folder / "cost", *only, "--quiet"))
-            alone = [timed(lambda n=n: one((n, runs[n])))[0] for n in leaders]
-            return (wall - sum(alone)) / len(leaders)
+            wall, _ = timed(lambda: run("study", wanted.study, "--threads", 1, "--out", folder / "cost", "--quiet"))
+            alone = [timed(lambda n=n: one((n, runs[n])))[0] for n in range(len(runs))]
+            return (wall - sum(alone)) / len(runs)
 
-        # The runs that go all of their steps themselves.
-        entries = json.loads((folder / "study" / "study.json").read_text())["runs"]
-
-        def goes_all(entry):
-            summary = json.loads((folder / "study" / entry["folder"] / "summary.json").read_text())
-            return not any("another run of the study" in skipped["why"] for skipped in summary["skipped"])
-
-        leaders = [number for number, entry in enumerate(entries) if goes_all(entry)]
-        print(f"{len(runs) - len(leaders)} of {len(runs)} runs take steps from another one, or are its images")
         cost = [costs() for _ in range(wanted.repeats)]
         print(f"a run in the study takes {1e3 * statistics.median(cost):.1f} ms more than as a process of its own (less: negative)")
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
-import math
 import operator
 import os
+import pickle
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -75,8 +75,8 @@ class Study:
         max_memory: of all runs together; with a client of each run.
         progress: called with how many runs have ended, and how many are wanted.
         cache: whether flexibilities of meshed bodies are kept and shared.
-        client: a dask.distributed.Client; a run is then a task, or several runs that begin alike as far as there are twice as many tasks as
-            threads of workers that are there or asked for, and what a lost worker had begun is gone on with by another one. All workers see the folders of the study and of its results under the same paths.
+        client: a dask.distributed.Client; each run is then a task. A run whose worker is lost begins anew on another one, with `resume` at its last
+            checkpoint. All workers see the folders of the study and of its results under the same paths.
 
         A run that fails or does not converge is no exception: `status` of its row says so.
         """
@@ -87,7 +87,7 @@ class Study:
             return StudyResult(folder, *self._core.run(settings, folder, numbers, resume, progress))
         settings = _settings(1 if threads is None else threads, max_memory, cache)
         wanted = list(range(len(self))) if numbers is None else numbers
-        _on_workers(client, self, (settings, folder, resume), wanted, progress)
+        _run_on_workers(client, self, (settings, folder, resume), wanted, progress)
         return StudyResult(folder, *self._core.collect(folder, numbers is None))
 
     def _numbers(self, only: Iterable[int]) -> list[int]:
@@ -189,74 +189,41 @@ def _key(values: list[Any]) -> str:
     return repr(values)
 
 
-#: The study that a worker has read last, with path, time of the file, and overrides: once for all of its runs.
-_known: tuple[tuple[Path, float, str], Study] | None = None
+@functools.lru_cache(maxsize=1)
+def _study(path: Path, modified: float, overrides: bytes) -> Study:
+    """The study of a file as it was at a time: read once for all runs of a worker."""
+    return Study(path, pickle.loads(overrides))
 
 
-def _part(numbers: list[int], path: Path, overrides: dict[str, Any], job: tuple[dict[str, Any], Path, float]) -> None:
-    """Some runs, on a worker. What a task of this study has begun or done there is not begun anew."""
-    global _known
-    name = (path, path.stat().st_mtime, repr(sorted(overrides.items())))
-    known = _known
-    if known is None or known[0] != name:
-        known = _known = (name, Study(path, overrides))
-    study = known[1]
-    settings, folder, since = job
-    runs = study.plan["runs"]
-    files = ("summary.json", "checkpoint-1.bin", "checkpoint-2.bin")
-    begun = {n for n in numbers if any(_changed(folder / runs[n]["folder"] / file) >= since for file in files)}
-    for resume in (True, False):
-        if some := [number for number in numbers if (number in begun) == resume]:
-            study._core.run(settings, folder, some, resume, None)
+def _run_one(number: int, path: Path, overrides: bytes, settings: dict[str, Any], folder: Path, resume: bool) -> None:
+    """One run, on a worker."""
+    study = _study(path, path.stat().st_mtime, overrides)
+    study._core.run(settings, folder, [number], resume, None)
 
 
-def _changed(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return -math.inf
-
-
-def _on_workers(
+def _run_on_workers(
     client: Any,
     study: Study,
-    job: tuple[dict[str, Any], Path, bool],
+    arguments: tuple[dict[str, Any], Path, bool],
     numbers: list[int],
     progress: Callable[[int, int], object] | None,
 ) -> None:
-    """Runs those numbers in tasks of `client`, each once however often its worker is lost."""
+    """Runs those numbers, each in a task of `client`.
+
+    Raises what stopped a run from being made; one that fails or does not converge says so in its folder.
+    """
     from dask.distributed import as_completed
 
-    settings, folder, resume = job
+    settings, folder, resume = arguments
     folder.mkdir(parents=True, exist_ok=True)
-    # By the clock of the file system, which all workers share.
-    begun = folder / ".begun"
-    begun.touch()
-    started = _changed(begun)
-    since = -math.inf if resume else started
-    # Workers that are there, or asked for; where neither is known, a task for each run.
-    threads = max(sum(client.nthreads().values()), len(getattr(client.cluster, "plan", ())))
-    parts = study._core.parts(numbers, 2 * threads or len(numbers))
-    tasks = client.map(
-        _part,
-        parts,
-        path=study.path,
-        overrides=study.overrides,
-        job=(settings, folder, since),
-        pure=False,
-        retries=RETRIES,
-    )
+    shared = {"settings": settings, "folder": folder, "resume": resume}
+    study_file = {"path": study.path, "overrides": pickle.dumps(study.overrides)}
+    tasks = client.map(_run_one, numbers, **study_file, **shared, pure=False, retries=RETRIES)
     try:
-        done, size = 0, {task.key: len(part) for task, part in zip(tasks, parts, strict=True)}
-        for task in as_completed(tasks, raise_errors=False):
-            done += size[task.key]
+        for done, _ in enumerate(as_completed(tasks, raise_errors=False), 1):
             if progress is not None:
                 progress(done, len(numbers))
     finally:
         client.cancel([task for task in tasks if not task.done()])
-        begun.unlink(missing_ok=True)
-    for part, task in zip(parts, tasks, strict=True):
-        places = [folder / study.plan["runs"][number]["folder"] / "summary.json" for number in part]
-        if task.status != "finished" and any(_changed(place) < started for place in places):
-            # Nothing is there that would say it.
-            task.result()
+    for task in tasks:
+        task.result()

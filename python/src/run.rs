@@ -18,7 +18,6 @@ use orthowear::simulation::SceneError;
 use orthowear::simulation::job;
 use orthowear::simulation::resume::CheckpointSettings;
 use orthowear::simulation::segments::{RunOptions, keep_files};
-use orthowear::sweep::shared_beginnings::SharedWork;
 
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
@@ -125,7 +124,6 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
                 observer: &mut watcher,
                 stop: &line.stop,
                 checkpoints,
-                shared_work: SharedWork::default(),
                 on_end: &mut keep_files,
             };
             adaptive::run(&plan, output, &mut summary, job).err()

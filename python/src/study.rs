@@ -75,12 +75,6 @@ impl Study {
         Ok((convert::to_python(py, &json!(result))?, code, kept))
     }
 
-    /// Splits the runs of these numbers into parts for workers that share nothing but files, about `wanted` of them or more.
-    fn parts(&self, py: Python<'_>, numbers: Vec<usize>, wanted: usize) -> PyResult<Vec<Vec<usize>>> {
-        self.check(py, &numbers)?;
-        Ok(sweep::parts(&self.sweep.runs, &numbers, wanted))
-    }
-
     /// Collects the runs from their folders in `out`, and writes the table if wanted: study.json, exit code, how many have been done.
     fn collect<'py>(
         &self,

@@ -13,7 +13,6 @@ use crate::scene::Plan;
 use crate::scene::spec::solver::Output;
 use crate::simulation::SceneError;
 use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
-use crate::sweep::shared_beginnings::SharedWork;
 
 /// Why a run of which the estimates stay above the accuracy did not converge.
 pub const ACCURACY_NOT_REACHED: &str = "accuracy";
@@ -116,7 +115,6 @@ impl AccuracyRun<'_, '_, '_> {
             observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,
-            shared_work: SharedWork::default(),
             on_end: &mut complete,
         };
         let ended = run_simulation(&plan, None, &mut own, job);
@@ -174,7 +172,6 @@ impl AccuracyRun<'_, '_, '_> {
             observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,
-            shared_work: SharedWork::default(),
             on_end: &mut complete,
         };
         let code = run_simulation(&plan, output, self.summary, job);

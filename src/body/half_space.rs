@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{BodyEquations, BodyField, ElasticBody, PointState};
 use crate::bem::half_space::plane::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
-    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, KernelCache, PeriodicFlexibility,
+    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility,
     PointForceField, SubsurfaceField, SurfaceGreen,
 };
 use crate::cancel;
@@ -51,8 +51,6 @@ pub struct HalfSpaceBody {
     memory: MemoryLimit,
     /// Stiffness in axes in which the outward normal is the third.
     stiffness: Stiffness,
-    /// What operators on grids are made of, kept for other runs.
-    kernels: Option<Arc<KernelCache>>,
     /// Where tables of its field are kept.
     cache: Option<Cache>,
     /// The field of a point force, made when points inside are asked for.
@@ -67,26 +65,10 @@ impl HalfSpaceBody {
     /// # Errors
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
     pub fn new(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::with_kernels(stiffness, side, frame, None)
-    }
-
-    /// The same with what is kept of other half-spaces.
-    ///
-    /// # Errors
-    /// As [`HalfSpaceBody::new`].
-    pub fn with_kernels(
-        stiffness: &Stiffness,
-        side: Side,
-        frame: &ContactFrame,
-        kernels: Option<Arc<KernelCache>>,
-    ) -> Result<Self> {
         let axes = plane_axes(frame)?;
         // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
-        let green = match &kernels {
-            Some(kernels) => kernels.green(&local, side)?,
-            None => SurfaceGreen::new(&local, side)?,
-        };
+        let green = SurfaceGreen::new(&local, side)?;
         let (cells, cross) = (PlaneCells::new(frame)?, CrossBlocks::SkipVanishing);
         let memory = MemoryLimit::of_machine();
         Ok(Self {
@@ -98,7 +80,6 @@ impl HalfSpaceBody {
             cross,
             memory,
             stiffness: local.rotated(&outward_rotation(side)),
-            kernels,
             cache: None,
             point_force: OnceLock::new(),
             operator: OnceLock::new(),
@@ -165,8 +146,7 @@ impl HalfSpaceBody {
     }
 
     fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
-        let kernels = self.kernels.as_deref();
-        self.cells.flexibility(&self.green, (cross, kernels), (self.tolerance, &self.memory))
+        self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
     }
 }
 
@@ -288,15 +268,13 @@ impl PlaneCells {
     fn flexibility(
         &self,
         green: &SurfaceGreen,
-        (cross, kernels): (CrossBlocks, Option<&KernelCache>),
+        cross: CrossBlocks,
         (tolerance, memory): (f64, &MemoryLimit),
     ) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
                 let whole: Box<dyn Flexibility> = match periodic {
-                    [false, false] => {
-                        Box::new(FftFlexibility::with_kernel_cache(*cells, *spacing, green, cross, kernels)?)
-                    }
+                    [false, false] => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
                     _ => Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
                 };
                 match places {
@@ -327,13 +305,9 @@ pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
 pub fn half_space_flexibility(
     green: &SurfaceGreen,
     frame: &ContactFrame,
-    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
+    cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(
-        green,
-        (cross, kernels),
-        (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()),
-    )
+    PlaneCells::new(frame)?.flexibility(green, cross, (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.

@@ -23,7 +23,6 @@ use crate::output::vtu::pvd_collection;
 use crate::report::remove_stale_report;
 use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
-use crate::sweep::shared_beginnings::SharedWork;
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {
@@ -170,7 +169,6 @@ impl VariantRunner<'_> {
             observer: &mut ends,
             stop: self.stop,
             checkpoints: None,
-            shared_work: SharedWork::default(),
             on_end: &mut keep_files,
         };
         let code = run_simulation(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {

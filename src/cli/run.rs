@@ -20,7 +20,6 @@ use crate::simulation::SceneError;
 use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
-use crate::sweep::shared_beginnings::SharedWork;
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {
@@ -67,7 +66,6 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         observer: &mut nobody,
         stop,
         checkpoints: Some(checkpoints),
-        shared_work: SharedWork::default(),
         on_end,
     };
     let code = adaptive::run(&plan, Some(output), &mut summary, job);

@@ -6,7 +6,7 @@ pub mod distance;
 
 use nalgebra::Vector3;
 
-use crate::bem::half_space::{CrossBlocks, KernelCache, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
@@ -57,19 +57,17 @@ impl CoupledBodies {
 
 /// How the operators of half-spaces are made.
 #[derive(Clone, Copy)]
-pub struct HalfSpaceOperators<'a> {
+pub struct HalfSpaceOperators {
     /// What happens to vanishing blocks of each.
     pub cross: CrossBlocks,
     /// Whether two of them are one operator of their summed Green's functions.
     pub summed: bool,
-    /// What they are made of, kept for other runs.
-    pub kernels: Option<&'a KernelCache>,
 }
 
-impl From<CrossBlocks> for HalfSpaceOperators<'_> {
+impl From<CrossBlocks> for HalfSpaceOperators {
     /// Summed where work is left out.
     fn from(cross: CrossBlocks) -> Self {
-        Self { cross, summed: cross == CrossBlocks::SkipVanishing, kernels: None }
+        Self { cross, summed: cross == CrossBlocks::SkipVanishing }
     }
 }
 
@@ -77,12 +75,12 @@ impl From<CrossBlocks> for HalfSpaceOperators<'_> {
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be made.
-pub fn couple<'a>(
+pub fn couple(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     coupling: Coupling,
-    half_spaces: impl Into<HalfSpaceOperators<'a>>,
+    half_spaces: impl Into<HalfSpaceOperators>,
 ) -> Result<CoupledBodies> {
     let coupled = match coupling {
         Coupling::Schur => sum_of_bodies(body1, body2, frame, half_spaces.into()),
@@ -141,7 +139,7 @@ fn sum_of_bodies(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    operators: HalfSpaceOperators<'_>,
+    operators: HalfSpaceOperators,
 ) -> Result<CoupledBodies> {
     let half_spaces = [&*body1, &*body2].map(|body| body.near_field_green().is_some());
     let summed = operators.summed && half_spaces == [true; 2];
@@ -162,11 +160,11 @@ fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    HalfSpaceOperators { cross, summed, kernels }: HalfSpaceOperators<'_>,
+    HalfSpaceOperators { cross, summed }: HalfSpaceOperators,
 ) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
     if summed && let (Some(lower), Some(upper)) = (body1.near_field_green(), body2.near_field_green()) {
         let green = SurfaceGreen::sum(&[lower, upper]);
-        return Ok((with_far_fields(&green, [body1, body2], frame, (cross, kernels))?, [false; 2]));
+        return Ok((with_far_fields(&green, [body1, body2], frame, cross)?, [false; 2]));
     }
     let own = [body1.take_flexibility(cross)?, body2.take_flexibility(cross)?];
     let rigid = [own[0].is_none(), own[1].is_none()];
@@ -184,7 +182,7 @@ fn with_far_fields(
     green: &SurfaceGreen,
     bodies: [&mut dyn ElasticBody; 2],
     frame: &ContactFrame,
-    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
+    cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
     let far_field = |body: &&mut dyn ElasticBody| match body.equations() {
         Hybrid(body) => Some(body.far_field().clone()),
@@ -193,9 +191,9 @@ fn with_far_fields(
     let far: Vec<FarField> = bodies.iter().filter_map(far_field).collect();
     match frame.grid {
         Some(grid) if !far.is_empty() => {
-            build_corrected_flexibility(green, far, (&grid, frame.grid_indices.as_deref()), (cross, kernels))
+            build_corrected_flexibility(green, far, (&grid, frame.grid_indices.as_deref()), cross)
         }
-        _ => half_space_flexibility(green, frame, (cross, kernels)),
+        _ => half_space_flexibility(green, frame, cross),
     }
 }
 

@@ -36,28 +36,6 @@ pub(super) enum StepProgress {
 }
 
 impl RunCheckpoint {
-    /// Number of finished steps.
-    pub fn n_steps(&self) -> usize {
-        self.step_index
-    }
-
-    /// Names of the steps so far.
-    pub fn step_names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self.records.iter().map(|record| record.name.as_str()).collect();
-        names.dedup();
-        names
-    }
-
-    /// Seconds by stage.
-    pub fn timings(&self) -> &[(String, f64)] {
-        &self.timings
-    }
-
-    /// For a run that did not spend the time itself.
-    pub fn without_timings(self) -> Self {
-        Self { timings: Vec::new(), ..self }
-    }
-
     /// The entries so far.
     pub fn records(&self) -> &[IncrementRecord] {
         &self.records

@@ -181,26 +181,6 @@ fn run_on_this_thread(
     Ok(run.result)
 }
 
-/// What all of the steps decide from the first increment on: runs on one model whose first steps and outlook are the same are the same up to
-/// the end of these steps, to the last bit, if they do not end there.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct PrefixKey {
-    friction: bool,
-    controls_rotation: bool,
-    path_dependence: Option<String>,
-}
-
-impl PrefixKey {
-    /// That of `steps`.
-    pub fn of(friction: &FrictionLaw, steps: &[Step]) -> Self {
-        Self {
-            friction: steps.iter().any(|step| step.friction),
-            controls_rotation: steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some()),
-            path_dependence: path_dependence_warning(friction, steps),
-        }
-    }
-}
-
 impl Run<'_> {
     /// Runs the steps that are left.
     fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {

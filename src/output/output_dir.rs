@@ -150,24 +150,6 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// Gathers copies of `files`, as a run that has ended left them in `folder`; whether all are there.
-    ///
-    /// # Errors
-    /// Resources, if one cannot be written.
-    pub fn copy_from(&mut self, folder: &Path, files: &[StagedFile]) -> Result<bool> {
-        self.set_aside_unfinished_run()?;
-        for file in files {
-            let (from, to) = (folder.join(&file.name), self.staging.join(&file.name));
-            if !fs::metadata(&from).is_ok_and(|found| found.len() == file.bytes) {
-                return Ok(false);
-            }
-            let copied = fs::copy(&from, &to).and_then(|_| File::open(&to)?.sync_all());
-            copied.map_err(|e| file_error("cannot write", &to, &e))?;
-        }
-        self.files.extend_from_slice(files);
-        Ok(true)
-    }
-
     /// From now on what is gathered outlives the run if it does not come to its end: a checkpoint speaks of it.
     ///
     /// # Errors

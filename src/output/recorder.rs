@@ -1,6 +1,5 @@
 //! Collects what a run reports, increment by increment, and writes its result files.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{ErrorKind, Result};
@@ -116,18 +115,6 @@ impl<'a> Recorder<'a> {
             written: self.fields.map_or_else(WrittenFields::default, FieldWriter::into_written),
             checkpoint_writer: self.checkpoints.map(|keeping| keeping.writer),
         }
-    }
-
-    /// What has been written so far, and the files.
-    pub fn written(&self) -> (WrittenFields, Vec<StagedFile>) {
-        let written =
-            self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
-        (written, self.output.as_ref().map_or_else(Vec::new, |output| output.files().to_vec()))
-    }
-
-    /// Where the files will be.
-    pub fn folder(&self) -> Option<&Path> {
-        self.output.as_ref().map(OutputDir::path)
     }
 
     /// The records so far.

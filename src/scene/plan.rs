@@ -14,7 +14,6 @@ use super::spec::laws::Integrator;
 use super::spec::solver::{Output, Solver};
 use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
-use crate::bem::half_space::KernelCache;
 use crate::body;
 use crate::evolution::step::Step;
 use crate::fem::{self, HexFormulation};
@@ -72,8 +71,6 @@ pub struct Plan {
     pub fields_every: usize,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
-    /// What operators of half-spaces are made of, kept for other runs of this process; `None` where it is not.
-    pub kernel_cache: Option<Arc<KernelCache>>,
     /// What the user should know before running.
     pub notes: Vec<String>,
     /// Files that the scene names, by key.

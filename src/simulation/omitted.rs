@@ -124,9 +124,7 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
         return Vec::new();
     };
     let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].as_fe().is_some());
-    meshed
-        .map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why))
-        .collect()
+    meshed.map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why)).collect()
 }
 
 /// Whether fields are written that need the factors of meshed bodies.

@@ -11,7 +11,7 @@ use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Ob
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;
-use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter, CompletedWork, MeshUpdates};
+use crate::output::checkpoint_writer::{CheckpointData, CheckpointWriter};
 use crate::output::field_writer::{FieldWriter, WrittenFields};
 use crate::output::output_dir::OutputDir;
 use crate::output::recorder::{ProgressEvent, Recorder, RecorderParts};
@@ -21,7 +21,6 @@ use crate::simulation::mesh_motion::WearBudget;
 use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
 use crate::simulation::resume::CheckpointSettings;
 use crate::simulation::{SceneError, Simulation};
-use crate::sweep::shared_beginnings::{PrefixRecorder, RestoredPrefix, SharedPrefix, SharedWork};
 
 /// How a plan is run.
 pub struct RunOptions<'a> {
@@ -35,8 +34,6 @@ pub struct RunOptions<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<CheckpointSettings>,
-    /// What it shares with other runs.
-    pub shared_work: SharedWork<'a>,
     /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
     pub on_end: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
 }
@@ -68,15 +65,13 @@ impl Observer for NullObserver {
 }
 
 /// The recorder of a run, and somebody who watches besides.
-struct RunObserver<'a, 'r, 'p> {
+struct RunObserver<'a, 'r> {
     recorder: &'a mut Recorder<'r>,
     user_observer: &'a mut dyn Observer,
     wear_budget: Option<WearBudget>,
-    /// The run, and what others go on from, on its first frame and with unmoved meshes.
-    forks: Option<(&'a Simulation<'p>, &'a mut PrefixRecorder)>,
 }
 
-impl Observer for RunObserver<'_, '_, '_> {
+impl Observer for RunObserver<'_, '_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         self.recorder.progress(stage, fraction, residual);
     }
@@ -87,16 +82,7 @@ impl Observer for RunObserver<'_, '_, '_> {
     }
 
     fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
-        self.recorder.on_checkpoint(moment, snapshot)?;
-        let Some((study, forks)) = self.forks.as_mut().filter(|(_, forks)| forks.are_due(moment)) else {
-            return Ok(());
-        };
-        let snapshot = snapshot();
-        if forks.after_steps.contains(&snapshot.n_steps()) {
-            let (written, folder) = (self.recorder.written(), self.recorder.folder());
-            forks.recorded.push(SharedPrefix::new((study, snapshot), written, folder));
-        }
-        Ok(())
+        self.recorder.on_checkpoint(moment, snapshot)
     }
 
     fn cancelled(&self) -> bool {
@@ -127,7 +113,7 @@ struct Segment {
 /// summary too.
 pub fn run_simulation(
     plan: &Plan,
-    mut output: Option<OutputDir>,
+    output: Option<OutputDir>,
     summary: &mut Summary,
     mut job: RunOptions<'_>,
 ) -> std::result::Result<u8, SceneError> {
@@ -147,29 +133,11 @@ pub fn run_simulation(
         }
         Err(failure) => return conclude_unstarted(early(output), summary, failure),
     };
-    let begun = job.shared_work.from.take().filter(|_| from.is_none());
-    let begun = match begun.map(|fork| fork.restore(&study, output.as_mut())).transpose() {
-        Ok(taken) => taken.flatten(),
-        Err(error) => return conclude_unstarted(early(output), summary, without_key(error)),
-    };
     let keeper = job
         .checkpoints
         .take()
         .map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
-    if let Some(RestoredPrefix { snapshot, course, written, skipped }) = begun {
-        summary.skipped.push(skipped);
-        let records = snapshot.records().to_vec();
-        let checkpoint_writer = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
-        let parts = RecorderParts { output, records, written, checkpoint_writer };
-        return run_segments(
-            plan,
-            study,
-            Segment { parts, from: Some((snapshot, course)), stage },
-            summary,
-            &mut job,
-        );
-    }
     let (written, from) = match from.map(|from| from.checkpoint_data) {
         Some(CheckpointData { snapshot, operator_history, written, .. }) => {
             (written, Some((snapshot, operator_history)))
@@ -255,14 +223,8 @@ fn run_segments<'p>(
             Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), summary),
         };
         job.observer.on_frame(&study.model().frame);
-        let is_first = stage.frame_growths == 0 && stage.mesh_updates == MeshUpdates::default();
-        let forks = job.shared_work.recorder.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
-        let mut watched = RunObserver {
-            recorder: &mut recorder,
-            user_observer: &mut *job.observer,
-            wear_budget,
-            forks,
-        };
+        let mut watched =
+            RunObserver { recorder: &mut recorder, user_observer: &mut *job.observer, wear_budget };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
@@ -280,12 +242,7 @@ fn run_segments<'p>(
         }) {
             None => return conclude(recorder, &mut *job.on_end, result, summary),
             Some(Continuation::Stop(why)) => {
-                return conclude(
-                    recorder,
-                    &mut *job.on_end,
-                    with_warning(result, Some(why)),
-                    summary,
-                );
+                return conclude(recorder, &mut *job.on_end, with_warning(result, Some(why)), summary);
             }
             Some(Continuation::Interrupted) => {
                 return conclude(recorder, &mut *job.on_end, interrupted(result), summary);
@@ -321,12 +278,7 @@ fn run_segments<'p>(
                 let resumes = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
                 let recorder =
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
-                return conclude(
-                    recorder.with_checkpoint_files(resumes),
-                    &mut *job.on_end,
-                    result,
-                    summary,
-                );
+                return conclude(recorder.with_checkpoint_files(resumes), &mut *job.on_end, result, summary);
             }
         }
     }
@@ -458,7 +410,6 @@ checkpoint = { seconds = 1e-9 }
             observer: &mut frames,
             stop: &stop,
             checkpoints: None,
-            shared_work: SharedWork::default(),
             on_end: &mut keep_files,
         };
         let mut summary = crate::simulation::job::new_summary(&plan);
@@ -495,7 +446,6 @@ checkpoint = { seconds = 1e-9 }
             observer: &mut Breaks(3),
             stop: &stop,
             checkpoints: Some(checkpoints),
-            shared_work: SharedWork::default(),
             on_end: &mut keep_files,
         };
         let failure =

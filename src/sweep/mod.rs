@@ -6,9 +6,7 @@
 
 pub mod axes;
 pub mod collect;
-mod parts;
 pub mod plots;
-mod queue;
 mod range;
 pub mod read;
 mod require;
@@ -16,10 +14,8 @@ pub mod run;
 mod sample;
 mod scenes;
 pub mod share;
-pub mod shared_beginnings;
 pub mod spec;
 pub mod table;
 
 pub use crate::sweep::axes::Axis;
-pub use crate::sweep::parts::parts;
 pub use crate::sweep::read::{RunSpec, Sweep, read};

@@ -12,7 +12,7 @@ use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
 use crate::sweep::axes::{Axis, axes};
 use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::require::{Requirement, combinations};
-use crate::sweep::scenes::{RunScene, SceneReader};
+use crate::sweep::scenes::SceneReader;
 use crate::sweep::spec::StudyFile;
 
 /// Most runs of a study.
@@ -31,8 +31,6 @@ pub struct RunSpec {
     pub overrides: Vec<String>,
     /// Name of its folder.
     pub folder: String,
-    /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
-    pub prefix_keys: Vec<(usize, String)>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
     pub memory: MemoryLimit,
 }
@@ -218,7 +216,7 @@ fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
     overrides: &[String],
-    mut read: impl FnMut(&[usize], &[String]) -> Option<RunScene>,
+    mut read: impl FnMut(&[usize], &[String]) -> Option<MemoryLimit>,
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
@@ -230,8 +228,8 @@ fn runs(
         }
         let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
         folders.insert(folder.clone());
-        let Some(RunScene { memory, beginnings: prefix_keys }) = read(&choice, &own) else { continue };
-        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys, memory });
+        let Some(memory) = read(&choice, &own) else { continue };
+        runs.push(RunSpec { choice, overrides: own, folder, memory });
     }
     runs
 }

@@ -1,7 +1,7 @@
-//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once.
+//! The runs of a study: side by side, each into a folder of its own.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
@@ -10,7 +10,6 @@ use crate::error::{Error, Result, exit};
 use crate::estimate::estimate;
 use crate::fem::FlexibilityCache;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
-use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
 use crate::scene::{self, Plan};
@@ -19,9 +18,7 @@ use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
 use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
 use crate::sweep::plots::pictures;
-use crate::sweep::queue::{ClaimedRun, Queue};
 use crate::sweep::share::{Concurrency, plan_concurrency};
-use crate::sweep::shared_beginnings::{PrefixRecorder, SharedWork};
 use crate::sweep::table::{StudyResult, StudyRun};
 use crate::sweep::{RunSpec, Sweep};
 
@@ -82,13 +79,13 @@ impl StudyRunner<'_> {
     pub fn run(&self, numbers: &[usize], shared: Concurrency, show: &mut dyn FnMut(usize)) -> StudyOutcome {
         let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(self.sweep, number)).collect();
         let mut ended = StudyOutcome { runs, ..StudyOutcome::default() };
-        let queue = Queue::new(&self.sweep.runs, numbers);
+        let next = AtomicUsize::new(0);
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
             for _ in 0..shared.parallel_runs {
-                let (sender, queue) = (sender.clone(), &queue);
+                let (sender, next) = (sender.clone(), &next);
                 let builder = std::thread::Builder::new().stack_size(THREAD_STACK_BYTES);
-                let work = move || self.worker(shared.threads_per_run, queue, &sender);
+                let work = move || self.worker(shared.threads_per_run, (numbers, next), &sender);
                 if let Err(error) = builder.spawn_scoped(scope, work) {
                     ended.problems.push(format!("no thread for a run: {error}"));
                 }
@@ -119,7 +116,12 @@ impl StudyRunner<'_> {
     }
 
     /// Takes one run after the other until there is none left.
-    fn worker(&self, threads: usize, queue: &Queue, said: &Sender<WorkerMessage>) {
+    fn worker(
+        &self,
+        threads: usize,
+        (numbers, next): (&[usize], &AtomicUsize),
+        said: &Sender<WorkerMessage>,
+    ) {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
         let pool = match pool {
@@ -130,22 +132,22 @@ impl StudyRunner<'_> {
                 return;
             }
         };
-        while let Some(taken) = queue.claim(self.stop) {
-            let ended = pool.install(|| self.run_one(&taken));
-            drop(taken);
+        while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed))
+            && !self.stop.load(Ordering::Relaxed)
+        {
+            let ended = pool.install(|| self.run_one(number));
             if said.send(WorkerMessage::Ended(Box::new(ended))).is_err() {
                 return;
             }
         }
     }
 
-    fn run_one(&self, taken: &ClaimedRun<'_>) -> FinishedRun {
+    fn run_one(&self, number: usize) -> FinishedRun {
         let started = Instant::now();
-        let number = taken.number;
         let mut result = StudyRun::new(self.sweep, number);
         let mut summary = Summary::new(&self.sweep.title, "", self.sweep.units.clone());
         let mut kept = false;
-        let code = self.compute(taken, &mut summary, &mut kept).unwrap_or_else(|failed| {
+        let code = self.compute(number, &mut summary, &mut kept).unwrap_or_else(|failed| {
             if summary.error.is_none() {
                 summary.set_failure(&failed.error);
             }
@@ -158,13 +160,14 @@ impl StudyRunner<'_> {
 
     fn compute(
         &self,
-        taken: &ClaimedRun<'_>,
+        number: usize,
         summary: &mut Summary,
         kept: &mut bool,
     ) -> std::result::Result<u8, SceneError> {
-        let spec = &self.sweep.runs[taken.number];
+        let spec = &self.sweep.runs[number];
         let unkeyed = |error: Error| SceneError { error, key: String::new() };
-        let plan = self.plan(taken.queue, spec).map_err(unkeyed)?;
+        let mut plan = plan(self.sweep, spec).map_err(unkeyed)?;
+        plan.flexibility_cache = self.cache.cloned();
         *summary = crate::simulation::job::new_summary(&plan);
         let directory = self.directory.join(&spec.folder);
         if self.resume && load_finished_run(&plan, &directory, &[Status::Converged], summary) {
@@ -179,41 +182,15 @@ impl StudyRunner<'_> {
                 checkpoints.from = Some(resumed);
             }
         }
-        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
-        let shares = SharedWork { from: taken.from.as_deref(), recorder: Some(&mut forks) };
-        let code = self.run_silently(&plan, (Some(output), Some(checkpoints)), summary, shares);
-        taken.publish(forks.recorded);
-        code
-    }
-
-    /// Runs a plan of which nobody hears before it ends.
-    fn run_silently(
-        &self,
-        plan: &Plan,
-        (output, checkpoints): (Option<OutputDir>, Option<CheckpointSettings>),
-        summary: &mut Summary,
-        shared_work: SharedWork<'_>,
-    ) -> std::result::Result<u8, SceneError> {
-        let on_progress = &mut |_: ProgressEvent| {};
-        let (observer, on_end) = (&mut NullObserver, &mut keep_files);
         let job = RunOptions {
             frame: None,
-            on_progress,
-            observer,
+            on_progress: &mut |_| {},
+            observer: &mut NullObserver,
             stop: self.stop,
-            checkpoints,
-            shared_work,
-            on_end,
+            checkpoints: Some(checkpoints),
+            on_end: &mut keep_files,
         };
-        run(plan, output, summary, job)
-    }
-
-    /// The plan of a run, with what all runs share.
-    fn plan(&self, queue: &Queue, spec: &RunSpec) -> Result<Plan> {
-        let mut plan = plan(self.sweep, spec)?;
-        plan.flexibility_cache = self.cache.cloned();
-        plan.kernel_cache = Some(queue.kernels.clone());
-        Ok(plan)
+        run(&plan, Some(output), summary, job)
     }
 
     /// Collects the runs from their folders, whatever made them; none is begun.

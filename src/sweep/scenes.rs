@@ -3,47 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
-use crate::evolution::PrefixKey;
-use crate::evolution::step::{CycleMotion, Step};
+use crate::evolution::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
-use crate::output::atomic_file::hexadecimal;
 use crate::scene::diagnostic::Location;
 use crate::scene::plan::Plan;
 use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
-
-/// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
-fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
-    let mut scene = plan.document.root.to_serde_json();
-    // Runs from coarse to fine choose what they compute by their ends.
-    let (Some(steps), true) = (scene["steps"].as_array().cloned(), plan.accuracy.is_none()) else {
-        return Vec::new();
-    };
-    if let Some(keys) = scene.as_object_mut() {
-        keys.retain(|key, _| key != "title" && key != "steps");
-    }
-    let whole = serde_json::json!([scene, PrefixKey::of(&plan.friction, &plan.steps)]).to_string();
-    let mut hash = Sha256::new_with_prefix(whole);
-    // A step that the scene has as a table of rows is as many.
-    let is_first = |step: &Step| step.history_row.is_none_or(|row| row.index == 0);
-    let starts = plan.steps.iter().enumerate().filter(|(_, step)| is_first(step)).map(|(i, _)| i).skip(1);
-    let mut beginning = |(step, n): (&serde_json::Value, usize)| {
-        hash.update(step.to_string());
-        (n, hexadecimal(&hash.clone().finalize()))
-    };
-    steps.iter().zip(starts).map(&mut beginning).collect()
-}
-
-/// What was found of a run.
-pub(super) struct RunScene {
-    /// The memory that it may take.
-    pub memory: MemoryLimit,
-    /// Its beginnings.
-    pub beginnings: Vec<(usize, String)>,
-}
 
 /// Reads the scene of each run and gathers what is wrong with them.
 pub(super) struct SceneReader<'a> {
@@ -75,8 +41,8 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Reads the scene of a run; `None` if it is wrong.
-    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<RunScene> {
+    /// Reads the scene of a run: the memory that it may take, or `None` if the scene is wrong.
+    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
         match scene::read(self.scene, overrides) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
@@ -87,7 +53,7 @@ impl<'a> SceneReader<'a> {
                     };
                     self.jumping.insert(step.name.clone(), along);
                 }
-                let (memory, beginnings) = (plan.memory_limit, prefix_keys(&plan));
+                let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
                     // Of all runs the memory that was free before any of them.
                     let given = plan.solver.memory_limit.is_some();
@@ -98,10 +64,10 @@ impl<'a> SceneReader<'a> {
                             Diagnostic::at(self.document, "axes", message).help("vary values, not units"),
                         );
                     }
-                    return Some(RunScene { memory, beginnings });
+                    return Some(memory);
                 }
                 self.first = Some(plan);
-                Some(RunScene { memory, beginnings })
+                Some(memory)
             }
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.

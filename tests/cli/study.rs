@@ -58,7 +58,10 @@ fn symmetric_runs_are_computed() {
         assert_eq!(errors.matches("note: study.symmetry has no effect").count(), notes, "{errors}");
         for run in ["azimuth-30", "azimuth--30"] {
             let summary = json(&folder.path().join("study.study").join(run).join("summary.json"));
-            assert!(summary["history"].as_array().unwrap().iter().all(|entry| entry["iterations"] != 0), "{summary}");
+            assert!(
+                summary["history"].as_array().unwrap().iter().all(|entry| entry["iterations"] != 0),
+                "{summary}"
+            );
         }
     }
 }

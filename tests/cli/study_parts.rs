@@ -1,12 +1,11 @@
-//! Studies that are broken off, run in parts, or share what their runs have in common: the table and the files are those of whole runs.
+//! Studies that are broken off or run in parts: the table and the files are those of whole runs.
 
 use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
-use super::bad_input::SOUND;
-use super::study::{TWO_AXES, csv, folder, json, orthowear};
+use super::study::{TWO_AXES, folder, json, orthowear};
 
 /// Truth: the study that was not interrupted, bit by bit, after SIGKILL with some runs done, one begun and others not; runs that were
 /// done are left as they are, and the one that was begun goes on from its checkpoint.
@@ -76,24 +75,12 @@ pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Truth: the single runs, file by file to the last bit, though of runs that begin alike one alone goes the common steps: two of them for some, one
-/// for others; steps of which the whole depends on what follows are not shared.
+/// Truth: the single runs, file by file to the last bit.
 #[test]
-fn common_steps_are_gone_once() {
-    let middle = "[[steps]]\nname = \"shift\"\nincrements = 2\nshift = { distance = 0.004, angle = 0.0 }\n";
-    let scene = SOUND.replacen(
-        "[[steps]]\nname = \"fretting\"",
-        &format!("{middle}[[steps]]\nname = \"fretting\""),
-        1,
-    );
-    assert_ne!(scene, SOUND);
+fn runs_of_a_study_are_single_runs() {
     let study = r#"
 [study]
 scene = "scene.toml"
-[[axes]]
-name = "direction"
-keys = ["steps.shift.shift.angle"]
-values = [0, 60]
 [[axes]]
 keys = ["body1.fibre.tilt"]
 values = [0, 30]
@@ -104,13 +91,11 @@ values = [0, 45]
 collect = ["fretting.worn_volume"]
 "#;
     let folder = folder(study);
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let fields = ["--set", "output.fields=[\"vtu\"]"];
     let (code, _, errors) =
         orthowear(folder.path(), &[&["study", "study.toml", "--threads", "2"][..], &fields].concat());
     assert_eq!(code, Some(0), "{errors}");
     let study = json(&folder.path().join("study.study/study.json"));
-    let mut shared = Vec::new();
     for run in study["runs"].as_array().unwrap() {
         let mut arguments = vec!["run", "scene.toml", "--out", "alone", "--quiet", fields[0], fields[1]];
         let values = run["values"].as_object().unwrap();
@@ -141,20 +126,10 @@ collect = ["fretting.worn_volume"]
             entries
         };
         assert_eq!(entries(&own), entries(&alone));
-        for key in ["warnings", "status", "files", "frame"] {
+        for key in ["warnings", "skipped", "status", "files", "frame"] {
             assert_eq!(own[key], alone[key], "{key}");
         }
-        let skipped = own["skipped"].as_array().unwrap();
-        let why = |entry: &&Value| entry["why"].as_str().unwrap().contains("another run of the study");
-        shared.push(
-            skipped
-                .iter()
-                .find(why)
-                .map_or(String::new(), |entry| entry["what"].as_str().unwrap().to_owned()),
-        );
     }
-    let both = "steps indent, shift";
-    assert_eq!(shared, ["", both, "", both, "step indent", both, "step indent", both]);
 }
 
 /// Truth: the study that one process runs, whatever runs its parts: jobs of an array with runs in any order, of which one was lost, then the collection,
@@ -237,47 +212,4 @@ fn the_script_for_slurm_runs_the_study() {
     assert!(text.contains("4 runs, 4 of them finished"), "{text}");
     let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
     assert_eq!(table("whole"), table("it's"));
-}
-
-/// Truth: docs/study.md: of two runs that begin with two common steps, of which the second does not converge, the first goes both and the other one the second
-/// alone; both tell why they end.
-#[test]
-fn shorter_beginnings_serve_where_a_run_fails() {
-    let pressed = SOUND.replace("approach = 0.02", "approach = 0.02\nfriction = false");
-    let shift = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.003, angle = 30.0 }\n";
-    let scene =
-        pressed.replace("[[steps]]\nname = \"fretting\"", &format!("{shift}[[steps]]\nname = \"fretting\""));
-    let study = r#"
-[study]
-scene = "scene.toml"
-[[axes]]
-keys = ["steps.fretting.cycles.angle"]
-values = [0, 45]
-[output]
-collect = ["indent.normal_force"]
-"#;
-    let folder = folder(study);
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    // Enough without friction and too few with it.
-    let arguments = ["study", "study.toml", "--quiet", "--set", "solver.max_iterations=16"];
-    assert_eq!(orthowear(folder.path(), &arguments).0, Some(3));
-    let (heads, rows) = csv(&folder.path().join("study.study/study.csv"));
-    let column = |name: &str| heads.iter().position(|head| head == name).unwrap();
-    let mut shared = Vec::new();
-    for row in &rows {
-        let summary =
-            json(&folder.path().join("study.study").join(&row[column("folder")]).join("summary.json"));
-        assert_eq!(
-            (summary["status"].as_str(), summary["reason"].as_str()),
-            (Some("not-converged"), Some("iterations"))
-        );
-        let names: Vec<_> =
-            summary["steps"].as_array().unwrap().iter().map(|entry| entry["name"].clone()).collect();
-        assert_eq!(names, ["indent", "shift"]);
-        let skipped = summary["skipped"].as_array().unwrap();
-        let of_another = |entry: &&Value| entry["why"].as_str().unwrap().contains("another run of the study");
-        shared.push(skipped.iter().find(of_another).map(|entry| entry["what"].clone()));
-    }
-    assert_eq!(shared, [None, Some("step indent".into())]);
-    assert_eq!(rows[0][column("indent.normal_force")], rows[1][column("indent.normal_force")]);
 }

@@ -36,11 +36,7 @@ impl Place {
         for i in 0..N * N {
             flexibility.values_mut()[i] = 1.0 / (1.0 + (i / N + i % N) as f64);
         }
-        let entry = FlexibilityEntry {
-            flexibility,
-            residual: 1e-15,
-            factorisation_bytes: 77,
-        };
+        let entry = FlexibilityEntry { flexibility, residual: 1e-15, factorisation_bytes: 77 };
         let triangle = (0..N).flat_map(|i| entry.flexibility.row(i)[..=i].to_vec());
         let list: Vec<f64> = [1e-15, 2.5, 77.0].into_iter().chain(triangle).collect();
         cache.write(&key, &entry).expect("a file");

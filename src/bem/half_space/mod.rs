@@ -20,7 +20,6 @@ pub mod subsurface;
 
 pub use crate::bem::green_tensor::{GreenTensor, TractionOperator};
 pub use crate::bem::half_space::grid::fft::{CrossBlocks, FftFlexibility};
-pub use crate::bem::half_space::grid::kernel_cache::KernelCache;
 pub use crate::bem::half_space::integrals::patch::PatchIntegrator;
 pub use crate::bem::half_space::plane::compressed::CompressedFlexibility;
 pub use crate::bem::half_space::plane::dense::DenseFlexibility;

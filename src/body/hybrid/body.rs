@@ -165,12 +165,8 @@ impl HybridBody {
     /// Root of twice the strain energy under tractions on body 2.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let cells = (&self.grid, self.grid_indices.as_deref());
-        let operator = build_corrected_flexibility(
-            &self.green,
-            vec![self.far_field.clone()],
-            cells,
-            (CrossBlocks::Keep, None),
-        )?;
+        let operator =
+            build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, CrossBlocks::Keep)?;
         let mut gap = vec![0.0; tractions.len()];
         operator.apply(tractions, &mut gap);
         let area = self.grid.spacing[0] * self.grid.spacing[1];
@@ -259,12 +255,7 @@ impl ElasticBody for HybridBody {
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
         let cells = (&self.grid, self.grid_indices.as_deref());
-        Ok(Some(build_corrected_flexibility(
-            &self.green,
-            vec![self.far_field.clone()],
-            cells,
-            (cross, None),
-        )?))
+        Ok(Some(build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, cross)?))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {

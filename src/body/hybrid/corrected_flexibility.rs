@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use nalgebra::Matrix3;
 
 use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch};
-use crate::bem::half_space::{CrossBlocks, FftFlexibility, KernelCache, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
 use crate::flexibility::Flexibility;
 use crate::flexibility::operator_history::OperatorHistory;
@@ -161,9 +161,9 @@ pub fn build_corrected_flexibility(
     green: &SurfaceGreen,
     far: Vec<FarField>,
     (grid, places): (&Grid, Option<&[usize]>),
-    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
+    cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
-    let near = FftFlexibility::with_kernel_cache(grid.cells, grid.spacing, green, cross, kernels)?;
+    let near = FftFlexibility::new(grid.cells, grid.spacing, green, cross)?;
     let whole = Box::new(CorrectedFlexibility::new(Box::new(near), far, grid));
     Ok(match places {
         None => whole,

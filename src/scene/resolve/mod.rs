@@ -156,7 +156,6 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         accuracy: accuracy?,
         fields_every: 1,
         flexibility_cache: None,
-        kernel_cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),
         document: r.document.clone(),

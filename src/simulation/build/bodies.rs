@@ -270,8 +270,7 @@ pub(crate) fn configured_half_space(
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, SceneError> {
     let stiffness = elastic.stiffness_in_frame(0.0);
-    let body = HalfSpaceBody::with_kernels(&stiffness, SIDES[index], frame, plan.kernel_cache.clone())
-        .at(BODY_KEYS[index])?;
+    let body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
     let body = body.with_cache(plan.flexibility_cache.clone());
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }

@@ -18,9 +18,9 @@ pub(super) fn coupling_method(plan: &Plan) -> coupling::Coupling {
 }
 
 /// How the operators of half-spaces on `frame` are made.
-pub(super) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOperators<'p> {
+pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
     let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
-    HalfSpaceOperators { cross: cross_blocks(plan, frame), summed, kernels: plan.kernel_cache.as_deref() }
+    HalfSpaceOperators { cross: cross_blocks(plan, frame), summed }
 }
 
 /// Whether half-space operators on `frame` leave out what vanishes or is distant.

@@ -8,11 +8,12 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::admittance::Admittance;
 use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan, fast_size};
 use crate::bem::half_space::grid::grid_symbol::GridSymbol;
-use crate::bem::half_space::grid::kernel_cache::{GridKernel, KernelCache};
+use crate::bem::half_space::grid::kernel_table::KernelTable;
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
 use crate::bem::half_space::grid::toeplitz_entries;
+use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
@@ -68,27 +69,12 @@ impl FftFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        Self::with_kernel_cache(cells, spacing, green, cross, None)
-    }
-
-    /// The same with what is kept of other operators.
-    ///
-    /// # Errors
-    /// As [`FftFlexibility::new`].
-    pub fn with_kernel_cache(
-        cells: [usize; 2],
-        spacing: [f64; 2],
-        green: &SurfaceGreen,
-        cross: CrossBlocks,
-        kernels: Option<&KernelCache>,
-    ) -> Result<Self> {
         validate_grid(cells, spacing, green)?;
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        let kernel = match kernels {
-            Some(kernels) => kernels.kernel(green, (cells, spacing), coupled)?,
-            None => GridKernel::new(green, cells, spacing, coupled)?,
-        };
-        Ok(Self::of_symbol(kernel.symbol, spacing, kernel.admittance))
+        let table = Arc::new(KernelTable::new(cells, spacing, green));
+        cancel::check()?;
+        let symbol = Arc::new(GridSymbol::new(cells, (table, 1), coupled));
+        Ok(Self::of_symbol(symbol, spacing, Arc::new(Admittance::new(green))))
     }
 
     fn of_symbol(symbol: Arc<GridSymbol>, spacing: [f64; 2], admittance: Arc<Admittance>) -> Self {

@@ -3,7 +3,6 @@
 pub mod fft;
 pub(super) mod fft_plan;
 mod grid_symbol;
-pub mod kernel_cache;
 mod kernel_table;
 pub(super) mod preconditioner;
 pub(super) mod spectral_filter;
