@@ -123,11 +123,6 @@ impl FeBody {
         &self.map
     }
 
-    /// Which side of the frame it lies on.
-    pub fn side(&self) -> Side {
-        self.side
-    }
-
     /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, for tractions on body 2, `[3, N]` by planes.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];

@@ -17,21 +17,12 @@ use crate::mesh::CellRef;
 /// Right-hand sides that are solved together.
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// How columns are solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverInfo {
-    /// By what.
-    pub method: CondensationMethod,
-    /// Relative residual of the check of a factorisation; 0 for conjugate gradients, whose columns each have theirs.
-    pub residual: f64,
-}
-
 /// Solves the equations of a model for any number of columns, by one factorisation or, where that does not fit into memory, by
 /// conjugate gradients.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
     n_free: usize,
-    info: SolverInfo,
+    method: CondensationMethod,
 }
 
 impl ColumnSolver {
@@ -46,22 +37,13 @@ impl ColumnSolver {
     fn build(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
         let analysis = model.analyse(&[])?;
         let method = analysis.choose_method(model, memory)?;
-        let (solver, residual): (Box<dyn SymmetricSolver>, f64) = match method {
-            CondensationMethod::Factorisation => {
-                let factor = analysis.factorise(model)?;
-                let residual = factor.residual();
-                (Box::new(factor), residual)
-            }
+        let solver: Box<dyn SymmetricSolver> = match method {
+            CondensationMethod::Factorisation => Box::new(analysis.factorise(model)?),
             CondensationMethod::ConjugateGradients(_) => {
-                (Box::new(TwoLevelSolver::new(model.stiffness(), &model.unknowns())?), 0.0)
+                Box::new(TwoLevelSolver::new(model.stiffness(), &model.unknowns())?)
             }
         };
-        Ok(Self { solver, n_free: model.n_free(), info: SolverInfo { method, residual } })
-    }
-
-    /// How it solves.
-    pub fn info(&self) -> SolverInfo {
-        self.info
+        Ok(Self { solver, n_free: model.n_free(), method })
     }
 
     /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place.
@@ -71,7 +53,7 @@ impl ColumnSolver {
     pub fn solve(&self, columns: &mut [f64]) -> Result<()> {
         let solve = |batch: &mut [f64]| self.solver.solve_in_place(batch, batch.len() / self.n_free);
         let batch = COLUMNS_PER_SOLVE * self.n_free;
-        match self.info.method {
+        match self.method {
             // A solution with the factor runs on one thread; batches do not depend on each other.
             CondensationMethod::Factorisation => columns.par_chunks_mut(batch).try_for_each(solve),
             CondensationMethod::ConjugateGradients(_) => columns.chunks_mut(batch).try_for_each(solve),

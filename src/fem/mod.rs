@@ -31,7 +31,7 @@ mod spec;
 mod symmetry;
 
 pub use analysis::{SymbolicAnalysis, flexibility_bytes};
-pub use column_solver::{ColumnSolver, PrescribedDisplacementForces, SolverInfo};
+pub use column_solver::{ColumnSolver, PrescribedDisplacementForces};
 pub use condensation_method::{CondensationMethod, MemoryShortfall};
 pub use condensed::{CacheContents, CondensationResources, CondensedBody, FlexibilityOrigin};
 pub use element_materials::{ElementMaterials, RegionReport, check_materials};

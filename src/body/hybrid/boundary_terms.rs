@@ -36,8 +36,6 @@ pub(super) struct BoundaryTerms {
     pub work: DenseMatrix,
     /// Largest defect of the balance of tractions and force.
     pub imbalance: f64,
-    /// Number of quadrature points.
-    pub n_points: usize,
 }
 
 /// The faces of the body that tractions of the half-space act on.
@@ -92,12 +90,8 @@ impl BoundaryTerms {
     pub fn new(model: &FeModel, forces: &PatchForces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
-        let mut terms = Self {
-            loads: DenseMatrix::zeros(n_rows, n)?,
-            work: DenseMatrix::zeros(n, n)?,
-            imbalance: 0.0,
-            n_points: 0,
-        };
+        let mut terms =
+            Self { loads: DenseMatrix::zeros(n_rows, n)?, work: DenseMatrix::zeros(n, n)?, imbalance: 0.0 };
         let mut flux = vec![Matrix3::identity(); forces.points.len()];
         let rules = FaceRules::new();
         for batch in faces.0.chunks(FACES_PER_BATCH) {
@@ -115,7 +109,6 @@ impl BoundaryTerms {
     }
 
     fn add(&mut self, face: &SurfaceFace, share: &FaceContribution, flux: &mut [Matrix3<f64>]) {
-        self.n_points += share.n_points;
         flux.iter_mut().zip(&share.flux).for_each(|(sum, part)| *sum += part);
         self.add_share(&face.nodes, &share.loads, &share.work);
     }
@@ -140,7 +133,6 @@ struct FaceContribution {
     work: DenseMatrix,
     /// Force of the tractions, axes of the patch, `[n]`.
     flux: Vec<Matrix3<f64>>,
-    n_points: usize,
 }
 
 impl FaceContribution {
@@ -161,7 +153,7 @@ impl FaceContribution {
         };
         fields.add_forces(boundary, &points, forces);
         let work = fields.work(boundary.fixed)?;
-        Ok(Self { loads: fields.loads, work, flux: fields.flux, n_points: points.len() })
+        Ok(Self { loads: fields.loads, work, flux: fields.flux })
     }
 }
 

@@ -16,7 +16,7 @@ use super::half_space_fit::HalfSpaceFit;
 use super::inclusions;
 use super::locate::PatchFaceLocator;
 use crate::error::Result;
-use crate::fem::{ColumnSolver, FeModel, SolverInfo};
+use crate::fem::{ColumnSolver, FeModel};
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
@@ -48,8 +48,6 @@ pub struct Correction {
     pub asymmetry: f64,
     /// What the body's own loads and prescribed displacements do; `None` where there are none.
     pub(super) applied_loads: Option<AppliedLoadResponse>,
-    /// How the body's equations were solved.
-    pub solved: SolverInfo,
 }
 
 /// What a body's own loads and prescribed displacements do.
@@ -155,14 +153,7 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
         let fields = expand_to_all_dofs(model, &prescribed, (&displacement, &held))?;
-        Ok(Self {
-            matrix,
-            fields,
-            imbalance: boundary.imbalance,
-            asymmetry,
-            applied_loads,
-            solved: solver.info(),
-        })
+        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads })
     }
 
     /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.

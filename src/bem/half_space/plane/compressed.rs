@@ -60,7 +60,6 @@ pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
-    tolerance: f64,
     /// Uses of the components in products with all three planes, and with the pressures alone.
     all: Vec<ComponentProduct>,
     normal: Vec<ComponentProduct>,
@@ -135,7 +134,6 @@ impl CompressedFlexibility {
         let n = centers.len();
         Ok(Self {
             matrix,
-            tolerance,
             all,
             normal,
             place_and_area: places,
@@ -166,11 +164,6 @@ impl CompressedFlexibility {
     pub fn typical_build_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
         let (n, components) = (n as f64, green.nonzero_components().len() as f64);
         BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
-    }
-
-    /// Relative tolerance of the compression.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
     }
 
     /// Bytes that it holds so far; approximate inverses are made when they are first asked for.
