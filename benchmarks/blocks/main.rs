@@ -21,7 +21,7 @@ use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 /// Half of the frame's side, mm, and its cells along it.
 const FRAME: (f64, usize) = (1.2, 24);
@@ -65,7 +65,7 @@ fn block(
         depth_cells: deep,
         first_depth: Some(2.0 * FRAME.0 / FRAME.1 as f64),
         solids: BlockElements::Hex8,
-        side: structured::Side::Lower,
+        side: Side::Lower,
         distortion: 0.0,
     };
     let base =

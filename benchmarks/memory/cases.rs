@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
+use orthowear::geometry::Side;
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 use super::Outcome;
 use super::writer::{VARIANTS, write};

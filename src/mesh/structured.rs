@@ -3,7 +3,7 @@
 use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-pub use crate::geometry::Side;
+use crate::geometry::Side;
 
 /// Which solids a block is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

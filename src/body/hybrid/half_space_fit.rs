@@ -19,7 +19,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
 /// Distance from the patch to what bounds the body otherwise, over the shorter of half its sides, at least: nearer than that the
 /// correction has a peak at the rim that a few polynomials do not have.
-pub const MIN_EDGE_DISTANCE: f64 = 0.3;
+const MIN_EDGE_DISTANCE: f64 = 0.3;
 
 /// The same to another material: nearer than that, ten polynomials along each side are not enough for cores ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;

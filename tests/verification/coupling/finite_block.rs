@@ -13,7 +13,7 @@ use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, BlockElements, GradedBlock};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
@@ -62,7 +62,7 @@ pub fn block(
         depth_cells: deep,
         first_depth: Some(2.4 / cells[0] as f64),
         solids: BlockElements::Hex8,
-        side: structured::Side::Lower,
+        side: Side::Lower,
         distortion: 0.0,
     };
     let mut spec = spec(graded.mesh().expect("a mesh"), stiffness);

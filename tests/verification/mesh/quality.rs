@@ -3,9 +3,10 @@
 use approx::assert_relative_eq;
 use nalgebra::Vector3;
 use orthowear::element::ElementKind;
+use orthowear::geometry::Side;
 use orthowear::mesh::faces::{group_faces, outer_faces};
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
 fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {

@@ -1,6 +1,7 @@
 //! Scenes and meshes that the sweeps vary.
 
-use orthowear::mesh::structured::{BlockElements, GradedBlock, Side};
+use orthowear::geometry::Side;
+use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 use super::writer::{VARIANTS, write};
 
