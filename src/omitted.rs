@@ -9,8 +9,6 @@ use serde::{Deserialize, Serialize};
 pub enum OmittableWork {
     /// Unknowns in the surface of steps in which nothing rubs or wears.
     TangentialUnknowns,
-    /// Unknowns in the surface where all of the contact slips.
-    SlidingFriction,
     /// Normal components in products for tractions in the surface, of bodies in which neither moves the gap of the other.
     NormalComponents,
     /// The tangential gap of increments in which nothing rubs or wears, where nobody looks at it.
@@ -31,9 +29,8 @@ pub enum OmittableWork {
 
 impl OmittableWork {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::TangentialUnknowns,
-        Self::SlidingFriction,
         Self::NormalComponents,
         Self::TangentialGap,
         Self::SecondHalfSpace,

@@ -86,6 +86,4 @@ pub struct PathPoint {
     pub balance: Option<Balance>,
     /// Where its slip is measured from.
     pub reference: SlipReference,
-    /// Normal gap by what is not among its unknowns, `[N]`, mm.
-    pub fixed_normal_offset: Option<Vec<f64>>,
 }

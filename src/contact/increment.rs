@@ -97,7 +97,6 @@ impl Increment<'_> {
             tangential: TangentialControl::Shift,
             balance: None,
             reference: end.reference.linearised(self.n()),
-            fixed_normal_offset: None,
         });
         Increment {
             flexibility,
@@ -220,10 +219,6 @@ impl Increment<'_> {
                     let k = base + plane * n + i;
                     it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
                 }
-            }
-            if let Some(lifted) = &self.path_points[end].fixed_normal_offset {
-                let normal = &mut it.gap[base + 2 * n..base + 3 * n];
-                normal.iter_mut().zip(lifted).for_each(|(gap, lifted)| *gap += lifted);
             }
         }
     }

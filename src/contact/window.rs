@@ -223,14 +223,7 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
     let balance = end.balance.as_ref().map(|balance| balance.restricted_to(&pairs));
-    let fixed_normal_offset = end.fixed_normal_offset.as_ref().map(|lifted| window.restrict(lifted));
-    Some(PathPoint {
-        normal: end.normal,
-        tangential: end.tangential,
-        balance,
-        reference,
-        fixed_normal_offset,
-    })
+    Some(PathPoint { normal: end.normal, tangential: end.tangential, balance, reference })
 }
 
 #[cfg(test)]

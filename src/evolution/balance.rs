@@ -28,13 +28,8 @@ impl Run<'_> {
         loads: &PrescribedLoads,
         reference: SlipReference,
     ) -> Result<PathPoint> {
-        let mut end = PathPoint {
-            normal: loads.normal,
-            tangential: loads.tangential,
-            balance: None,
-            reference,
-            fixed_normal_offset: None,
-        };
+        let mut end =
+            PathPoint { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
         // A plane of symmetry bears the part of a force across it.

@@ -3,7 +3,7 @@
 use crate::contact::solver::solves_windows;
 use crate::contact::{Method, SolverOptions};
 use crate::evolution::model::Model;
-use crate::evolution::step::{CycleMotion, Drive, Spin, Step, Tilt};
+use crate::evolution::step::{CycleMotion, Spin, Step, Tilt};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::omitted::{OmittableWork, OmittedWork};
@@ -66,16 +66,6 @@ pub fn omitted_contact_work(
             "neither moves the gap of the other: pressures are found first, by themselves",
         ));
     }
-    let slides = operator.grid
-        && options.method == Method::Auto
-        && options.skip.allows(OmittableWork::SlidingFriction);
-    if slides && !frictionless && steps.iter().any(|step| step.friction && strokes(step)) {
-        skipped.push(OmittedWork::new(
-            OmittableWork::SlidingFriction,
-            "unknown friction of cycles in which all of the contact slips",
-            "it is the limit, against the slip: only pressures are unknown",
-        ));
-    }
     if operator.windows {
         skipped.push(OmittedWork::new(
             OmittableWork::DistantCells,
@@ -108,13 +98,5 @@ fn jumps(step: &Step) -> bool {
     step.cycles.as_ref().is_some_and(|cycles| {
         let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));
         closed && cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count
-    })
-}
-
-/// Whether body 2 is moved along the surface in cycles.
-fn strokes(step: &Step) -> bool {
-    step.cycles.as_ref().is_some_and(|cycles| match &cycles.motion {
-        CycleMotion::ClosedPath(closed) => closed.drive == Drive::Shift,
-        CycleMotion::Sliding { .. } => true,
     })
 }

@@ -110,8 +110,7 @@ fn true_errors_stay_below_what_is_asked_for() {
         for tilt in [0.0, 30.0, 60.0, 90.0] {
             let indent = "[[steps]]\nname = \"indent\"\napproach = 0.02\n";
             let case = &data["cases"][format!("{tilt}")];
-            let summary =
-                of_folder(folder.path(), &scene("cfrp", tilt, indent, &format!("\"{asked_text}\"")));
+            let summary = of_folder(folder.path(), &scene("cfrp", tilt, indent, &asked_text));
             let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
             compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
             if tilt == 60.0 {

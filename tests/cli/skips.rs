@@ -5,9 +5,8 @@ use serde_json::Value;
 use crate::scenes::{COARSE, MESH, command, run, same, scene};
 
 /// Every skip that `solver.skip` knows, with a scene that has it.
-const NAMED: [(&str, &str, &[&str]); 9] = [
+const NAMED: [(&str, &str, &[&str]); 8] = [
     ("tangential-unknowns", "hertz.toml", &["frame.cells=[20, 20]"]),
-    ("sliding-friction", "sphere-wear.toml", &["frame.cells=[16, 16]", "steps.fretting.cycles.jumps=2"]),
     ("normal-components", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
     ("tangential-gap", "hertz.toml", &["frame.cells=[20, 20]"]),
     ("second-half-space", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),

@@ -3,7 +3,6 @@
 mod barzilai_borwein;
 mod coarse_to_fine;
 mod conjugate_gradients;
-mod full_slip;
 mod gauss_seidel;
 mod newton;
 mod pressures_first;
@@ -20,7 +19,6 @@ use crate::flexibility::precision::Precision;
 use crate::omitted::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
-use full_slip::FullSlip;
 use gauss_seidel::{GaussSeidel, SweepGoal};
 use newton::Newton;
 use uzawa::Uzawa;
@@ -109,9 +107,7 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<&'static dyn Incr
             ];
             let blocks =
                 blocks.into_iter().filter(|solver| pressures.is_none() && solver.is_applicable(problem));
-            let sliding: &dyn IncrementSolver = &FullSlip;
-            let sliding = sliding.is_applicable(problem).then_some(sliding);
-            let first = pressures.into_iter().chain(sliding).chain(blocks).chain([newton]);
+            let first = pressures.into_iter().chain(blocks).chain([newton]);
             first.chain([&BarzilaiBorwein as &dyn IncrementSolver]).collect()
         }
         Method::GaussSeidel => vec![&GaussSeidel { goal: SweepGoal::Converge }, newton],

@@ -318,7 +318,6 @@ impl WearStepState {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
-            fixed_normal_offset: None,
             reference: match &self.slip_source {
                 SlipSource::ClosedPath(_) => self.cycle.slip_reference(),
                 SlipSource::Sliding(slip) => SlipReference::Prescribed(slip.clone()),
