@@ -1,6 +1,5 @@
 //! Operators made of others: one that several share, the sum of several.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -9,7 +8,7 @@ use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{Defect, EntryAccess, Flexibility, TangentialFlexibility};
+use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
 
 /// An operator that is used in several places.
 pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
@@ -61,10 +60,6 @@ impl Flexibility for SharedFlexibility {
 
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         self.0.direct_sums(cells, tractions)
-    }
-
-    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
-        self.0.harmonic_defect(tractions, gap, planes)
     }
 
     fn grid(&self) -> Option<[usize; 2]> {

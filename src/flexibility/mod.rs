@@ -11,7 +11,6 @@ pub mod per_cell;
 pub mod precision;
 pub mod subset;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -80,12 +79,6 @@ pub trait Flexibility: Send + Sync {
         cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }
 
-    /// How far `gap` is from S tractions (both `[3, N]` by planes) in some of its harmonics, by plain sums over the cells, in the
-    /// components `planes`; `None` if the frame does not repeat itself, or has no harmonic but uniform ones and those of two cells.
-    fn harmonic_defect(&self, _tractions: &[f64], _gap: &[f64], _planes: Range<usize>) -> Option<Defect> {
-        None
-    }
-
     /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
     fn grid(&self) -> Option<[usize; 2]> {
         None
@@ -150,28 +143,6 @@ pub trait Flexibility: Send + Sync {
     /// As [`Self::form_rows`].
     fn replay(&self, _course: &OperatorHistory) -> Result<()> {
         Ok(())
-    }
-}
-
-/// How far something is from what it is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Defect {
-    /// Largest difference.
-    pub difference: f64,
-    /// Largest of what it should be.
-    pub size: f64,
-}
-
-impl Defect {
-    /// With one more place, where `found` should be `expected`.
-    pub fn compared_with(self, found: f64, expected: f64) -> Self {
-        Self::max_with(self, (found - expected).abs(), expected.abs())
-    }
-
-    /// With one more place of that difference and size; a difference that is no number stays one.
-    pub fn max_with(self, difference: f64, size: f64) -> Self {
-        let worse = difference.is_nan() || difference > self.difference;
-        Self { difference: if worse { difference } else { self.difference }, size: self.size.max(size) }
     }
 }
 

@@ -1,6 +1,5 @@
 //! An operator on some of the cells of another one.
 
-use std::ops::Range;
 use std::sync::Mutex;
 
 use nalgebra::Matrix3;
@@ -9,7 +8,7 @@ use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{Defect, EntryAccess, Flexibility};
+use crate::flexibility::{EntryAccess, Flexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -102,21 +101,6 @@ impl Flexibility for SubsetFlexibility {
         let whole = self.scattered(tractions);
         let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
         self.whole.direct_sums(&places, &whole)
-    }
-
-    /// That of the whole, or of what it gives in the places, whichever is larger.
-    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
-        let whole = self.scattered(tractions);
-        let mut moved = vec![0.0; whole.len()];
-        self.whole.apply(&whole, &mut moved);
-        let mut defect = self.whole.harmonic_defect(&whole, &moved, planes.clone())?;
-        let (n, m) = (self.whole.n_cells(), self.cells.len());
-        for plane in planes {
-            for (gap, place) in gap[plane * m..(plane + 1) * m].iter().zip(&self.cells) {
-                defect = defect.compared_with(*gap, moved[plane * n + place]);
-            }
-        }
-        Some(defect)
     }
 
     /// The part of the inverse of the whole: still symmetric and positive definite.

@@ -114,7 +114,7 @@ fn wavy_1d_westergaard() {
         );
         assert!(relative(record.peak_pressure, peak) < 5e-3, "{ratio}: {}", record.peak_pressure);
         assert!(!record.contact_touches_edge && result.warnings.is_empty(), "{:?}", result.warnings);
-        assert!(record.certificate.operator_defect.expect("harmonics") < 1e-12, "{:?}", record.certificate);
+        assert_eq!(record.certificate.operator_defect, None);
     }
 }
 

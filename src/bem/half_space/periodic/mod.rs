@@ -11,11 +11,9 @@
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
 
-mod harmonic_check;
 mod open_direction;
 mod periodic_symbol;
 
-use std::ops::Range;
 use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Complex, Matrix3};
@@ -28,8 +26,6 @@ use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};
 use crate::bem::half_space::grid::toeplitz_entries;
-use crate::bem::half_space::periodic::harmonic_check::{Harmonics, PeriodicState};
-use crate::bem::half_space::periodic::open_direction::OpenDirection;
 use crate::bem::half_space::periodic::periodic_symbol::{
     PLANES, doubly_periodic_symbol, singly_periodic_symbol,
 };
@@ -37,7 +33,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{Defect, EntryAccess, Flexibility};
+use crate::flexibility::{EntryAccess, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
@@ -54,9 +50,6 @@ pub struct PeriodicFlexibility {
     coupled: bool,
     buffers: Mutex<PaddedGridBuffers>,
     spacing: [f64; 2],
-    periodic: [bool; 2],
-    /// Decay of K per k d along an open direction.
-    singularity_distance: f64,
     admittance: Admittance,
     normal_inverse: OnceLock<SpectralFilter>,
     full_inverse: OnceLock<SpectralFilter>,
@@ -104,8 +97,6 @@ impl PeriodicFlexibility {
             coupled,
             buffers,
             spacing,
-            periodic,
-            singularity_distance: green.singularity_distance(),
             admittance,
             normal_inverse,
             full_inverse,
@@ -185,32 +176,6 @@ impl Flexibility for PeriodicFlexibility {
 
     fn couples_normal_tangential(&self) -> bool {
         self.coupled
-    }
-
-    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
-        let (cells, spacing, admittance) = (self.convolution.cells, self.spacing, &self.admittance);
-        let repeated = PeriodicState { cells, spacing, admittance, tractions, displacements: gap };
-        let Harmonics { found, expected } = match self.periodic {
-            [true, true] => repeated.doubly_periodic(),
-            periodic => repeated.singly_periodic(&OpenDirection::new(
-                usize::from(periodic[0]),
-                (cells, self.convolution.padded),
-                spacing,
-                (admittance, self.singularity_distance),
-            )),
-        };
-        if found.is_empty() {
-            return None;
-        }
-        let pairs = found.iter().zip(&expected);
-        let entries =
-            pairs.flat_map(|(found, expected)| planes.clone().map(|plane| (found[plane], expected[plane])));
-        // Uniform tractions have no other harmonics.
-        let largest = tractions.iter().fold(0.0_f64, |largest, traction| largest.max(traction.abs()));
-        let alone = Defect { difference: 0.0, size: self.self_influence.amax() * largest };
-        Some(entries.fold(alone, |defect, (found, expected)| {
-            defect.max_with((found - expected).norm(), expected.norm())
-        }))
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
