@@ -11,9 +11,6 @@ pub struct OperatorHistory {
     pub formed: Vec<Vec<usize>>,
     /// Whether the rows that are formed were compared with the body solved afresh.
     pub formed_rows_checked: bool,
-    /// Operators kept on parts of the grid and on coarser ones, the last used last: their cells, and how many of the grid's
-    /// cells are one of theirs along a side.
-    pub restricted_grids: Vec<([usize; 2], usize)>,
-    /// Of the operators that it is the sum of, or of the smaller ones.
+    /// Of the operators that it is the sum of.
     pub parts: Vec<OperatorHistory>,
 }

@@ -4,9 +4,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
-use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility};
 
@@ -121,14 +119,6 @@ impl Flexibility for SubsetFlexibility {
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
         let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
         self.whole.add_entries(&places, matrix);
-    }
-
-    fn history(&self) -> OperatorHistory {
-        self.whole.history()
-    }
-
-    fn replay(&self, course: &OperatorHistory) -> Result<()> {
-        self.whole.replay(course)
     }
 }
 

@@ -9,7 +9,6 @@ use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch};
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
 use crate::flexibility::Flexibility;
-use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::Grid;
@@ -141,14 +140,6 @@ impl Flexibility for CorrectedFlexibility {
         let first = [0, 1].map(|axis| self.first[axis] + origin[axis] as f64 * self.spacing[axis]);
         let spacing = self.spacing.map(|side| side * factor as f64);
         Arc::new(Self::on_cells(smaller, self.far.clone(), cells, (spacing, first)))
-    }
-
-    fn history(&self) -> OperatorHistory {
-        self.near.history()
-    }
-
-    fn replay(&self, course: &OperatorHistory) -> Result<()> {
-        self.near.replay(course)
     }
 }
 

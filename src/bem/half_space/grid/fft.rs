@@ -16,7 +16,6 @@ use crate::bem::half_space::grid::toeplitz_entries;
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
-use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
 use crate::linalg::memory;
@@ -32,9 +31,6 @@ pub enum CrossBlocks {
 
 /// Smaller operators kept for later.
 const MAX_SMALLER_GRIDS: usize = 6;
-
-/// A kept operator serves up to this part more cells than asked for.
-const SPARE_CELLS_DIVISOR: usize = 16;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
@@ -211,49 +207,21 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
+        // As many cells as the padded size has room for, and no middle one where there was none: they depend on the request only, so
+        // that a resumed run has the same operators.
+        let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
+        let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
-        let suits = |operator: &Arc<Self>| {
-            let cells = operator.cells();
-            operator.symbol.coarsening == factor
-                && (0..2).all(|axis| {
-                    at_least[axis] <= cells[axis]
-                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE_CELLS_DIVISOR + 2
-                        && cells[axis] % 2 <= at_least[axis] % 2
-                })
-        };
-        let operator = match kept.iter().position(suits) {
+        let found = kept.iter().position(|it| it.symbol.coarsening == factor && it.cells() == cells);
+        let operator = match found {
             Some(found) => kept.remove(found),
-            None => {
-                // As many cells as the padded size has room for, and no middle one where there was none.
-                let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
-                let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
-                self.on_smaller_grid(cells, factor)
-            }
+            None => self.on_smaller_grid(cells, factor),
         };
         kept.push(operator.clone());
         if kept.len() > MAX_SMALLER_GRIDS {
             kept.remove(0);
         }
         Some(operator)
-    }
-
-    /// Which of the operators on smaller grids serve a window depends on the windows before it.
-    fn history(&self) -> OperatorHistory {
-        let kept = self.smaller_grids.lock().expect("no panic while the operators are held");
-        let restricted_grids =
-            kept.iter().map(|operator| (operator.cells(), operator.symbol.coarsening)).collect();
-        let parts = kept.iter().map(|operator| operator.history()).collect();
-        OperatorHistory { restricted_grids, parts, ..OperatorHistory::default() }
-    }
-
-    fn replay(&self, course: &OperatorHistory) -> Result<()> {
-        let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
-        *kept = course
-            .restricted_grids
-            .iter()
-            .map(|&(cells, factor)| self.on_smaller_grid(cells, factor))
-            .collect();
-        kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.replay(course))
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
