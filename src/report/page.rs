@@ -57,7 +57,7 @@ pub(super) struct Page {
     pub warnings: Vec<String>,
     pub problems: Vec<String>,
     pub key_table: Option<Table>,
-    pub drawings: Vec<EmbeddedImage>,
+    pub drawing: Option<EmbeddedImage>,
     pub steps: Vec<[String; 2]>,
     /// Tables of the scene: heading, rows of key and value.
     pub scene: Vec<(String, Vec<[String; 2]>)>,

@@ -107,7 +107,7 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     }
 }
 
-/// The scene: drawings, steps in words, all keys.
+/// The scene: drawing, steps in words, all keys.
 fn scene(page: &mut Page, scene: &Value, names: &UnitNames) {
     let Some(tables) = scene.as_object() else {
         page.scene_missing = true;
@@ -115,16 +115,8 @@ fn scene(page: &mut Page, scene: &Value, names: &UnitNames) {
     };
     // Meshed surfaces, and the frame that is made of one, are in the view in space.
     if scene["frame"]["kind"] != "mesh" {
-        page.drawings = vec![
-            EmbeddedImage::of_svg(
-                "The bodies from the side: shapes are schematic, fibre directions are to scale",
-                &drawing::side_view_svg(scene, names),
-            ),
-            EmbeddedImage::of_svg(
-                "The contact frame from above, to scale",
-                &drawing::top_view_svg(scene, names),
-            ),
-        ];
+        let drawing = drawing::top_view_svg(scene, names);
+        page.drawing = Some(EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing));
     }
     for (i, step) in scene["steps"].as_array().into_iter().flatten().enumerate() {
         let name = step["name"].as_str().map_or_else(|| format!("step {}", i + 1), str::to_owned);

@@ -417,7 +417,7 @@ fn maps_of_heights() {
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }
 
-/// Truth: around the bore two cells lie over each other as seen along n, so that lines along the frame's axes zigzag between both sides; a ball on a plane would be
+/// Truth: around the bore two cells lie over each other as seen along n, so that lines along the frame's axes zigzag between both sides; a rectangle would be
 /// a wrong drawing.
 #[test]
 fn figures_of_a_curved_frame() {
@@ -435,6 +435,6 @@ fn figures_of_a_curved_frame() {
         let (code, text, errors) = orthowear(&root, &["report", &out]);
         assert_eq!(code, Some(0), "{text} {errors}");
         let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
-        assert_eq!(page.contains("The bodies from the side"), drawn, "{scene}");
+        assert_eq!(page.contains("The contact frame from above"), drawn, "{scene}");
     }
 }
