@@ -35,6 +35,35 @@ impl Units {
             (force, length) => format!("{force}/{length}^{{2}}"),
         }
     }
+
+    /// Unit of the numbers of a key of a scene or an entry, as figures take it ("mm^{3}"); empty for counts and words.
+    pub fn of_key(&self, key: &str) -> String {
+        let Self { length, force } = self;
+        match key {
+            "position" | "centre" | "approach" | "distance" | "amplitude" | "amplitude2" | "half_width"
+            | "center" | "radius" | "radii" | "semi_axes" | "offset" | "shift" | "max_wear_depth"
+            | "wear_depth_error" | "thickness" | "bottom" | "distance_slid" | "truncated" | "vertices"
+            | "spacing" | "bow" | "depth_error" => length.clone(),
+            "normal_force" | "tangential_force" | "force_amplitude" => force.clone(),
+            "von_mises" | "sigma_tangential" | "E" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "Xt"
+            | "Xc" | "Yt" | "Yc" | "Zt" | "Zc" | "S12" | "S13" | "S23" | "yield" | "peak_pressure" => {
+                self.stress()
+            }
+            "moment" | "spin_moment" | "dissipation" => format!("{force} {length}"),
+            "contact_area" | "stick_area" => format!("{length}^{{2}}"),
+            "worn_volume"
+            | "worn_volume_by_body"
+            | "worn_volume_by_energy"
+            | "worn_volume_error"
+            | "volume_error" => format!("{length}^{{3}}"),
+            "i" | "i1" | "i2" | "i_L" | "i_T" | "i_N" | "k" => format!("{length}^{{3}}/({force} {length})"),
+            "tilt" | "azimuth" | "angle" | "rotation" | "twist" | "slope" | "direction" => {
+                "degrees".to_owned()
+            }
+            "seconds" => "s".to_owned(),
+            _ => String::new(),
+        }
+    }
 }
 
 impl Default for Units {

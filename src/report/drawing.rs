@@ -4,7 +4,8 @@ use serde_json::Value;
 
 use crate::output::plot::colour::SERIES_COLOURS;
 use crate::output::plot::{Anchor, Canvas};
-use crate::report::value_text::{UnitNames, with_unit};
+use crate::output::summary::Units;
+use crate::report::value_text::with_unit;
 
 /// Width and height of the drawing.
 const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
@@ -12,7 +13,7 @@ const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
 const FILL: &str = "#e8e4d8";
 
 /// The frame seen from body 2, with directions of fibres and motions.
-pub(super) fn top_view_svg(scene: &Value, names: &UnitNames) -> String {
+pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
     let mut canvas = Canvas::default();
     let frame = &scene["frame"];
     let pair = |value: &Value| {
@@ -70,7 +71,7 @@ pub(super) fn top_view_svg(scene: &Value, names: &UnitNames) -> String {
         12.0,
         &format!(
             "frame from above, half sides {}",
-            with_unit(names, "half_width", &frame["half_width"]).replace('–', "by its mesh")
+            with_unit(units, "half_width", &frame["half_width"]).replace('–', "by its mesh")
         ),
     );
     canvas.add(format_args!(

@@ -4,17 +4,18 @@ use serde_json::{Value, json};
 
 use crate::error::Result;
 use crate::output::number_format::five_digits;
+use crate::output::summary::Units;
 use crate::report::page::{Page, Table};
 use crate::report::result_directory::{ResultDirectory, ResultKind};
 use crate::report::run_page::{add_figures, format_quantity};
-use crate::report::value_text::{UnitNames, key_to_words, to_line};
+use crate::report::value_text::{key_to_words, to_line, unit_of_key, units_of};
 
 /// The page of a comparison or a study.
 ///
 /// # Errors
 /// As [`Page::render`].
 pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
-    let names = UnitNames::of(&source.summary);
+    let units = units_of(&source.summary);
     let mut page = Page::new(source);
     let said = source.summary.clone();
     let (list, word) = match source.kind {
@@ -24,8 +25,8 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     let members = list.as_array().map_or(&[][..], Vec::as_slice);
     set_status(&mut page, members, word, said.is_null());
     match source.kind {
-        ResultKind::Study => study(&mut page, &said, members, &names),
-        _ => comparison(&mut page, members, &names),
+        ResultKind::Study => study(&mut page, &said, members, &units),
+        _ => comparison(&mut page, members, &units),
     }
     folders(&mut page, source, members);
     add_figures(&mut page, source);
@@ -58,10 +59,10 @@ const COMPARED: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
 ];
 
-fn comparison(page: &mut Page, variants: &[Value], names: &UnitNames) {
+fn comparison(page: &mut Page, variants: &[Value], units: &Units) {
     let heads = |first: &str| {
         let mut heads = vec![[first.to_owned(), String::new()], ["step".to_owned(), String::new()]];
-        heads.extend(COMPARED.iter().map(|(key, head)| [(*head).to_owned(), names.unit_of_key(key)]));
+        heads.extend(COMPARED.iter().map(|(key, head)| [(*head).to_owned(), unit_of_key(units, key)]));
         heads
     };
     let mut rows = Vec::new();
@@ -118,7 +119,7 @@ fn value_with_difference(step: &Value, key: &str) -> String {
     }
 }
 
-fn study(page: &mut Page, said: &Value, runs: &[Value], names: &UnitNames) {
+fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     let texts = |list: &Value| -> Vec<String> {
         list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
     };
@@ -127,9 +128,9 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], names: &UnitNames) {
     let collected = texts(&said["collect"]);
     let last = |path: &str| path.rsplit('.').next().unwrap_or("").to_owned();
     let mut heads: Vec<[String; 2]> =
-        keys.iter().map(|key| [key.clone(), names.unit_of_key(&last(key))]).collect();
+        keys.iter().map(|key| [key.clone(), unit_of_key(units, &last(key))]).collect();
     heads.extend(["status", "largest residual"].map(|head| [head.to_owned(), String::new()]));
-    heads.extend(collected.iter().map(|path| [key_to_words(path), names.unit_of_key(&last(path))]));
+    heads.extend(collected.iter().map(|path| [key_to_words(path), unit_of_key(units, &last(path))]));
     heads.push(["reason".to_owned(), String::new()]);
     let row = |run: &Value| {
         let mut row: Vec<String> = keys.iter().map(|key| to_line(&run["values"][key])).collect();

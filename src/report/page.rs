@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 use crate::report::encode::base64;
 use crate::report::result_directory::ResultDirectory;
-use crate::report::value_text::UnitNames;
+use crate::report::value_text::{unit_of_key, units_of};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLE: &str = include_str!("assets/page.css");
@@ -80,7 +80,7 @@ impl Page {
     pub(super) fn new(source: &ResultDirectory) -> Self {
         let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
-        let names = UnitNames::of(said);
+        let units = units_of(said);
         let title = match text("title") {
             title if title.trim().is_empty() => "Results without a title".to_owned(),
             title => title,
@@ -94,7 +94,7 @@ impl Page {
             kind: source.kind.name(),
             title,
             warnings: warnings.map(str::to_owned).collect(),
-            names: [names.length, names.force, names.stress],
+            names: [units.length.clone(), units.force.clone(), unit_of_key(&units, "peak_pressure")],
             program: format!("{program}; this page by orthowear {}", env!("CARGO_PKG_VERSION")),
             ..Self::default()
         }

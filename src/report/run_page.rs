@@ -6,12 +6,13 @@ use crate::error::Result;
 use crate::output::number_format::{five_digits, five_digits_of_small};
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
+use crate::output::summary::Units;
 use crate::report::body_surfaces::Bodies;
 use crate::report::drawing;
 use crate::report::frame_maps::Frames;
 use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
-use crate::report::value_text::{self, UnitNames, key_to_words, to_line, with_unit};
+use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_of, with_unit};
 
 /// Longer tables show their first and last rows only.
 const MAX_TABLE_ROWS: usize = 2000;
@@ -26,18 +27,18 @@ pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     if !missing.is_empty() {
         source.problems.push(format!("files that summary.json names are not there: {}", missing.join(", ")));
     }
-    let names = UnitNames::of(&source.summary);
+    let units = units_of(&source.summary);
     let mut page = Page::new(source);
     set_status(&mut page, &source.summary, source.files("frame_", ".vtu").is_empty());
-    scene(&mut page, &source.summary["scene"], &names);
-    results(&mut page, &source.summary, &names);
-    plan(&mut page, &source.summary, &names);
+    scene(&mut page, &source.summary["scene"], &units);
+    results(&mut page, &source.summary, &units);
+    plan(&mut page, &source.summary, &units);
     add_figures(&mut page, source);
     (page.has_maps, page.n_frames) = (!frames.list.is_empty(), frames.list.len());
     page.has_view = page.has_maps || !bodies.list.is_empty();
     page.problems.clone_from(&source.problems);
     page.render(&json!({
-        "units": { "length": names.length, "force": names.force, "stress": names.stress },
+        "units": { "length": units.length, "force": units.force, "stress": unit_of_key(&units, "peak_pressure") },
         "entries": labels(&source.summary),
         "meshes": frames.meshes,
         "frames": frames.list,
@@ -108,22 +109,22 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
 }
 
 /// The scene: drawing, steps in words, all keys.
-fn scene(page: &mut Page, scene: &Value, names: &UnitNames) {
+fn scene(page: &mut Page, scene: &Value, units: &Units) {
     let Some(tables) = scene.as_object() else {
         page.scene_missing = true;
         return;
     };
     // Meshed surfaces, and the frame that is made of one, are in the view in space.
     if scene["frame"]["kind"] != "mesh" {
-        let drawing = drawing::top_view_svg(scene, names);
+        let drawing = drawing::top_view_svg(scene, units);
         page.drawing = Some(EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing));
     }
     for (i, step) in scene["steps"].as_array().into_iter().flatten().enumerate() {
         let name = step["name"].as_str().map_or_else(|| format!("step {}", i + 1), str::to_owned);
-        page.steps.push([name, value_text::describe_step(names, step)]);
+        page.steps.push([name, value_text::describe_step(units, step)]);
     }
     let shown = tables.iter().filter(|(key, _)| !["title", "steps"].contains(&key.as_str()));
-    page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(names, value))).collect();
+    page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(units, value))).collect();
 }
 
 /// Columns of the entries, where some entry has them: key, head.
@@ -151,7 +152,7 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
 const REVERSAL_NOTE: &str = " Entries of cycles show motions, forces, areas and peaks at the + reversal point, and the mean approach of both reversal points.";
 
 /// Tables of entries, certificates and peaks.
-fn results(page: &mut Page, said: &Value, names: &UnitNames) {
+fn results(page: &mut Page, said: &Value, units: &Units) {
     let records = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
     if records.is_empty() {
         return;
@@ -164,7 +165,7 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
     page.key_table = Some(Table {
         title: "Results at the ends of the steps".to_owned(),
         note: note.clone(),
-        ..entry_table(records, &ends, names)
+        ..entry_table(records, &ends, units)
     });
     let mut all: Vec<usize> = (0..records.len()).collect();
     if all.len() > MAX_TABLE_ROWS {
@@ -173,9 +174,9 @@ fn results(page: &mut Page, said: &Value, names: &UnitNames) {
             &format!(" Of {} entries the first and last {} are shown.", records.len(), MAX_TABLE_ROWS / 2);
     }
     page.certificate = Some(certificate(records, &all));
-    page.tables.push(Table { title: "All entries".to_owned(), note, ..entry_table(records, &all, names) });
+    page.tables.push(Table { title: "All entries".to_owned(), note, ..entry_table(records, &all, units) });
     page.convergence = convergence(records);
-    let peaks = list_table("Peaks in the bodies", &said["bodies"], &["body", "name", "increment"], names);
+    let peaks = list_table("Peaks in the bodies", &said["bodies"], &["body", "name", "increment"], units);
     page.tables.extend(peaks);
 }
 
@@ -185,7 +186,7 @@ fn at_plus_reversal<'a>(record: &'a Value, key: &str) -> &'a Value {
     if plus[key].is_null() { record } else { plus }
 }
 
-fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
+fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     let counts = |value: &Value| match value {
         Value::Array(items) => items.iter().any(|item| item.as_f64().is_some_and(|x| x != 0.0)),
         value => value.as_f64().is_some_and(|x| x != 0.0),
@@ -195,7 +196,7 @@ fn entry_table(records: &[Value], rows: &[usize], names: &UnitNames) -> Table {
         .filter(|(key, _)| records.iter().any(|record| counts(&at_plus_reversal(record, key)[key])))
         .collect();
     let mut heads = vec![["entry".to_owned(), String::new()], ["step".to_owned(), String::new()]];
-    heads.extend(columns.iter().map(|(key, head)| [(*head).to_owned(), names.unit_of_key(key)]));
+    heads.extend(columns.iter().map(|(key, head)| [(*head).to_owned(), unit_of_key(units, key)]));
     heads.push(["converged".to_owned(), String::new()]);
     let row = |&i: &usize| {
         let record = &records[i];
@@ -304,7 +305,7 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
 }
 
 /// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
-pub(super) fn list_table(title: &str, list: &Value, first: &[&str], names: &UnitNames) -> Option<Table> {
+pub(super) fn list_table(title: &str, list: &Value, first: &[&str], units: &Units) -> Option<Table> {
     let list: Vec<Vec<(String, &Value)>> =
         list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
     let mut keys: Vec<&str> = first.to_vec();
@@ -315,7 +316,7 @@ pub(super) fn list_table(title: &str, list: &Value, first: &[&str], names: &Unit
     }
     let unit = |key: &str| {
         let mut last = key.rsplit('.').filter(|part| *part != "value");
-        names.unit_of_key(last.next().unwrap_or(""))
+        unit_of_key(units, last.next().unwrap_or(""))
     };
     let heads = keys.iter().map(|key| [key_to_words(key).replace('.', " "), unit(key)]).collect();
     let cell = |record: &Vec<(String, &Value)>, key: &str| {
@@ -336,7 +337,7 @@ fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)>
 }
 
 /// What was done to compute it, and what was not.
-fn plan(page: &mut Page, said: &Value, names: &UnitNames) {
+fn plan(page: &mut Page, said: &Value, units: &Units) {
     let skipped = said["skipped"].as_array().into_iter().flatten();
     let rows: Vec<_> = skipped.map(|skip| vec![to_line(&skip["what"]), to_line(&skip["why"])]).collect();
     if !rows.is_empty() {
@@ -359,11 +360,11 @@ fn plan(page: &mut Page, said: &Value, names: &UnitNames) {
             "Runs for the accuracy" => &accuracy["runs"],
             _ => &said[key],
         };
-        page.plan.extend(list_table(title, list, first, names));
+        page.plan.extend(list_table(title, list, first, units));
     }
     let stages = said["timings"].as_object().into_iter().flatten();
     let rows: Vec<Vec<String>> =
-        stages.map(|(stage, s)| vec![stage.clone(), with_unit(names, "seconds", s)]).collect();
+        stages.map(|(stage, s)| vec![stage.clone(), with_unit(units, "seconds", s)]).collect();
     if !rows.is_empty() {
         let heads = ["stage", "time"].map(|head| [head.to_owned(), String::new()]).to_vec();
         page.plan.push(Table { title: "Time by stage".to_owned(), heads, rows, ..Table::default() });

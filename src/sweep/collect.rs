@@ -86,36 +86,10 @@ impl CollectedQuantity {
 
     /// Its name with the unit: "worn volume, mm^{3}".
     pub fn label(&self, units: &Units) -> String {
-        let (length, force) = (&units.length, &units.force);
-        let name = self.fields.iter().find(|field| field.parse::<usize>().is_err());
-        let unit = match self
-            .fields
-            .iter()
-            .rev()
-            .find(|field| field.parse::<usize>().is_err())
-            .map(String::as_str)
-        {
-            Some(
-                "approach" | "shift" | "max_wear_depth" | "wear_depth_error" | "depth_error" | "distance"
-                | "distance_slid",
-            ) => length.clone(),
-            Some("normal_force" | "tangential_force") => force.clone(),
-            Some("moment" | "dissipation") => format!("{force} {length}"),
-            Some("contact_area" | "stick_area") => format!("{length}^{{2}}"),
-            Some(
-                "worn_volume"
-                | "worn_volume_by_body"
-                | "worn_volume_by_energy"
-                | "worn_volume_error"
-                | "volume_error",
-            ) => format!("{length}^{{3}}"),
-            Some("peak_pressure") => units.stress(),
-            Some("rotation" | "twist") => "degrees".to_owned(),
-            Some("seconds") => "s".to_owned(),
-            _ => String::new(),
-        };
+        let name = self.fields.iter().rev().find(|field| field.parse::<usize>().is_err());
+        let unit = name.map(|name| units.of_key(name)).unwrap_or_default();
         let words = self.fields.join(" ").replace('_', " ");
-        let comma = if unit.is_empty() || name.is_none() { "" } else { ", " };
+        let comma = if unit.is_empty() { "" } else { ", " };
         format!("{words}{comma}{unit}")
     }
 }

@@ -284,7 +284,10 @@ fn single_harmonics_have_the_exact_admittance() {
             let (gap, expected) = (applied(&operator, &values(v)), values(moved.into()));
             let scale = moved.iter().fold(0.0_f64, |largest, entry| largest.max(entry.norm()));
             for (found, expected) in gap.iter().zip(&expected) {
-                assert!((found - expected).abs() < 1e-12 * scale, "{cells:?} {waves:?} {tilt}: {found} {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-12 * scale,
+                    "{cells:?} {waves:?} {tilt}: {found} {expected}"
+                );
             }
         }
     }
@@ -336,7 +339,11 @@ fn products_are_plain_convolutions() {
             }
             for c in 0..3 {
                 let found = gap[c * n + i];
-                assert!((found - sum[c]).abs() < 1e-13 * n as f64 * scale, "{cells:?} {i}: {found} {}", sum[c]);
+                assert!(
+                    (found - sum[c]).abs() < 1e-13 * n as f64 * scale,
+                    "{cells:?} {i}: {found} {}",
+                    sum[c]
+                );
             }
         }
     }
