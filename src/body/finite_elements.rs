@@ -171,7 +171,7 @@ impl ElasticBody for FeBody {
         BodyEquations::FiniteElements(self)
     }
 
-    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
         if std::mem::replace(&mut self.taken, true) {
             return Err(Error::numerical("the flexibility of a finite-element body was taken twice"));
         }
@@ -180,7 +180,7 @@ impl ElasticBody for FeBody {
             .take_flexibility();
         let cells = self.candidates.clone().unwrap_or_else(|| vec![true; self.map.n_cells()]);
         let body = self.condensed.clone();
-        Ok(Some(Box::new(LazyFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
+        Ok(Some(Arc::new(LazyFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {

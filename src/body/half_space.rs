@@ -14,7 +14,6 @@ use crate::bem::half_space::{
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
-use crate::flexibility::composed::SharedFlexibility;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_point};
@@ -145,7 +144,7 @@ impl HalfSpaceBody {
         Ok((!notes.is_empty()).then(|| notes.join("; ")))
     }
 
-    fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
+    fn make(&self, cross: CrossBlocks) -> Result<Arc<dyn Flexibility>> {
         self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
     }
 }
@@ -270,23 +269,23 @@ impl PlaneCells {
         green: &SurfaceGreen,
         cross: CrossBlocks,
         (tolerance, memory): (f64, &MemoryLimit),
-    ) -> Result<Box<dyn Flexibility>> {
+    ) -> Result<Arc<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
-                let whole: Box<dyn Flexibility> = match periodic {
-                    [false, false] => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
-                    _ => Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
+                let whole: Arc<dyn Flexibility> = match periodic {
+                    [false, false] => Arc::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
+                    _ => Arc::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
                 };
                 match places {
                     None => whole,
-                    Some(places) => Box::new(SubsetFlexibility::new(whole, places.clone())),
+                    Some(places) => Arc::new(SubsetFlexibility::new(whole, places.clone())),
                 }
             }
-            Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => Box::new(
+            Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => Arc::new(
                 CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, memory)?,
             ),
             Self::Polygons { centers, corners, areas } => {
-                Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
+                Arc::new(DenseFlexibility::new(centers, corners, areas, green)?)
             }
         })
     }
@@ -306,7 +305,7 @@ pub fn half_space_flexibility(
     green: &SurfaceGreen,
     frame: &ContactFrame,
     cross: CrossBlocks,
-) -> Result<Box<dyn Flexibility>> {
+) -> Result<Arc<dyn Flexibility>> {
     PlaneCells::new(frame)?.flexibility(green, cross, (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
 }
 
@@ -353,17 +352,17 @@ impl ElasticBody for HalfSpaceBody {
         Some(&self.green)
     }
 
-    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        let shared: Arc<dyn Flexibility> = self.make(cross)?.into();
+    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
+        let shared = self.make(cross)?;
         self.operator = OnceLock::from(shared.clone());
-        Ok(Some(Box::new(SharedFlexibility(shared))))
+        Ok(Some(shared))
     }
 
     /// Displacement at the centres of the cells.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
-            let _ = self.operator.set(self.make(self.cross)?.into());
+            let _ = self.operator.set(self.make(self.cross)?);
         }
         let operator = self.operator.get().expect("set above");
         Ok(surface_displacement(operator.as_ref(), tractions, (&self.axes, self.side)))

@@ -12,6 +12,8 @@ pub mod stress;
 pub mod truncated_half_space;
 pub mod worn_mesh;
 
+use std::sync::Arc;
+
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
 use crate::flexibility::Flexibility;
@@ -74,7 +76,7 @@ pub trait ElasticBody: Send + Sync {
     ///
     /// # Errors
     /// If the operator cannot be made (memory), or was taken before.
-    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>>;
+    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>>;
 
     /// The gap change that the body's own loads and prescribed displacements cause, `[3, N]` by planes, mm;
     /// `None` if there are none.

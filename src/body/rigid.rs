@@ -1,5 +1,7 @@
 //! Bodies that do not deform.
 
+use std::sync::Arc;
+
 use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
@@ -18,7 +20,7 @@ impl ElasticBody for RigidBody {
         BodyEquations::Rigid
     }
 
-    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
         Ok(None)
     }
 

@@ -15,7 +15,6 @@ use crate::bem::half_space::{CrossBlocks, DenseFlexibility};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
-use crate::flexibility::composed::SharedFlexibility;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side, Triad, format_number};
 use crate::linalg::cache::Cache;
@@ -251,8 +250,8 @@ impl ElasticBody for TruncatedHalfSpace {
         format!("half-space, {} boundary elements on its surface", self.truncation.n_elements)
     }
 
-    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        Ok(Some(Box::new(SharedFlexibility(self.flexibility.clone()))))
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
+        Ok(Some(self.flexibility.clone()))
     }
 
     /// Displacement at the centres of the cells.

@@ -4,6 +4,8 @@ pub mod block;
 mod block_rows;
 pub mod distance;
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -35,7 +37,7 @@ pub enum Coupling {
 /// Two bodies tied to a frame.
 pub struct CoupledBodies {
     /// S: gap change per traction on body 2.
-    pub flexibility: Box<dyn Flexibility>,
+    pub flexibility: Arc<dyn Flexibility>,
     /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
     pub free_gap: Vec<f64>,
     /// Motions in which the bodies float.
@@ -105,7 +107,7 @@ fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let CoupledBodies { flexibility, mut free_gap, mut floating, skipped } = coupled;
     project(&mut free_gap);
     floating.iter_mut().flat_map(|body| &mut body.modes).for_each(|motion| project(&mut motion.gap));
-    let flexibility = Box::new(ConstrainedFlexibility::new(flexibility, &projectors));
+    let flexibility = Arc::new(ConstrainedFlexibility::new(flexibility, &projectors));
     CoupledBodies { flexibility, free_gap, floating, skipped }
 }
 
@@ -132,7 +134,7 @@ fn block_of_bodies(
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     let nothing = vec![0.0; frame.n_cells()];
     system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
-    Ok(CoupledBodies { flexibility: Box::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
+    Ok(CoupledBodies { flexibility: Arc::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
 }
 
 fn sum_of_bodies(
@@ -161,7 +163,7 @@ fn sum_of_flexibilities(
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     HalfSpaceOperators { cross, summed }: HalfSpaceOperators,
-) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
+) -> Result<(Arc<dyn Flexibility>, [bool; 2])> {
     if summed && let (Some(lower), Some(upper)) = (body1.near_field_green(), body2.near_field_green()) {
         let green = SurfaceGreen::sum(&[lower, upper]);
         return Ok((with_far_fields(&green, [body1, body2], frame, cross)?, [false; 2]));
@@ -172,7 +174,7 @@ fn sum_of_flexibilities(
     let flexibility = match parts.len() {
         0 => return Err(both_rigid()),
         1 => parts.remove(0),
-        _ => Box::new(SumFlexibility::new(parts)),
+        _ => Arc::new(SumFlexibility::new(parts)),
     };
     Ok((flexibility, rigid))
 }
@@ -183,7 +185,7 @@ fn with_far_fields(
     bodies: [&mut dyn ElasticBody; 2],
     frame: &ContactFrame,
     cross: CrossBlocks,
-) -> Result<Box<dyn Flexibility>> {
+) -> Result<Arc<dyn Flexibility>> {
     let far_field = |body: &&mut dyn ElasticBody| match body.equations() {
         Hybrid(body) => Some(body.far_field().clone()),
         _ => None,

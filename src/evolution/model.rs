@@ -21,7 +21,7 @@ pub struct Model {
     /// The contact frame.
     pub frame: ContactFrame,
     /// S on the frame, both bodies.
-    pub flexibility: Box<dyn Flexibility>,
+    pub flexibility: Arc<dyn Flexibility>,
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
     /// Motions in which the bodies float; empty if both are held.

@@ -1,4 +1,4 @@
-//! Operators made of others: one that several share, the sum of several.
+//! Sum of several operators.
 
 use std::sync::Arc;
 
@@ -8,109 +8,11 @@ use crate::error::Result;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
-
-/// An operator that is used in several places.
-pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
-
-impl Flexibility for SharedFlexibility {
-    fn n_cells(&self) -> usize {
-        self.0.n_cells()
-    }
-
-    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
-        self.0.tangential()
-    }
-
-    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.0.apply(tractions, gap);
-    }
-
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.0.apply_single(tractions, gap);
-    }
-
-    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.0.apply_normal_single(pressure, normal_gap);
-    }
-
-    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.0.apply_normal(pressure, normal_gap);
-    }
-
-    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        self.0.diagonal_blocks()
-    }
-
-    fn couples_normal_tangential(&self) -> bool {
-        self.0.couples_normal_tangential()
-    }
-
-    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        self.0.precondition_normal(normal_gap, pressure)
-    }
-
-    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        self.0.precondition(gap, tractions)
-    }
-
-    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
-        self.0.direct_sum(cell, tractions)
-    }
-
-    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        self.0.direct_sums(cells, tractions)
-    }
-
-    fn grid(&self) -> Option<[usize; 2]> {
-        self.0.grid()
-    }
-
-    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
-        self.0.restrict(at_least, factor)
-    }
-
-    fn restriction_at(
-        &self,
-        smaller: Arc<dyn Flexibility>,
-        origin: [usize; 2],
-        factor: usize,
-    ) -> Arc<dyn Flexibility> {
-        self.0.restriction_at(smaller, origin, factor)
-    }
-
-    fn entry_access(&self) -> EntryAccess {
-        self.0.entry_access()
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        self.0.add_entries(cells, matrix);
-    }
-
-    fn unformed_cells(&self) -> Vec<usize> {
-        self.0.unformed_cells()
-    }
-
-    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
-        self.0.complete_gap(tractions, gap)
-    }
-
-    fn form_rows(&self, cells: &[usize]) -> Result<()> {
-        self.0.form_rows(cells)
-    }
-
-    fn history(&self) -> OperatorHistory {
-        self.0.history()
-    }
-
-    fn replay(&self, course: &OperatorHistory) -> Result<()> {
-        self.0.replay(course)
-    }
-}
+use crate::flexibility::{EntryAccess, Flexibility};
 
 /// The sum of several operators on one frame.
 pub struct SumFlexibility {
-    parts: Vec<Box<dyn Flexibility>>,
+    parts: Vec<Arc<dyn Flexibility>>,
     scratch: std::sync::Mutex<Vec<f64>>,
 }
 
@@ -119,7 +21,7 @@ impl SumFlexibility {
     ///
     /// # Panics
     /// If `parts` is empty or the sizes differ.
-    pub fn new(parts: Vec<Box<dyn Flexibility>>) -> Self {
+    pub fn new(parts: Vec<Arc<dyn Flexibility>>) -> Self {
         let n = parts.first().expect("a sum has at least one part").n_cells();
         assert!(parts.iter().all(|part| part.n_cells() == n), "operators on different frames");
         Self { parts, scratch: std::sync::Mutex::new(vec![0.0; 3 * n]) }

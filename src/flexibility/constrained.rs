@@ -1,6 +1,6 @@
 //! A flexibility whose tangential components across planes of symmetry are constrained to zero.
 
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::Matrix3;
 
@@ -30,7 +30,7 @@ struct ConstrainedCell {
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
 pub struct ConstrainedFlexibility {
-    inner: Box<dyn Flexibility>,
+    inner: Arc<dyn Flexibility>,
     cells: Vec<ConstrainedCell>,
     /// Tractions or gaps with the components across removed, `[3, N]`.
     scratch: Mutex<Vec<f64>>,
@@ -41,7 +41,7 @@ impl ConstrainedFlexibility {
     ///
     /// # Panics
     /// If a cell is none of `inner`.
-    pub fn new(inner: Box<dyn Flexibility>, projectors: &[(usize, Matrix3<f64>)]) -> Self {
+    pub fn new(inner: Arc<dyn Flexibility>, projectors: &[(usize, Matrix3<f64>)]) -> Self {
         let n = inner.n_cells();
         let blocks = inner.diagonal_blocks();
         let cells = projectors.iter().map(|&(cell, projector)| {
@@ -291,7 +291,7 @@ mod tests {
 
     fn constrained() -> ConstrainedFlexibility {
         let corner = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.0, 0.0, 1.0));
-        ConstrainedFlexibility::new(Box::new(Dense::new(&AREAS)), &[(1, across(0.7)), (3, corner)])
+        ConstrainedFlexibility::new(Arc::new(Dense::new(&AREAS)), &[(1, across(0.7)), (3, corner)])
     }
 
     fn columns(by: impl Fn(&[f64], &mut [f64])) -> nalgebra::DMatrix<f64> {

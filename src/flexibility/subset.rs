@@ -1,6 +1,6 @@
 //! An operator on some of the cells of another one.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use nalgebra::Matrix3;
 
@@ -10,7 +10,7 @@ use crate::flexibility::{EntryAccess, Flexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
-    whole: Box<dyn Flexibility>,
+    whole: Arc<dyn Flexibility>,
     /// Index in the whole of each cell.
     cells: Vec<usize>,
     /// Tractions and gap of the whole, `[3, N]` each; tractions are zero outside the places.
@@ -22,7 +22,7 @@ impl SubsetFlexibility {
     ///
     /// # Panics
     /// If a place lies outside.
-    pub fn new(whole: Box<dyn Flexibility>, cells: Vec<usize>) -> Self {
+    pub fn new(whole: Arc<dyn Flexibility>, cells: Vec<usize>) -> Self {
         let n = whole.n_cells();
         assert!(cells.iter().all(|&place| place < n), "a cell outside of the operator");
         Self { whole, cells, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
@@ -156,7 +156,7 @@ mod tests {
     /// Truth: rows and columns of the whole matrix; nothing is left of earlier products.
     #[test]
     fn rows_and_columns_of_the_whole() {
-        let part = SubsetFlexibility::new(Box::new(Three), vec![0, 2]);
+        let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);
         let mut gap = [0.0; 6];
         part.apply(&[1.0, 0.0, 0.0, 3.0, 0.0, 6.0], &mut gap);
         assert_eq!(gap, [2.0, 2.0 / 3.0, 2.0, 6.0, 2.0, 6.0]);

@@ -1,5 +1,7 @@
 //! Scenes that several tests share: two half-spaces, or one and a rigid body, on a grid frame.
 
+use std::sync::Arc;
+
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
@@ -116,7 +118,7 @@ pub fn rectangle(
     }
     Model {
         frame,
-        flexibility: Box::new(flexibility),
+        flexibility: Arc::new(flexibility),
         initial_gap,
         floating: Vec::new(),
         friction: FrictionLaw::None,

@@ -1,5 +1,7 @@
 //! Contact of half-spaces: closed forms and an independent program.
 
+use std::sync::Arc;
+
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
@@ -314,7 +316,7 @@ fn tiny_forces_are_carried() {
 }
 
 /// Gives back NaN for one cell, as a damaged operator would.
-struct Damaged(Box<dyn Flexibility>);
+struct Damaged(Arc<dyn Flexibility>);
 
 impl Flexibility for Damaged {
     fn n_cells(&self) -> usize {
@@ -341,7 +343,7 @@ impl Flexibility for Damaged {
 fn not_a_number_is_an_error() {
     for friction in [true, false] {
         let mut model = sphere_on_frp(0.0, 1.2, 8);
-        model.flexibility = Box::new(Damaged(model.flexibility));
+        model.flexibility = Arc::new(Damaged(model.flexibility));
         let steps = [Step { friction, ..indent(0.02) }];
         let run = orthowear::evolution::run(&model, &steps, &SolverOptions::default(), None, &mut Silent);
         assert!(run.is_err(), "friction {friction}");

@@ -40,7 +40,7 @@ impl ElasticBody for AffineBody {
         "affine field".into()
     }
 
-    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
         Ok(None)
     }
 

@@ -1,6 +1,7 @@
 //! Contact on frames that repeat themselves: line contacts and wavy surfaces.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use orthowear::bem::half_space::{CrossBlocks, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
@@ -38,7 +39,7 @@ pub fn repeated(
     }
     Model {
         frame,
-        flexibility: Box::new(operator.expect("an operator")),
+        flexibility: Arc::new(operator.expect("an operator")),
         initial_gap,
         floating: Vec::new(),
         friction: FrictionLaw::None,

@@ -1,5 +1,7 @@
 //! Solvers of pressures alone: projected conjugate gradients against Barzilai-Borwein projection.
 
+use std::sync::Arc;
+
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::Model;
 use orthowear::evolution::records::Outcome;
@@ -16,7 +18,7 @@ fn rough(x: f64, y: f64) -> f64 {
 }
 
 /// The operator of a model without an approximate inverse.
-struct Bare(Box<dyn Flexibility>);
+struct Bare(Arc<dyn Flexibility>);
 
 impl Flexibility for Bare {
     fn n_cells(&self) -> usize {
@@ -37,7 +39,7 @@ impl Flexibility for Bare {
 }
 
 fn bare(model: Model) -> Model {
-    Model { flexibility: Box::new(Bare(model.flexibility)), ..model }
+    Model { flexibility: Arc::new(Bare(model.flexibility)), ..model }
 }
 
 fn steps() -> [Step; 5] {

@@ -1,6 +1,7 @@
 //! Flat punches of any outline: pressed, tilted, twisted, shifted, bonded.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
@@ -257,7 +258,7 @@ fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let n = frame.n_cells();
     let disc = Model {
         frame,
-        flexibility: Box::new(Springs(n)),
+        flexibility: Arc::new(Springs(n)),
         initial_gap: vec![0.0; 3 * n],
         floating: Vec::new(),
         friction,

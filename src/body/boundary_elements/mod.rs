@@ -289,9 +289,9 @@ impl ElasticBody for BeBody {
         BodyEquations::BoundaryElements(self)
     }
 
-    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
         match self.flexibility.take() {
-            Some(flexibility) => Ok(Some(Box::new(flexibility))),
+            Some(flexibility) => Ok(Some(Arc::new(flexibility))),
             None => Err(Error::numerical("the flexibility of a boundary-element body was taken twice")),
         }
     }

@@ -1,6 +1,7 @@
 //! A finite body whose contact is that of a half-space, corrected by finite elements.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
@@ -253,7 +254,7 @@ impl ElasticBody for HybridBody {
         Some(&self.green)
     }
 
-    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
         let cells = (&self.grid, self.grid_indices.as_deref());
         Ok(Some(build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, cross)?))
     }

@@ -26,9 +26,9 @@ pub struct CorrectedFlexibility {
 
 impl CorrectedFlexibility {
     /// Adds the far fields `far` of bodies, whose patch is the rectangle of `grid`, to the operator `near` on all of its cells.
-    pub fn new(near: Box<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
+    pub fn new(near: Arc<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
         let first = grid.half_width().map(|half| -half);
-        Self::on_cells(near.into(), Arc::new(far), grid.cells, (grid.spacing, first))
+        Self::on_cells(near, Arc::new(far), grid.cells, (grid.spacing, first))
     }
 
     fn on_cells(
@@ -153,11 +153,11 @@ pub fn build_corrected_flexibility(
     far: Vec<FarField>,
     (grid, places): (&Grid, Option<&[usize]>),
     cross: CrossBlocks,
-) -> Result<Box<dyn Flexibility>> {
+) -> Result<Arc<dyn Flexibility>> {
     let near = FftFlexibility::new(grid.cells, grid.spacing, green, cross)?;
-    let whole = Box::new(CorrectedFlexibility::new(Box::new(near), far, grid));
+    let whole = Arc::new(CorrectedFlexibility::new(Arc::new(near), far, grid));
     Ok(match places {
         None => whole,
-        Some(places) => Box::new(SubsetFlexibility::new(whole, places.to_vec())),
+        Some(places) => Arc::new(SubsetFlexibility::new(whole, places.to_vec())),
     })
 }

@@ -1,6 +1,7 @@
 //! The compressed operator on irregular frames beside the dense one.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::plane::compressed::TOLERANCE_RANGE;
@@ -304,7 +305,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
 }
 
 /// A steel sphere over CFRP on the cells, by an operator.
-pub(super) fn model(cells: &Cells, operator: Box<dyn Flexibility>) -> Model {
+pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     let n = cells.n();
     let mut initial_gap = vec![0.0; 3 * n];
     let gap = sphere(20.0);
@@ -329,8 +330,8 @@ fn contacts_are_those_of_the_dense_operator() {
     let green = pair(30.0);
     let tolerance = 1e-6;
     let steps = [indent(0.02), shift(0.004, 30.0)];
-    let wanted = solve(&model(&cells, Box::new(cells.dense(&green))), &steps);
-    let found = solve(&model(&cells, Box::new(cells.compressed(&green, tolerance))), &steps);
+    let wanted = solve(&model(&cells, Arc::new(cells.dense(&green))), &steps);
+    let found = solve(&model(&cells, Arc::new(cells.compressed(&green, tolerance))), &steps);
     assert_eq!(wanted.records.len(), 2);
     for (found, wanted) in found.records.iter().zip(&wanted.records) {
         let close = |a: f64, b: f64| (a - b).abs() < 10.0 * tolerance * wanted.normal_force.abs();
@@ -341,9 +342,9 @@ fn contacts_are_those_of_the_dense_operator() {
         assert!(defect < tolerance && defect > 1e-12, "{defect}");
     }
     let force = [press(wanted.records[0].normal_force)];
-    let mut smooth = model(&cells, Box::new(cells.compressed(&green, 1e-8)));
+    let mut smooth = model(&cells, Arc::new(cells.compressed(&green, 1e-8)));
     smooth.friction = FrictionLaw::None;
-    let mut exact = model(&cells, Box::new(cells.dense(&green)));
+    let mut exact = model(&cells, Arc::new(cells.dense(&green)));
     exact.friction = FrictionLaw::None;
     let (found, wanted) = (solve(&smooth, &force), solve(&exact, &force));
     let (found, wanted) = (&found.records[0], &wanted.records[0]);

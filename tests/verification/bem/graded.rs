@@ -1,5 +1,7 @@
 //! Compressed operators on cells of unlike size.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CompressedFlexibility, CrossBlocks, Side};
 use orthowear::body::{ElasticBody, HalfSpaceBody};
@@ -103,14 +105,14 @@ fn pressures_follow_the_tolerance() {
     for ratio in [1.5, 1e3, 1e5] {
         let cells = graded(14, ratio);
         let green = pair(30.0);
-        let pressures = |operator: Box<dyn Flexibility>| {
+        let pressures = |operator: Arc<dyn Flexibility>| {
             let mut model = model(&cells, operator);
             model.friction = FrictionLaw::None;
             solve(&model, &[press(100.0)]).state.tractions
         };
-        let exact = pressures(Box::new(cells.dense(&green)));
+        let exact = pressures(Arc::new(cells.dense(&green)));
         for tolerance in [1e-4, 1e-8] {
-            let found = pressures(Box::new(cells.compressed(&green, tolerance)));
+            let found = pressures(Arc::new(cells.compressed(&green, tolerance)));
             let n = cells.n();
             let most = exact[2 * n..].iter().fold(0.0f64, |most, p| most.max(*p));
             let apart = found[2 * n..]
@@ -199,7 +201,7 @@ fn flat_punch_on_graded_rings() {
         operator.add_entries(&some, &mut matrix);
         let pairs = (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k)));
         assert!(pairs.into_iter().all(|(i, k)| matrix.block(i, k)[(2, 2)] > 0.0));
-        let mut model = model(&cells, Box::new(operator));
+        let mut model = model(&cells, Arc::new(operator));
         model.friction = FrictionLaw::None;
         model.initial_gap.iter_mut().for_each(|gap| *gap = 0.0);
         let result = solve(&model, &[indent(1e-3)]);

@@ -1,5 +1,7 @@
 //! The assembled block system against the Schur complement (docs/theory-coupling.md).
 
+use std::sync::Arc;
+
 use super::bricks::{Brick, spec, straight, support, wavy};
 use super::half_spaces::{cfrp, difference, gaps};
 use super::random;
@@ -120,7 +122,7 @@ impl ElasticBody for Closed {
     fn take_flexibility(
         &mut self,
         _cross: orthowear::bem::half_space::CrossBlocks,
-    ) -> Result<Option<Box<dyn Flexibility>>> {
+    ) -> Result<Option<Arc<dyn Flexibility>>> {
         Ok(None)
     }
 

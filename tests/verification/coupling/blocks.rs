@@ -1,5 +1,7 @@
 //! Nonlinear block Gauss-Seidel on the entries of flexibilities: an algorithm that shares no step with the others.
 
+use std::sync::Arc;
+
 use super::block::{pairs, tied};
 use super::half_spaces::{difference, largest};
 use crate::common::{
@@ -63,7 +65,7 @@ fn entries_of_every_operator() {
     let areas: Vec<f64> = (0..4).map(|i| (0.4 + 0.1 * f64::from(i)).powi(2)).collect();
     let dense = DenseFlexibility::new(&centers, &cells, &areas, &green).expect("an operator");
     entries_are_products("polygons", &dense);
-    entries_are_products("part", &SubsetFlexibility::new(Box::new(dense), vec![1, 2, 3]));
+    entries_are_products("part", &SubsetFlexibility::new(Arc::new(dense), vec![1, 2, 3]));
 }
 
 /// Runs both ways to certificates of `tolerance`; tractions may differ by 1e-6 of the largest pressure.

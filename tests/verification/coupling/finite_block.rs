@@ -1,5 +1,7 @@
 //! A finite-element block against the half-space it stands for, pressed by a steel half-space with a sphere's gap.
 
+use std::sync::Arc;
+
 use super::bricks::{spec, support};
 use crate::common::{Silent, im7, indent, steel};
 use nalgebra::Matrix3;
@@ -102,7 +104,7 @@ fn local_quantities_converge_faster() {
 }
 
 /// S made stiffer by a part of itself, as by an entry of a cache that is not the body's.
-struct Spoilt(Box<dyn Flexibility>, f64);
+struct Spoilt(Arc<dyn Flexibility>, f64);
 
 impl Spoilt {
     fn scale(&self, gap: &mut [f64]) {
@@ -147,7 +149,7 @@ fn the_certificate_solves_the_body_afresh() {
     ] {
         let mut model = under_a_sphere(&mut block(&im7(30.0), (6.0, 2, 4), &frame), &frame);
         model.friction = friction;
-        model.flexibility = Box::new(Spoilt(model.flexibility, spoilt));
+        model.flexibility = Arc::new(Spoilt(model.flexibility, spoilt));
         let result =
             run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).expect("a run");
         let found = result.records[0].certificate.operator_defect.expect("the factor is at hand");

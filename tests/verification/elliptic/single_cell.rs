@@ -1,5 +1,7 @@
 //! A contact of one cell, where everything is known in closed form.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::records::Outcome;
@@ -47,7 +49,7 @@ impl Flexibility for OneCell {
 fn cell(flexibility: Matrix3<f64>, friction: FrictionLaw) -> Model {
     Model {
         frame: ContactFrame::grid([0.5; 2], [1; 2], [0.0; 2], 0.0).expect("a frame of one cell"),
-        flexibility: Box::new(OneCell(flexibility)),
+        flexibility: Arc::new(OneCell(flexibility)),
         initial_gap: vec![0.0; 3],
         floating: Vec::new(),
         friction,

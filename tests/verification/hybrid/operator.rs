@@ -1,5 +1,7 @@
 //! The operator on the frame: invariants, windows, either side, layers.
 
+use std::sync::Arc;
+
 use orthowear::bem::half_space::CrossBlocks::{Keep, SkipVanishing};
 use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::coupling::{Coupling, couple};
@@ -24,7 +26,7 @@ fn random(n: usize) -> Vec<f64> {
         .collect()
 }
 
-fn flexibility(spec: FeSpec, side: Side, frame: &ContactFrame) -> Box<dyn Flexibility> {
+fn flexibility(spec: FeSpec, side: Side, frame: &ContactFrame) -> Arc<dyn Flexibility> {
     let contact = if side == Side::Lower { "z1" } else { "z0" };
     hybrid(spec, contact, side, frame).take_flexibility(SkipVanishing).unwrap().unwrap()
 }

@@ -2,6 +2,8 @@
 //! power iteration), and constraints are met exactly, not by stiffness. What plays the part of r_n and r_t are the compliances of single
 //! cells: they scale the natural residual, local steps and where a cell is taken to touch, stick or slip.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::records::Outcome;
@@ -12,7 +14,7 @@ use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
 /// An operator whose cells seem softer by `normal` and `tangential` than they are.
 struct Misjudged {
-    operator: Box<dyn Flexibility>,
+    operator: Arc<dyn Flexibility>,
     normal: f64,
     tangential: f64,
 }
@@ -47,7 +49,7 @@ fn step_sizes_a_thousand_times_off() {
         let run = |normal: f64, tangential: f64| {
             let mut model = sphere_on_frp(30.0, 1.2, 20);
             let operator = model.flexibility;
-            model.flexibility = Box::new(Misjudged { operator, normal, tangential });
+            model.flexibility = Arc::new(Misjudged { operator, normal, tangential });
             let tolerance = 1e-8 / normal.max(tangential).max(1.0);
             let options =
                 SolverOptions { tolerance, method, max_iterations: 5000, ..SolverOptions::default() };

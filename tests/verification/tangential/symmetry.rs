@@ -1,5 +1,7 @@
 //! What symmetry says of friction: signs, axes, places, the order of the bodies.
 
+use std::sync::Arc;
+
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
@@ -106,7 +108,7 @@ fn another_place() {
     }
     let moved = Model {
         frame,
-        flexibility: Box::new(flexibility),
+        flexibility: Arc::new(flexibility),
         initial_gap,
         floating: Vec::new(),
         friction: FrictionLaw::Coulomb { mu: 0.3 },

@@ -1,5 +1,7 @@
 //! Steady sliding: closed forms of worn contacts.
 
+use std::sync::Arc;
+
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::evolution::records::Outcome;
@@ -197,7 +199,7 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     let frame = ContactFrame::grid([1.0, 0.5], [2, 1], [0.0; 2], 0.0).expect("a grid");
     let model = Model {
         frame,
-        flexibility: Box::new(Columns(2, 0.8)),
+        flexibility: Arc::new(Columns(2, 0.8)),
         initial_gap: vec![0.0, 0.0, 0.0, 0.0, 0.0, 1.875],
         floating: Vec::new(),
         friction: FrictionLaw::None,
