@@ -51,8 +51,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let mut runs = Vec::new();
     for _ in 0..repeats {
         let study = simulation::build(&plan, &mut |_| {}, &AtomicBool::new(false))
-            .map_err(|failure| failure.error.to_string())?
-            .ok_or("interrupted")?;
+            .map_err(|failure| failure.error.to_string())?;
         let result = study.run(&mut Silent).map_err(|error| error.to_string())?;
         let seconds = result.timings.iter().filter(|(stage, _)| stage == "fretting").map(|(_, s)| s).sum();
         let jumps: Vec<_> = result.records.iter().filter_map(|record| record.jump).collect();

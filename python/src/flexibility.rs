@@ -20,16 +20,15 @@ pub struct Flexibility {
     model: Arc<Model>,
 }
 
-/// The model of a plan, with the rows of all cells; `None` if it was stopped.
-fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, SceneError> {
-    let Some(study) = simulation::build(plan, &mut |_| {}, stop)? else { return Ok(None) };
-    let model = study.into_model();
+/// The model of a plan, with the rows of all cells.
+fn made(plan: &Plan, stop: &AtomicBool) -> Result<Model, SceneError> {
+    let model = simulation::build(plan, &mut |_| {}, stop)?.into_model();
     let cells = model.flexibility.unformed_cells();
     if !cells.is_empty() {
         let formed = model.flexibility.form_rows(&cells);
         formed.map_err(|error| SceneError { error, key: "frame".to_owned() })?;
     }
-    Ok(Some(model))
+    Ok(model)
 }
 
 impl Flexibility {
@@ -37,7 +36,6 @@ impl Flexibility {
         let shared = plan.clone();
         let model = run_in_background(py, threads, move |stop| made(&shared, stop))?;
         let model = model.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
-        let model = model.ok_or_else(|| errors::internal(py, "stopped without a signal"))?;
         Ok(Self { model: Arc::new(model) })
     }
 

@@ -111,7 +111,7 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
             .and_then(|output| Ok((Some(output), Some(CheckpointSettings::for_new_run(&plan)?)))),
     };
     let failure = match begun {
-        Err(error) => Some(SceneError { error, key: String::new() }),
+        Err(error) => Some(error.into()),
         Ok((output, checkpoints)) => {
             let on_progress = &mut |event: ProgressEvent| {
                 if let (true, ProgressEvent::Stage(stage, done, residual)) = (progress, event) {

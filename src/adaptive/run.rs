@@ -135,7 +135,7 @@ impl AccuracyRun<'_, '_, '_> {
         let output = match (self.output.take(), &self.directory) {
             (None, Some(directory)) => {
                 let again = OutputDir::open(directory);
-                Some(again.map_err(|error| SceneError { error, key: String::new() })?)
+                Some(again?)
             }
             (output, _) => output,
         };

@@ -104,8 +104,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
         };
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let study = match simulation::build(&plan, &mut |event| progress.on_event(event), stop) {
-        Ok(Some(study)) => study,
-        Ok(None) => return exit::INTERRUPTED,
+        Ok(study) => study,
         Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
         Err(failure) => {
             progress.end();

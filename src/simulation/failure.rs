@@ -11,6 +11,13 @@ pub struct SceneError {
     pub key: String,
 }
 
+/// An error that concerns no key.
+impl From<Error> for SceneError {
+    fn from(error: Error) -> Self {
+        Self { error, key: String::new() }
+    }
+}
+
 /// Adds the key to a `Result`.
 pub(crate) trait AtKey<T> {
     fn at(self, key: &str) -> Result<T, SceneError>;

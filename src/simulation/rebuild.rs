@@ -8,6 +8,7 @@ use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::MeshUpdates;
 use crate::output::recorder::ProgressEvent;
 use crate::scene::Plan;
+use crate::simulation::failure::AtKey;
 use crate::simulation::growth;
 use crate::simulation::mesh_motion::{self, WornMeshes};
 use crate::simulation::{self, SceneError, Simulation};
@@ -31,8 +32,6 @@ pub(super) enum Continuation {
     SameOperators(RunCheckpoint),
     /// Not at all, with what the user should know.
     Stop(String),
-    /// Not now: a signal came.
-    Interrupted,
 }
 
 /// The next part of a run.
@@ -55,13 +54,12 @@ pub(super) struct SimulationBuilder<'a> {
 }
 
 impl SimulationBuilder<'_> {
-    /// Makes the plan ready on its frame as it has grown, or that of the job, with the meshes as they have moved; `None` if a
-    /// signal came meanwhile.
+    /// Makes the plan ready on its frame as it has grown, or that of the job, with the meshes as they have moved.
     pub fn build<'p>(
         &mut self,
         plan: &'p Plan,
         stage: &RebuildState,
-    ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+    ) -> std::result::Result<Simulation<'p>, SceneError> {
         let larger = if stage.frame_growths > 0 {
             Some(growth::grown_frame(plan, stage.frame_growths)?)
         } else {
@@ -77,7 +75,7 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         (study, snapshot): (Simulation<'p>, RunCheckpoint),
         stage: &RebuildState,
-    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+    ) -> std::result::Result<NextSegment<'p>, SceneError> {
         let outgrown = study.into_frame_growth(snapshot);
         let frame_growths = stage.frame_growths + 1;
         let frame = growth::grown_frame(plan, frame_growths)?;
@@ -88,10 +86,10 @@ impl SimulationBuilder<'_> {
             None => moves,
         };
         let stage = RebuildState { frame_growths, mesh_updates };
-        let Some(study) = self.build(plan, &stage)? else { return Ok(None) };
+        let study = self.build(plan, &stage)?;
         let onto = outgrown.transfer_to(plan, &study);
-        let (snapshot, places) = onto.map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
-        Ok(Some(NextSegment { study, snapshot, stage, cell_map: Some(places) }))
+        let (snapshot, places) = onto.at("frame.grow")?;
+        Ok(NextSegment { study, snapshot, stage, cell_map: Some(places) })
     }
 
     fn move_meshes<'p>(
@@ -99,7 +97,7 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         (study, snapshot): (Simulation<'p>, RunCheckpoint),
         (stage, meshes): (&RebuildState, WornMeshes),
-    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+    ) -> std::result::Result<NextSegment<'p>, SceneError> {
         let stage =
             RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
         let larger = if stage.frame_growths > 0 {
@@ -109,24 +107,22 @@ impl SimulationBuilder<'_> {
         };
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
-        let Some(study) = simulation::build_with(plan, (frame, meshes), self.show, self.stop)? else {
-            return Ok(None);
-        };
+        let study = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
         let onto = outdated.transfer_to(plan, &study);
-        let snapshot = onto.map_err(|error| SceneError { error, key: "wear.move_mesh".to_owned() })?;
-        Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
+        let snapshot = onto.at("wear.move_mesh")?;
+        Ok(NextSegment { study, snapshot, stage, cell_map: None })
     }
 
-    /// Takes the way of a study that has ended there; `None` if a signal came meanwhile.
+    /// Takes the way of a study that has ended there and goes on.
     ///
     /// # Errors
-    /// If the next study cannot be made.
+    /// If the next study cannot be made, or a signal came meanwhile.
     pub fn build_next<'p>(
         &mut self,
         plan: &'p Plan,
         (study, way): (Simulation<'p>, Continuation),
         stage: &RebuildState,
-    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+    ) -> std::result::Result<NextSegment<'p>, SceneError> {
         match way {
             Continuation::GrownFrame(snapshot) => self.grow_frame(plan, (study, snapshot), stage),
             Continuation::MovedMeshes(snapshot, meshes) => {
@@ -135,35 +131,38 @@ impl SimulationBuilder<'_> {
             Continuation::SameOperators(snapshot) => {
                 let mesh_updates = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
                 let stage = RebuildState { mesh_updates, ..*stage };
-                Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
+                Ok(NextSegment { study, snapshot, stage, cell_map: None })
             }
-            Continuation::Stop(_) | Continuation::Interrupted => Ok(None),
+            Continuation::Stop(_) => unreachable!("a run that stops has no next part"),
         }
     }
 }
 
 impl Continuation {
     /// How the run of `study` goes on from its end; `None` if that was the end of all. `shared`: the frame is that of several runs.
+    ///
+    /// # Errors
+    /// If a signal came meanwhile.
     pub fn after(
         result: &mut RunResult,
         (plan, study): (&Plan, &Simulation),
         (stage, shared): (&RebuildState, bool),
-    ) -> Option<Self> {
+    ) -> std::result::Result<Option<Self>, SceneError> {
         if let Some(snapshot) = result.frame_edge_checkpoint.take() {
             let refusal = match shared {
                 true => Some("a comparison has one frame for all".to_owned()),
                 false => growth::why_not_growable(plan, stage.frame_growths),
             };
-            return Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop));
+            return Ok(Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop)));
         }
-        let mut snapshot = *result.rebuild_checkpoint.take()?;
-        Some(match mesh_motion::worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
-            Ok(meshes) => Self::MovedMeshes(snapshot, meshes),
-            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => Self::Interrupted,
+        let Some(mut snapshot) = result.rebuild_checkpoint.take() else { return Ok(None) };
+        Ok(Some(match mesh_motion::worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
+            Ok(meshes) => Self::MovedMeshes(*snapshot, meshes),
+            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return Err(failure),
             Err(failure) => {
                 snapshot.add_warning(mesh_motion::mesh_not_moved_warning(plan, &snapshot, &failure.error));
-                Self::SameOperators(snapshot)
+                Self::SameOperators(*snapshot)
             }
-        })
+        }))
     }
 }

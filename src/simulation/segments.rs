@@ -126,11 +126,7 @@ pub fn run_simulation(
         from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
     let study = match catch_panic(plan, || job.maker().build(plan, &stage)) {
-        Ok(Some(study)) => study,
-        Ok(None) => {
-            summary.set_outcome(&Ok(Outcome::Interrupted));
-            return early(output).finish(summary).map(|()| exit::INTERRUPTED).map_err(without_key);
-        }
+        Ok(study) => study,
         Err(failure) => return conclude_unstarted(early(output), summary, failure),
     };
     let keeper = job
@@ -164,16 +160,11 @@ fn conclude_unstarted(
     failure: SceneError,
 ) -> std::result::Result<u8, SceneError> {
     summary.set_failure(&failure.error);
-    recorder.finish(summary).map_err(|error| without_key(error.followed_by(&failure.error)))?;
+    recorder.finish(summary).map_err(|error| error.followed_by(&failure.error))?;
     match failure.error.exit_code() {
         exit::INTERRUPTED => Ok(exit::INTERRUPTED),
         _ => Err(failure),
     }
-}
-
-/// An error that concerns no key of the scene.
-fn without_key(error: Error) -> SceneError {
-    SceneError { error, key: String::new() }
 }
 
 /// A panic as a failure.
@@ -181,7 +172,7 @@ fn catch_panic<T>(
     plan: &Plan,
     work: impl FnOnce() -> std::result::Result<T, SceneError>,
 ) -> std::result::Result<T, SceneError> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(without_key(internal(plan, &*panic))))
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(internal(plan, &*panic).into()))
 }
 
 /// Runs the plan to its end, from frame to frame.
@@ -230,25 +221,16 @@ fn run_segments<'p>(
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
         let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
-        let way = catch_panic(plan, || {
-            Ok(result
-                .as_mut()
-                .ok()
-                .and_then(|result| Continuation::after(result, (plan, &study), (&stage, shared))))
+        let way = catch_panic(plan, || match &mut result {
+            Ok(result) => Continuation::after(result, (plan, &study), (&stage, shared)),
+            Err(_) => Ok(None),
         });
-        let way = match way.unwrap_or_else(|failure| {
-            result = Err(failure.error);
-            None
-        }) {
-            None => return conclude(recorder, &mut *job.on_end, result, summary),
-            Some(Continuation::Stop(why)) => {
-                return conclude(recorder, &mut *job.on_end, with_warning(result, Some(why)), summary);
-            }
-            Some(Continuation::Interrupted) => {
-                return conclude(recorder, &mut *job.on_end, interrupted(result), summary);
-            }
-            Some(way) => way,
+        let (way, result) = match way {
+            Ok(Some(Continuation::Stop(why))) => (None, with_warning(result, Some(why))),
+            Ok(way) => (way, result),
+            Err(failure) => (None, failed(result, failure)),
         };
+        let Some(way) = way else { return conclude(recorder, &mut *job.on_end, result, summary) };
         let grows = matches!(way, Continuation::GrownFrame(_));
         if !grows {
             summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
@@ -256,7 +238,7 @@ fn run_segments<'p>(
         let (mut parts, surface, frame) =
             (recorder.into_parts(), study.surface(), study.model().frame.clone());
         match catch_panic(plan, || job.maker().build_next(plan, (study, way), &stage)) {
-            Ok(Some(next)) => {
+            Ok(next) => {
                 if let Some(places) = next.cell_map {
                     parts.written = parts.written.transfer_to(&places, next.study.model().frame.n_cells());
                 }
@@ -264,14 +246,11 @@ fn run_segments<'p>(
                 leg = Segment { parts, from: Some((next.snapshot, course)), stage: next.stage };
                 study = next.study;
             }
-            ended => {
-                let result = match ended {
-                    Err(failure) if failure.error.kind() == ErrorKind::Interrupted => interrupted(result),
-                    Err(failure) if grows => {
-                        with_warning(result, Some(format!("the frame is not enlarged: {}", failure.error)))
-                    }
-                    Err(failure) => Err(failure.error),
-                    Ok(_) => interrupted(result),
+            Err(failure) => {
+                let result = if grows && failure.error.kind() != ErrorKind::Interrupted {
+                    with_warning(result, Some(format!("the frame is not enlarged: {}", failure.error)))
+                } else {
+                    failed(result, failure)
                 };
                 let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
                 let fields = fields.with_surface(surface).continuing_from(parts.written);
@@ -284,8 +263,12 @@ fn run_segments<'p>(
     }
 }
 
-fn interrupted(result: Result<RunResult>) -> Result<RunResult> {
-    result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result })
+/// The end of a run whose next part cannot be made; interruption keeps the result so far.
+fn failed(result: Result<RunResult>, failure: SceneError) -> Result<RunResult> {
+    match failure.error.kind() {
+        ErrorKind::Interrupted => result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result }),
+        _ => Err(failure.error),
+    }
 }
 
 /// The result with one more warning.
@@ -317,9 +300,9 @@ fn conclude(
     let code = if doubted { exit::NOT_CONVERGED } else { code };
     let ended = if kept { recorder.finish(summary) } else { recorder.discard(summary) };
     match (outcome, ended) {
-        (Err(error), Err(written)) => Err(without_key(written.followed_by(&error))),
-        (_, Err(written)) => Err(without_key(written)),
-        (Err(error), Ok(())) if error.kind() != ErrorKind::Interrupted => Err(without_key(error)),
+        (Err(error), Err(written)) => Err(written.followed_by(&error).into()),
+        (_, Err(written)) => Err(written.into()),
+        (Err(error), Ok(())) if error.kind() != ErrorKind::Interrupted => Err(error.into()),
         _ => Ok(code),
     }
 }

@@ -59,7 +59,7 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     let plan = orthowear::scene::read(scene, &[format!("solver.memory_limit={limit}")]).ok().unwrap();
     let study = orthowear::simulation::build(&plan, &mut |_| {}, &AtomicBool::new(false));
     let mut seen = Tractions::default();
-    study.ok().unwrap().unwrap().run(&mut seen).unwrap();
+    study.ok().unwrap().run(&mut seen).unwrap();
     seen.0
 }
 

@@ -59,7 +59,7 @@ fn symmetric_runs_are_computed() {
         for run in ["azimuth-30", "azimuth--30"] {
             let summary = json(&folder.path().join("study.study").join(run).join("summary.json"));
             assert!(
-                summary["history"].as_array().unwrap().iter().all(|entry| entry["iterations"] != 0),
+                summary["steps"].as_array().unwrap().iter().all(|entry| entry["iterations"] != 0),
                 "{summary}"
             );
         }

@@ -96,7 +96,7 @@ fn run(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         let study = build_on_frame(plan, frame, &mut |_| {}, &AtomicBool::new(false));
-        let study: Simulation = study.ok().flatten().expect("a study");
+        let study: Simulation = study.expect("a study");
         let operator = study.model().flexibility.as_ref();
         let from: Option<(RunCheckpoint, OperatorHistory)> = from.map(|from| {
             let found = checkpoint::read(from).expect("a checkpoint").expect("a checkpoint");

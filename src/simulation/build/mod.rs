@@ -69,15 +69,16 @@ pub struct Simulation<'p> {
     pub timings: Timings,
 }
 
-/// Makes `plan` ready; `progress` hears of each stage. `None` if `stop` was set meanwhile.
+/// Makes `plan` ready; `progress` hears of each stage.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong, or memory does not suffice.
+/// If a mesh, support, material or frame of the plan is wrong, memory does not suffice, or `stop` is set meanwhile (of the kind
+/// `Interrupted`).
 pub fn build<'p>(
     plan: &'p Plan,
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
-) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+) -> std::result::Result<Simulation<'p>, SceneError> {
     build_on_frame(plan, None, progress, stop)
 }
 
@@ -90,7 +91,7 @@ pub fn build_on_frame<'p>(
     given: Option<&ContactFrame>,
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
-) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+) -> std::result::Result<Simulation<'p>, SceneError> {
     build_with(plan, (given, [None, None]), progress, stop)
 }
 
@@ -103,7 +104,7 @@ pub fn build_with<'p>(
     (given, worn): (Option<&ContactFrame>, WornMeshes),
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
-) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+) -> std::result::Result<Simulation<'p>, SceneError> {
     let mut timings = Timings::default();
     progress(ProgressEvent::Stage("frame", 0.0, None));
     let frame = timings.measure("frame", || {
@@ -117,7 +118,7 @@ pub fn build_with<'p>(
     let mut truncations = Vec::new();
     for ((index, key), worn) in BODY_KEYS.into_iter().enumerate().zip(worn) {
         if stop.load(Ordering::Relaxed) {
-            return Ok(None);
+            return Err(Error::interrupted().into());
         }
         progress(ProgressEvent::Stage(key, 0.0, None));
         let left = memory::remaining_limit(plan, &frame, held);
@@ -161,7 +162,7 @@ pub fn build_with<'p>(
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
         bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
     if stop.load(Ordering::Relaxed) {
-        return Ok(None);
+        return Err(Error::interrupted().into());
     }
     progress(ProgressEvent::Stage("flexibility", 0.0, None));
     let coupled = timings
@@ -219,7 +220,7 @@ pub fn build_with<'p>(
         wear_share: plan.wear_share,
     };
     let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
-    Ok(Some(Simulation {
+    Ok(Simulation {
         plan,
         model,
         bodies: [body1, body2],
@@ -231,7 +232,7 @@ pub fn build_with<'p>(
         near_fields,
         warnings,
         timings,
-    }))
+    })
 }
 
 /// That the half-space of body `key` was tried for its near field and given up.

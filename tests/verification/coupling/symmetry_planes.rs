@@ -128,8 +128,7 @@ impl Pair {
         let plan = orthowear::scene::read(&folder.path().join("scene.toml"), &[])
             .unwrap_or_else(|mistakes| panic!("{:?}", mistakes.to_error()));
         let study = build(&plan, &mut |_| {}, &AtomicBool::new(false))
-            .map_err(|failure| (failure.key, failure.error.to_string()))?
-            .expect("a study");
+            .map_err(|failure| (failure.key, failure.error.to_string()))?;
         let result = study.run(&mut Silent).expect("a run without errors");
         assert_eq!(result.outcome, Outcome::Converged, "{text}");
         let frame = &study.model().frame;

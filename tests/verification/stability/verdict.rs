@@ -57,7 +57,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
         Err(mistakes) => return refused(mistakes.to_string()),
     };
     let study = match build(&plan, &mut |_| {}, &AtomicBool::new(false)) {
-        Ok(study) => study.expect("nobody interrupts"),
+        Ok(study) => study,
         Err(failure) => return refused(failure.error.to_string()),
     };
     let mut kept = Kept::default();
