@@ -17,7 +17,6 @@ pub struct RunCheckpoint {
     pub(super) controls: ActiveControls,
     /// Cells whose flexibility the run had formed, by the times it did.
     pub(super) formed_cells: Vec<Vec<usize>>,
-    #[serde(with = "as_text")]
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
     pub(super) timings: Vec<(String, f64)>,
@@ -61,22 +60,5 @@ impl RunCheckpoint {
     /// Number of cells of the frame.
     pub fn n_cells(&self) -> usize {
         self.state.wear_depth.len()
-    }
-}
-
-/// Entries as JSON, in which fields may be absent.
-mod as_text {
-    use serde::de::Error as _;
-    use serde::ser::Error as _;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    use crate::evolution::checkpoint::IncrementRecord;
-
-    pub fn serialize<S: Serializer>(records: &[IncrementRecord], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&serde_json::to_string(records).map_err(S::Error::custom)?)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<IncrementRecord>, D::Error> {
-        serde_json::from_str(&String::deserialize(deserializer)?).map_err(D::Error::custom)
     }
 }
