@@ -1,5 +1,6 @@
 //! The crate's one error: what is wrong, of which kind, and the chain of places it was found in.
 
+use std::any::Any;
 use std::fmt;
 
 /// Exit codes of the program.
@@ -50,6 +51,12 @@ pub struct Error {
 
 /// `Result` with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// The text of a panic.
+pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
+}
 
 impl Error {
     /// An error in what the user gave: say what was found, what is allowed, and how to mend it.

@@ -1,6 +1,5 @@
 //! Work in a thread of its own, which a signal or the caller stops.
 
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -9,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use orthowear::cancel;
+use orthowear::error::panic_message;
 use orthowear::simulation::job::THREAD_STACK_BYTES;
 use pyo3::prelude::*;
 
@@ -69,11 +69,6 @@ fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
     builder.build().map_err(|error| format!("no threads: {error}"))
 }
 
-fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
-}
-
 impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
     /// Begins.
     pub fn begin(
@@ -89,7 +84,7 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
             let pool = pool(threads)?;
             let done = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&line))));
             drop(active);
-            done.map_err(|panic| panic_message(&*panic))
+            done.map_err(|panic| panic_message(&*panic).to_owned())
         };
         let thread =
             std::thread::Builder::new().name("orthowear".into()).stack_size(THREAD_STACK_BYTES).spawn(all);
@@ -128,7 +123,7 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         match py.detach(|| thread.join()) {
             Ok(Ok(done)) => Ok(Some(done)),
             Ok(Err(panic)) => Err(errors::internal(py, &panic)),
-            Err(panic) => Err(errors::internal(py, &panic_message(&*panic))),
+            Err(panic) => Err(errors::internal(py, panic_message(&*panic))),
         }
     }
 }

@@ -2,8 +2,6 @@
 
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::frame::GapShape;
-use crate::laws::friction::FrictionLaw;
-use crate::laws::wear::WearLaw;
 use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
 use crate::scene::spec::accuracy::RefinementParameter;
 use crate::simulation::build::bodies::contact_frame;
@@ -120,12 +118,11 @@ impl RefinementLadder {
             }
         }
         let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
-        let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
-        let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
-        let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
+        let by_path =
+            plan.steps.iter().filter(monotone).any(|step| plan.has_friction(step) || plan.has_wear(step));
         ladder.is_refined[1] =
             (by_path || increments_per_stroke > 0) && !kept(RefinementParameter::Increments);
-        ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && wears(step))
+        ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step))
             && !kept(RefinementParameter::Jumps);
         Ok(ladder)
     }

@@ -65,9 +65,10 @@ const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
 
 /// What a cache is expected to have of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum CacheContent {
     /// Not all that is needed.
+    #[default]
     Insufficient,
     /// The flexibility, and no more is needed.
     Flexibility,
@@ -76,7 +77,7 @@ pub enum CacheContent {
 }
 
 /// What one body is and needs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct BodyEstimate {
     /// What it is.
     pub description: String,
@@ -163,15 +164,7 @@ fn estimate_body(
 ) -> Result<BodyEstimate, SceneError> {
     let n = frame.n_cells() as f64;
     Ok(match &plan.bodies[index] {
-        BodyPlan::Rigid => BodyEstimate {
-            description: "rigid".to_owned(),
-            memory_bytes: 0.0,
-            resident_bytes: 0,
-            warning: None,
-            seconds: 0.0,
-            seconds_per_product: 0.0,
-            cached: CacheContent::Insufficient,
-        },
+        BodyPlan::Rigid => BodyEstimate { description: "rigid".to_owned(), ..BodyEstimate::default() },
         BodyPlan::HalfSpace(elastic) => {
             let compressed = is_compressed(plan, frame);
             let mut description = format!("half-space, {}", elastic.name);
@@ -195,10 +188,9 @@ fn estimate_body(
                 description,
                 memory_bytes,
                 resident_bytes,
-                warning: None,
                 seconds,
                 seconds_per_product,
-                cached: CacheContent::Insufficient,
+                ..BodyEstimate::default()
             }
         }
         BodyPlan::TruncatedHalfSpace(spec) => truncated(spec, index, (frame, left))?,
@@ -241,10 +233,9 @@ fn truncated(
         description,
         memory_bytes: bytes as f64,
         resident_bytes: 72 * frame.n_cells().pow(2),
-        warning: None,
         seconds: table + integrals + flops / FLOPS_PER_SECOND,
         seconds_per_product: 72.0 * n_cells * n_cells / MEMORY_BYTES_PER_SECOND,
-        cached: CacheContent::Insufficient,
+        ..BodyEstimate::default()
     })
 }
 
@@ -282,10 +273,9 @@ fn boundary_elements(
         ),
         memory_bytes: bytes as f64,
         resident_bytes: 8 * 3 * nodes * (3 * contact + 1) + 36 * contact * contact,
-        warning: None,
         seconds: table + share * per_pair * (nodes * elements) as f64 + flops / FLOPS_PER_SECOND,
         seconds_per_product: 4.0 * columns * columns / MEMORY_BYTES_PER_SECOND,
-        cached: CacheContent::Insufficient,
+        ..BodyEstimate::default()
     })
 }
 
@@ -329,14 +319,13 @@ fn estimate_hybrid(
         ),
         memory_bytes: (peak + columns_bytes).max(resident_bytes) as f64,
         resident_bytes,
-        warning: None,
         seconds: solving
             + (PER_UNKNOWN + ASSEMBLY) * n_free
             + PER_VALUE * values
             + inclusions
             + if site.isotropic { 0.1 } else { TABLE },
         seconds_per_product: 4.2 * n * FFT_SECONDS_PER_POINT,
-        cached: CacheContent::Insufficient,
+        ..BodyEstimate::default()
     })
 }
 

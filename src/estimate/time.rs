@@ -46,11 +46,8 @@ pub(super) fn of_steps(
     let [first, second] = [0, 1].map(|index| bodies[index].seconds_per_product);
     let product = if skips(OmittableWork::SecondHalfSpace) { first.max(second) } else { first + second };
     let product = if skips(OmittableWork::DistantCells) { WINDOW * product } else { product };
-    let friction = plan.friction.ellipse();
     let of_step = |step: &Step| {
-        let rubs = friction.is_some() && step.friction;
-        let wears = step.wear && plan.wear.specific_rate(friction).is_some();
-        let bare = !(rubs || wears);
+        let bare = !(plan.has_friction(step) || plan.has_wear(step));
         let share = if on_grid && bare && skips(OmittableWork::TangentialUnknowns) { PRESSURES } else { 1.0 };
         contact_problems(step) as f64 * products * share * product
     };

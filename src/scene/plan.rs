@@ -15,7 +15,7 @@ use super::spec::solver::{Output, Solver};
 use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
 use crate::body;
-use crate::evolution::step::Step;
+use crate::evolution::step::{Normal, Step};
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
 use crate::geometry::fibre_axes;
@@ -80,6 +80,25 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
+    pub fn max_prescribed_approach(&self) -> Option<f64> {
+        let approach = |step: &Step| match step.normal {
+            Some(Normal::Approach(approach)) => Some(approach),
+            _ => None,
+        };
+        self.steps.iter().filter_map(approach).reduce(f64::max).filter(|&most| most > 0.0)
+    }
+
+    /// Whether friction acts in `step`.
+    pub fn has_friction(&self, step: &Step) -> bool {
+        step.friction && self.friction.ellipse().is_some()
+    }
+
+    /// Whether bodies wear in `step`.
+    pub fn has_wear(&self, step: &Step) -> bool {
+        step.wear && self.wear.specific_rate(self.friction.ellipse()).is_some()
+    }
+
     /// Lets a run take memory up to `limit`, where one is given in place of the scene's own.
     pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
@@ -287,7 +306,19 @@ impl BeBodyPlan {
     }
 }
 
+impl PrescribedDisplacement {
+    /// Whether it prescribes a displacement other than zero.
+    pub fn is_moving(&self) -> bool {
+        self.values.iter().flatten().chain(self.gradient.iter().flatten()).any(|&value| value != 0.0)
+    }
+}
+
 impl MeshedBodyPlan {
+    /// Whether it has loads of its own.
+    pub fn is_loaded(&self) -> bool {
+        !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]
+    }
+
     /// Groups of surfaces of its contact, supports, foundations and loads, some of them more than once.
     pub fn groups(&self) -> impl Iterator<Item = &str> {
         let supports = self.supports.iter().map(|support| &support.group);

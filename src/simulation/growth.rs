@@ -184,8 +184,7 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
 
 /// The entry of the ledger for the cells that a frame may get.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
-    let wears = plan.steps.iter().any(|step| step.wear && step.cycles.is_some())
-        && plan.wear.specific_rate(plan.friction.ellipse()).is_some();
+    let wears = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step));
     (wears && why_not_growable(plan, 0).is_none()).then(|| {
         let why = "they join when wear brings the contact to its edge (frame.grow)";
         OmittedWork::new(None, "cells beyond the frame", why)

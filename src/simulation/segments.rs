@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use crate::error::{Error, ErrorKind, Result, exit};
+use crate::error::{Error, ErrorKind, Result, exit, panic_message};
 use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
@@ -318,8 +318,7 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
 
 /// The error that a panic is; its message was printed when it happened.
 fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    let text = panic_message(panic);
     let scene = &plan.document.sha256;
     Error::numerical(format!("internal error, please report it with the scene (SHA-256 {scene}): {text}"))
 }

@@ -67,23 +67,17 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     {
         return None;
     }
-    let mut approach: f64 = 0.0;
-    for step in &plan.steps {
-        // A rotation closes cells far from the centre.
-        if step.tilt.is_some() || (step.spin.is_some() && !frame.has_uniform_axes()) {
-            return None;
-        }
-        match step.normal {
-            Some(Normal::Force(_)) => return None,
-            Some(Normal::Approach(value)) => approach = approach.max(value),
-            None => {}
-        }
+    // A rotation closes cells far from the centre.
+    let turns = |step: &Step| step.tilt.is_some() || (step.spin.is_some() && !frame.has_uniform_axes());
+    if plan.steps.iter().any(|step| turns(step) || matches!(step.normal, Some(Normal::Force(_)))) {
+        return None;
     }
+    let approach = plan.max_prescribed_approach()?;
     // Where cells are inclined, motion in the frame's plane closes them too.
     let sideways =
         if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
     let needed = MARGIN * approach + sideways;
-    (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
+    Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
 /// `before` and what `step` moves body 2 along the frame's plane at most, mm: a bound of the way of all steps; `None` if it is
@@ -101,12 +95,8 @@ fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
 fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
     for (body, key) in plan.bodies.iter().zip(BODY_KEYS) {
         let Some(fe) = body.as_meshed() else { continue };
-        let moved = |support: &PrescribedDisplacement| {
-            let values = support.values.iter().flatten();
-            values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
-        };
-        let loaded = !fe.pressures.is_empty() || !fe.tractions.is_empty() || fe.body_force != [0.0; 3];
-        if loaded || fe.supports.iter().any(moved) || free_motions(body, key)?.is_some() {
+        let moves = fe.supports.iter().any(PrescribedDisplacement::is_moving);
+        if fe.is_loaded() || moves || free_motions(body, key)?.is_some() {
             return Ok(false);
         }
     }

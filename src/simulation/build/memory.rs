@@ -110,9 +110,9 @@ fn per_cell(plan: &Plan) -> PerCell {
 
 /// Whether more than pressures is unknown.
 fn has_tangential_unknowns(plan: &Plan) -> bool {
-    let friction = plan.friction.ellipse();
-    let wears = plan.wear.specific_rate(friction).is_some() && plan.steps.iter().any(|step| step.wear);
-    friction.is_some() || wears || !plan.solver.skip.allowed_skips().allows(OmittableWork::TangentialUnknowns)
+    plan.friction.ellipse().is_some()
+        || plan.steps.iter().any(|step| plan.has_wear(step))
+        || !plan.solver.skip.allowed_skips().allows(OmittableWork::TangentialUnknowns)
 }
 
 fn has_cycles(plan: &Plan) -> bool {

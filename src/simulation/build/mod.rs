@@ -172,7 +172,7 @@ pub fn build_with<'p>(
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
-    if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
+    if let Some(approach) = plan.max_prescribed_approach() {
         let gap = &initial_gap[2 * frame.n_cells()..];
         let own = |record: &NearFieldRecord| {
             let error = record.own_error.map(|error| error.mean);

@@ -7,7 +7,6 @@ use nalgebra::Vector6;
 use crate::coupling::MeshedGap;
 use crate::element::ElementKind;
 use crate::error::{Error, warning};
-use crate::evolution::step::Normal;
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::geometry::{Point, bounds, format_direction, format_number, format_short};
@@ -118,7 +117,7 @@ pub(crate) fn check(
         notes.extend(moves.then(|| first_touch_note(plan, frame, closing_motion)));
         notes.extend(long_motion_warning(plan, frame, closing_motion));
         notes.extend(flat_faces::preload_warning(plan, frame, &gap));
-        if let Some(approach) = flat_faces::max_prescribed_approach(plan) {
+        if let Some(approach) = plan.max_prescribed_approach() {
             let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
             notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
         }
@@ -144,7 +143,7 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
         .map(|cell| (frame.triads[cell].normal() - first).norm() / (frame.centers[cell] - start).norm())
         .fold(0.0, f64::max);
     let error = closing_motion * closing_motion * curvature;
-    let allowed = match flat_faces::max_prescribed_approach(plan) {
+    let allowed = match plan.max_prescribed_approach() {
         Some(approach) => MAX_MOTION_ERROR_SHARE * approach,
         None => MAX_MOTION_ERROR_SHARE * closing_motion.abs(),
     };
@@ -325,15 +324,10 @@ fn mean_cell_area(frame: &ContactFrame) -> f64 {
 
 /// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
 fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
-    let approach = plan.steps.iter().filter_map(|step| match step.normal {
-        Some(Normal::Approach(approach)) => Some(approach),
-        _ => None,
-    });
-    let approach = approach.fold(0.0, f64::max);
+    let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
     let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
-        && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach
-        && approach > 0.0;
+        && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach;
     counts.then(|| {
         format!(
             "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap does \

@@ -24,12 +24,6 @@ const MIN_OVERLAP_SHARE: f64 = 1e-6;
 /// A bow of less than this share of an edge is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
-pub(in crate::simulation) fn max_prescribed_approach(plan: &Plan) -> Option<f64> {
-    let approach = |normal| if let Some(Normal::Approach(approach)) = normal { Some(approach) } else { None };
-    plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
-}
-
 /// A warning if flat faces of curved surfaces overlap where the surfaces first touch (`gap`, `[N]`, mm) and the steps prescribe no approach beyond it.
 pub(in crate::simulation) fn preload_warning(
     plan: &Plan,
@@ -37,7 +31,7 @@ pub(in crate::simulation) fn preload_warning(
     gap: &[f64],
 ) -> Option<String> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
-    let pressed_by_approach = max_prescribed_approach(plan).is_some();
+    let pressed_by_approach = plan.max_prescribed_approach().is_some();
     let under_force = plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(_))));
     let certain = overlap > MIN_OVERLAP_SHARE * frame.size() && !pressed_by_approach && !under_force;
     certain.then(|| overlap_warning(plan, overlap))
@@ -69,7 +63,7 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> String {
 /// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.
 pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
-    most.filter(|_| max_prescribed_approach(plan).is_none())
+    most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
 /// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should; bodies that
