@@ -89,18 +89,9 @@ fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
         all.push(configuration("solver", method, &[format!("solver.method=\"{method}\"")]));
     }
     all.push(configuration("solver", "nothing skipped", &["solver.skip=false".to_owned()]));
-    for n in if quick { &[64][..] } else { &[64, 136, 300] } {
-        let sets = ["solver.precision=\"double\"".to_owned(), format!("frame.cells=[{n}, {n}]")];
-        all.push(configuration("double precision", format!("double precision, {n} cells"), &sets));
-    }
     let table = keep.map_or_else(String::new, |knob| format!(", keep = [\"{knob}\"]"));
     all.extend(ACCURACIES[..first(ACCURACIES.len())].iter().map(|relative| accuracy(relative, &table)));
     all
-}
-
-/// Those that matter where only pressures are unknown: conjugate gradients are in double precision anyway.
-fn of_pressures(all: Vec<Configuration>) -> Vec<Configuration> {
-    all.into_iter().filter(|configuration| configuration.family != "double precision").collect()
 }
 
 /// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the radius of the contact.
@@ -162,7 +153,7 @@ pub fn all(quick: bool) -> Vec<Case> {
             scene: "scenes/hertz.toml",
             allowed: (sampled(0.4, 64.0, radius), "a peak between four cells is seen as the mean of one"),
             truths: of_hertz,
-            configurations: of_pressures(common(quick, None)),
+            configurations: common(quick, None),
         },
         Case {
             name: "cattaneo-mindlin",

@@ -42,15 +42,6 @@ impl Flexibility for SumFlexibility {
         }
     }
 
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.parts[0].apply_single(tractions, gap);
-        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
-        for part in &self.parts[1..] {
-            part.apply_single(tractions, &mut scratch);
-            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
-        }
-    }
-
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         self.parts[0].apply_normal(pressure, normal_gap);
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");

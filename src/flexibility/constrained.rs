@@ -102,17 +102,8 @@ impl Flexibility for ConstrainedFlexibility {
         self.replace_across(tractions, gap, |c| c);
     }
 
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.inner.apply_single(&self.projected(tractions), gap);
-        self.replace_across(tractions, gap, |c| c);
-    }
-
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         self.inner.apply_normal(pressure, normal_gap);
-    }
-
-    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.inner.apply_normal_single(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {

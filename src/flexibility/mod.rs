@@ -8,7 +8,6 @@ pub mod composed;
 pub mod constrained;
 pub mod operator_history;
 pub mod per_cell;
-pub mod precision;
 pub mod subset;
 
 use std::sync::Arc;
@@ -36,18 +35,8 @@ pub trait Flexibility: Send + Sync {
     /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// As [`Self::apply`] to about six digits, where that is faster.
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.apply(tractions, gap);
-    }
-
     /// `normal_gap = S_nn pressure`, both `[N]`; overwrites. Does not allocate.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
-
-    /// As [`Self::apply_normal`] to about six digits, where that is faster.
-    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.apply_normal(pressure, normal_gap);
-    }
 
     /// The 3 x 3 diagonal blocks S_II, `[N]`.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>>;
@@ -150,9 +139,6 @@ pub trait Flexibility: Send + Sync {
 pub trait TangentialFlexibility {
     /// `gap = S_tt tractions`, both `[2, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
-
-    /// The same to about six digits.
-    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]);
 
     /// `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Does not allocate but for the
     /// first time.

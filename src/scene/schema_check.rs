@@ -310,10 +310,13 @@ impl<'a> SchemaWalk<'a> {
 }
 
 /// Keys of earlier versions, and what to use instead.
-const REMOVED_KEYS: [(&str, &str); 1] = [(
-    "wear.beyond_critical",
-    "remove it: explicit jumps beyond the stability limit are refused; for longer jumps use `integrator = \"sdirk2\"`",
-)];
+const REMOVED_KEYS: [(&str, &str); 2] = [
+    (
+        "wear.beyond_critical",
+        "remove it: explicit jumps beyond the stability limit are refused; for longer jumps use `integrator = \"sdirk2\"`",
+    ),
+    ("solver.precision", "remove it: all products with the flexibility are in double precision"),
+];
 
 /// Largest count.
 const MAX_INTEGER: f64 = 1e15;

@@ -64,18 +64,8 @@ impl Flexibility for CorrectedFlexibility {
         self.add_far(0..3, tractions, gap);
     }
 
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.near.apply_single(tractions, gap);
-        self.add_far(0..3, tractions, gap);
-    }
-
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         self.near.apply_normal(pressure, normal_gap);
-        self.normal(pressure, normal_gap);
-    }
-
-    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.near.apply_normal_single(pressure, normal_gap);
         self.normal(pressure, normal_gap);
     }
 

@@ -15,7 +15,6 @@ pub use gauss_seidel::entries_bytes;
 pub use report::{SolveReport, StopReason};
 
 use super::{ContactState, Increment, NormalControl};
-use crate::flexibility::precision::Precision;
 use crate::omitted::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
@@ -53,19 +52,11 @@ pub struct SolverOptions {
     pub max_iterations: usize,
     /// Work that may be left out.
     pub skip: AllowedOmissions,
-    /// Precision of products inside linear solves; the residual that counts is always computed in double precision.
-    pub precision: Precision,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self {
-            tolerance: 1e-8,
-            method: Method::Auto,
-            max_iterations: 20_000,
-            skip: AllowedOmissions::ALL,
-            precision: Precision::default(),
-        }
+        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: AllowedOmissions::ALL }
     }
 }
 

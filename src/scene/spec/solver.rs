@@ -24,8 +24,6 @@ pub struct Solver {
     pub coupling: Coupling,
     /// Work that is omitted where the scene does not need it: true (all kinds), false (none) or a list of names. The results do not depend on it.
     pub skip: SkipSetting,
-    /// Precision of operator products inside linear solves; residuals are always computed in double precision.
-    pub precision: Precision,
     /// Memory limit of the run: bytes, or a text like "4 GiB" or "500 MB"; default 80 % of the available memory.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
@@ -112,7 +110,6 @@ impl Default for Solver {
             max_iterations: 20_000,
             coupling: Coupling::Schur,
             skip: SkipSetting::All(true),
-            precision: Precision::Mixed,
             memory_limit: None,
             compression_tolerance: DEFAULT_TOLERANCE,
         }
@@ -135,16 +132,6 @@ pub enum Method {
     GaussSeidel,
     /// Uzawa predictor-corrector with radial return.
     Uzawa,
-}
-
-/// Precisions of the products inside linear solves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Precision {
-    /// Single precision, with the error corrected in the next iteration.
-    Mixed,
-    /// Double precision.
-    Double,
 }
 
 /// Coupling of a finite-element body to the contact frame.

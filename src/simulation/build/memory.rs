@@ -32,7 +32,7 @@ struct PerCell {
     history: usize,
     /// Vectors of the contact solvers, where most of the frame is in contact.
     solver: usize,
-    /// Operator on a grid of half-spaces, with its transforms in single precision and those on parts of the grid.
+    /// Operator on a grid of half-spaces, with its approximate inverse in single precision and those on parts of the grid.
     operator: usize,
     /// Fields and pictures while they are written, with the operator of a body.
     fields: usize,

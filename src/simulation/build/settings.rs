@@ -3,7 +3,6 @@
 use crate::bem::half_space::CrossBlocks;
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, HalfSpaceOperators};
-use crate::flexibility::precision::Precision;
 use crate::frame::ContactFrame;
 use crate::omitted::OmittableWork;
 use crate::scene::plan::Plan;
@@ -44,9 +43,5 @@ pub(in crate::simulation) fn options(plan: &Plan) -> SolverOptions {
         },
         max_iterations: plan.solver.max_iterations,
         skip: plan.solver.skip.allowed_skips(),
-        precision: match plan.solver.precision {
-            solver::Precision::Mixed => Precision::Single,
-            solver::Precision::Double => Precision::Double,
-        },
     }
 }

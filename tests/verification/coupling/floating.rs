@@ -24,7 +24,6 @@ const TIGHT: SolverOptions = SolverOptions {
     method: orthowear::contact::Method::Auto,
     max_iterations: 20_000,
     skip: AllowedOmissions::ALL,
-    precision: orthowear::flexibility::precision::Precision::Single,
 };
 
 fn material(e: f64, nu: f64) -> Stiffness {

@@ -45,8 +45,7 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    /// By components: the operator in single precision, and its approximate inverse.
-    single: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
+    /// By components: its approximate inverse.
     inverse: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
@@ -80,7 +79,6 @@ impl FftFlexibility {
             normal_buffers: Mutex::new(None),
             spacing,
             admittance,
-            single: [const { OnceLock::new() }; ComponentSet::COUNT],
             inverse: [const { OnceLock::new() }; ComponentSet::COUNT],
             smaller_grids: Mutex::new(Vec::new()),
         }
@@ -95,20 +93,6 @@ impl FftFlexibility {
 
     fn cells(&self) -> [usize; 2] {
         self.symbol.plan.cells
-    }
-
-    /// The operator in single precision, some components.
-    fn single(&self, parts: ComponentSet) -> &SpectralFilter {
-        self.single[parts as usize].get_or_init(|| {
-            let symbols: &[&[f64]] = match parts {
-                ComponentSet::Normal => &[self.symbol.normal()],
-                ComponentSet::Tangential => &[self.symbol.other_planes()],
-                ComponentSet::Uncoupled | ComponentSet::Coupled => {
-                    &[self.symbol.normal(), self.symbol.other_planes()]
-                }
-            };
-            SpectralFilter::new(PaddedGridPlan::new(self.cells()), parts, symbols)
-        })
     }
 
     /// What a product of all components multiplies.
@@ -144,10 +128,6 @@ impl Flexibility for FftFlexibility {
         });
     }
 
-    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.single(self.parts()).apply(tractions, gap);
-    }
-
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         let mut buffers = self.normal_buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(1));
@@ -156,10 +136,6 @@ impl Flexibility for FftFlexibility {
             let [nn] = self.symbol.planes_at(normal, ky);
             values.iter_mut().zip(nn).for_each(|(value, s)| *value *= *s);
         });
-    }
-
-    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.single(ComponentSet::Normal).apply(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
@@ -242,10 +218,6 @@ impl TangentialFlexibility for FftFlexibility {
         self.symbol.plan.apply::<2>(tractions, gap, buffers, |ky, columns| {
             multiply_tangential(self.symbol.planes_at(rest, ky), columns);
         });
-    }
-
-    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.single(ComponentSet::Tangential).apply(tractions, gap);
     }
 
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {

@@ -1,4 +1,4 @@
-//! Products in the wavenumber domain in single precision, for what is corrected later: preconditioners, Krylov steps.
+//! Products in the wavenumber domain in single precision, for preconditioners.
 //!
 //! Input and symbol are scaled to sizes about 1, so that no unit leaves the range of single precision.
 

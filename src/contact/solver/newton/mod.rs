@@ -17,7 +17,6 @@ mod unknowns;
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
-use crate::flexibility::precision::WithPrecision;
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -37,9 +36,9 @@ const MAX_LINEAR_TOLERANCE: f64 = 0.05;
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
-/// A linear residual this much below the tolerance ends the last step, if it is not below what single precision gives.
+/// A linear residual this much below the tolerance ends the last step, if it is not below the limit.
 const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
-const SINGLE_PRECISION_LIMIT: f64 = 1e-6;
+const MIN_FINAL_LINEAR_TOLERANCE: f64 = 1e-6;
 
 /// Natural residual below which the states of most cells are the last ones.
 const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
@@ -54,12 +53,11 @@ const FIRST_STEP_LIMIT: f64 = 1.0;
 /// Newton steps that fail before the method gives up.
 const MAX_NEWTON_FAILURES: usize = 8;
 
-/// Relative residual of the linear system of a step from a natural residual: in proportion to it, but all that is left if that is
-/// within reach of single precision.
+/// Relative residual of the linear system of a step from a natural residual: in proportion to it, but all that is left if one step can reach that.
 fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
     let enough = FINAL_STEP_TOLERANCE_SHARE * wanted / residual;
     let usual = (LINEAR_TOLERANCE_SHARE * residual).clamp(MIN_LINEAR_TOLERANCE, MAX_LINEAR_TOLERANCE);
-    if enough > SINGLE_PRECISION_LIMIT && residual < TIGHT_SOLVE_RESIDUAL { enough } else { usual }
+    if enough > MIN_FINAL_LINEAR_TOLERANCE && residual < TIGHT_SOLVE_RESIDUAL { enough } else { usual }
 }
 
 /// A solve in progress.
@@ -95,8 +93,7 @@ impl IncrementSolver for Newton {
     ) -> SolveReport {
         let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
         problem.evaluate(it);
-        let flexibility = WithPrecision { operator: problem.flexibility, precision: options.precision };
-        let linear = LinearModel { flexibility, zeros: vec![0.0; 3 * problem.n()] };
+        let linear = LinearModel { flexibility: problem.flexibility, zeros: vec![0.0; 3 * problem.n()] };
         let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();

@@ -8,7 +8,7 @@ use super::super::super::scales::FrictionScaling;
 use super::super::super::{ContactState, Increment, Pressures};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions};
-use crate::flexibility::precision::WithPrecision;
+use crate::flexibility::Flexibility;
 use crate::linalg::gmres::LinearSystem;
 
 /// The linear system of a Newton step.
@@ -31,8 +31,8 @@ pub(super) struct NewtonSystem<'s, 'p> {
 
 /// What the linear equations are made of besides the increment.
 pub(super) struct LinearModel<'p> {
-    /// The linear residual is corrected by the next step.
-    pub flexibility: WithPrecision<'p>,
+    /// Flexibility of both bodies.
+    pub flexibility: &'p dyn Flexibility,
     /// Zeros, `[3, N]`.
     pub zeros: Vec<f64>,
 }
@@ -79,7 +79,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             tractions,
             motion_unit: 1.0 / stiffness,
             change: &mut workspace.change,
-            linear: problem.linearised(&given.flexibility, &given.zeros),
+            linear: problem.linearised(given.flexibility, &given.zeros),
             inverse: &mut workspace.inverse,
             bordered: MotionSchurComplement::new(Vec::new(), Vec::new()),
         };
