@@ -7,6 +7,8 @@ pub mod distance;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::Hybrid;
@@ -24,13 +26,14 @@ use crate::omitted::{OmittableWork, OmittedWork};
 pub use block::BlockSystem;
 pub use distance::{MeshedGap, mesh_distance};
 
-/// How the equations of the bodies and of the frame are brought together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Coupling of a finite-element body to the contact frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Coupling {
-    /// Each body is eliminated on its own; the flexibilities on the frame are summed (docs/theory-coupling.md).
+    /// Condensed on the frame once (Schur complement).
     #[default]
     Schur,
-    /// The assembled system of bodies and frame, factored as a whole (docs/theory-coupling.md); the reference path.
+    /// The assembled block system, solved again for every traction: slow; the reference for checks.
     Block,
 }
 

@@ -1,5 +1,6 @@
 //! What a step prescribes.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Normal control: totals at the end of the step.
@@ -199,14 +200,16 @@ pub struct Rolling {
     pub distance: f64,
 }
 
-/// Time integration of wear over a cycle jump.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Time integration of wear over a jump of many cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// L-stable, second order, slip path taken at every stage.
+    /// Implicit, second order, L-stable (stable for jumps of any length).
+    #[default]
     Sdirk2,
     /// Implicit, first order.
     BackwardEuler,
-    /// Explicit Euler, first order, stable only below a critical jump.
+    /// Explicit, first order; stable for small jumps only.
     Explicit,
 }
 

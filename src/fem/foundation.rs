@@ -69,10 +69,7 @@ fn for_each_face(
 }
 
 fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
-    let values = match bedding {
-        FoundationStiffness::Normal(k) => vec![k],
-        FoundationStiffness::Components(k) => k.to_vec(),
-    };
+    let values = bedding.values();
     if values.iter().all(|k| k.is_finite() && *k >= 0.0) && values.iter().any(|k| *k > 0.0) {
         return Ok(());
     }

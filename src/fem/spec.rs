@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::material::RegionMaterial;
 use crate::mesh::Mesh;
 
@@ -44,21 +47,33 @@ pub struct Support {
     pub gradient: [[f64; 3]; 3],
 }
 
-/// How a foundation resists.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Stiffness of a foundation.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
 pub enum FoundationStiffness {
-    /// Along the normal of the surface only, N/mm3.
+    /// Along the normal of the surface.
     Normal(f64),
-    /// Along x, y, z, N/mm3.
+    /// Along x, y, z.
     Components([f64; 3]),
 }
 
-/// An elastic foundation: a surface on springs to the ground, traction = -bedding · displacement.
-#[derive(Debug, Clone, PartialEq)]
+impl FoundationStiffness {
+    /// Its numbers, N/mm3.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::Normal(k) => std::slice::from_ref(k),
+            Self::Components(k) => k,
+        }
+    }
+}
+
+/// Elastic (Winkler) foundation of a surface group.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Foundation {
-    /// Physical group of surfaces.
+    /// Physical group.
     pub group: String,
-    /// Its stiffness per area.
+    /// Stiffness as force per area and displacement: one number for the normal direction, or three for x, y, z.
     pub stiffness: FoundationStiffness,
 }
 

@@ -1,6 +1,8 @@
 //! How displacement and traction vary over a boundary element, with nodes inside it.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
@@ -11,13 +13,15 @@ pub const MOST_NODES: usize = 9;
 const SIX_POINTS: [(f64, f64); 2] =
     [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
 
-/// Polynomials of displacement and traction on an element. The nodes lie inside, at the points of a quadrature rule, so that tractions may jump from
-/// element to element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Interpolation on a boundary element. The elements are discontinuous: their nodes lie inside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "BoundaryElement")]
 pub enum Interpolation {
-    /// One node in the middle.
+    /// One node.
     Constant,
     /// Three nodes on triangles, 2 x 2 on quadrilaterals.
+    #[default]
     Linear,
     /// Six nodes on triangles, 3 x 3 on quadrilaterals.
     Quadratic,

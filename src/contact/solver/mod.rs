@@ -14,6 +14,9 @@ pub use coarse_to_fine::solves_windows;
 pub use gauss_seidel::entries_bytes;
 pub use report::{SolveReport, StopReason};
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{ContactState, Increment, NormalControl};
 use crate::omitted::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
@@ -22,22 +25,24 @@ use gauss_seidel::{GaussSeidel, SweepGoal};
 use newton::Newton;
 use uzawa::Uzawa;
 
-/// Which solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Iterations for the contact problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere, Barzilai-Borwein where one of those
-    /// stops gaining.
+    /// Selects the fastest suitable method.
     #[default]
     Auto,
-    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
-    ConjugateGradients,
-    /// Projected gradient with Barzilai-Borwein steps (docs/theory-contact.md).
-    BarzilaiBorwein,
     /// Semismooth Newton with a preconditioned Krylov method.
     Newton,
-    /// Nonlinear block Gauss-Seidel where the entries of the flexibility can be had, Newton elsewhere and where it stops gaining.
+    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
+    #[serde(rename = "cg")]
+    ConjugateGradients,
+    /// Barzilai-Borwein projection.
+    #[serde(rename = "bb")]
+    BarzilaiBorwein,
+    /// Nonlinear block Gauss-Seidel on the entries of the flexibility.
     GaussSeidel,
-    /// Uzawa predictor-corrector with radial return (docs/theory-contact.md), the method of the source paper.
+    /// Uzawa predictor-corrector with radial return.
     Uzawa,
 }
 

@@ -9,16 +9,15 @@ use super::bodies::{
     read_mesh, report_rigid_body_modes, symmetry_supports,
 };
 use super::materials::Materials;
-use crate::bem::finite::Interpolation;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
 use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan};
-use crate::scene::spec::body::{BeBody, BoundaryElement, FeBody, NearField};
+use crate::scene::spec::body::{BeBody, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
 
 /// The body at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Materials) -> Option<BodyPlan> {
-    let interpolation = interpolation(body.element);
+    let interpolation = body.element;
     let fibre = body.fibre;
     let body = as_fe_keys(body);
     let supports = prescribed_displacements(r, key, &body);
@@ -59,15 +58,6 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
         check_rigid_body_modes(r, key, &be);
     }
     Some(BodyPlan::Be(Box::new(be)))
-}
-
-/// The interpolation that a key names.
-pub(super) fn interpolation(element: BoundaryElement) -> Interpolation {
-    match element {
-        BoundaryElement::Constant => Interpolation::Constant,
-        BoundaryElement::Linear => Interpolation::Linear,
-        BoundaryElement::Quadratic => Interpolation::Quadratic,
-    }
 }
 
 /// The same keys of a body of finite elements.

@@ -16,9 +16,7 @@ use crate::scene::document::join_key;
 use crate::scene::plan::{
     BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
 };
-use crate::scene::spec::body::{
-    Body, Component, Displaced, Element, FeBody, FoundationStiffness, UniformFibre,
-};
+use crate::scene::spec::body::{Body, Component, Displaced, Element, FeBody, UniformFibre};
 use crate::scene::suggest::{closest, quoted_list};
 
 /// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
@@ -248,21 +246,16 @@ fn prescribed_displacement(
 /// The foundations of a body.
 fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Foundation>> {
     let mut sound = true;
-    let mut foundations = Vec::new();
     for (i, foundation) in body.foundation.iter().enumerate() {
-        let (bedding, values) = match foundation.stiffness {
-            FoundationStiffness::Normal(k) => (fem::FoundationStiffness::Normal(k), vec![k]),
-            FoundationStiffness::Components(k) => (fem::FoundationStiffness::Components(k), k.to_vec()),
-        };
+        let values = foundation.stiffness.values();
         if values.iter().any(|k| *k < 0.0) || values.iter().all(|k| *k == 0.0) {
             let message = format!("the stiffness {values:?} of a foundation is not positive");
             let mend = "give a positive stiffness; of three components one or two may be 0";
             r.report(&format!("{key}.foundation.{i}.stiffness"), message, "not positive", mend);
             sound = false;
         }
-        foundations.push(fem::Foundation { group: foundation.group.clone(), stiffness: bedding });
     }
-    sound.then_some(foundations)
+    sound.then(|| body.foundation.clone())
 }
 
 /// The supports that planes of symmetry are.

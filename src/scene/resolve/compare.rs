@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Resolver;
-use super::be_body::{closed_surface, interpolation};
+use super::be_body::closed_surface;
 use super::bodies::{check_element, check_quality, read_mesh};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
@@ -75,7 +75,7 @@ fn alternative_meshes(
     }
     AlternativeMeshes {
         surface,
-        interpolation: interpolation(keys.be.element),
+        interpolation: keys.be.element,
         solids,
         element: keys.fe.element,
         near_field: keys.fe.near_field,

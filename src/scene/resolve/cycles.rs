@@ -4,11 +4,10 @@ use super::Resolver;
 use super::laws::{Laws, lacks_friction};
 use super::steps::prescribed_controls;
 use crate::evolution::step::{
-    ClosedPath, Correction, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, ResolvedCycleSettings,
+    ClosedPath, Correction, CycleMotion, Cycles, Drive, JumpPolicy, ResolvedCycleSettings,
 };
-use crate::scene::spec::{
-    self,
-    step::{AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements},
+use crate::scene::spec::step::{
+    AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements,
 };
 
 /// Increments per stroke of an ellipse, if none are given.
@@ -50,12 +49,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     let integration = laws?.integration;
     let jumps =
         jumps.map_or(JumpPolicy::Tolerance(integration.tolerance.0), |jumps| JumpPolicy::Number(jumps.0));
-    let integrator = match integration.integrator {
-        spec::laws::Integrator::Sdirk2 => Integrator::Sdirk2,
-        spec::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,
-        spec::laws::Integrator::Explicit => Integrator::Explicit,
-    };
-    let cycles = Cycles { count, motion, jumps, integrator };
+    let cycles = Cycles { count, motion, jumps, integrator: integration.integrator };
     (r.diagnostics.len() == before).then_some(cycles)
 }
 

@@ -6,6 +6,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::direction::{FibreDirection, Layup};
+use crate::bem::finite::Interpolation;
+use crate::fem::Foundation;
 
 /// A body; `kind` says how its elasticity is computed.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -123,20 +125,7 @@ pub struct BeBody {
     pub body_force: [f64; 3],
     /// Interpolation of displacement and traction on an element; default "linear".
     #[serde(default)]
-    pub element: BoundaryElement,
-}
-
-/// Interpolation on a boundary element. The elements are discontinuous: their nodes lie inside.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum BoundaryElement {
-    /// One node.
-    Constant,
-    /// Three nodes on triangles, 2 x 2 on quadrilaterals.
-    #[default]
-    Linear,
-    /// Six nodes on triangles, 3 x 3 on quadrilaterals.
-    Quadratic,
+    pub element: Interpolation,
 }
 
 /// Fibre direction (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).
@@ -191,26 +180,6 @@ pub struct Displaced {
     /// Gradient of the prescribed displacement along x, y, z, one row for each of `components`; for a displacement that varies linearly in space.
     #[serde(default)]
     pub gradient: Vec<[f64; 3]>,
-}
-
-/// Elastic (Winkler) foundation of a surface group.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Foundation {
-    /// Physical group.
-    pub group: String,
-    /// Stiffness as force per area and displacement: one number for the normal direction, or three for x, y, z.
-    pub stiffness: FoundationStiffness,
-}
-
-/// Stiffness of a foundation.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum FoundationStiffness {
-    /// Along the normal of the surface.
-    Normal(f64),
-    /// Along x, y, z.
-    Components([f64; 3]),
 }
 
 /// A surface group under pressure.

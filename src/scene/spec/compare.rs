@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::body::{BoundaryElement, Element, NearField};
+use super::body::{Element, NearField};
+use crate::bem::finite::Interpolation;
 
 /// The variants that `orthowear compare` computes, and how bodies are meshed in them; other commands only check it.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -38,7 +39,7 @@ pub struct AlternativeBe {
     #[schemars(with = "String")]
     pub mesh: Option<String>,
     /// Interpolation of displacement and traction on an element; default "linear".
-    pub element: BoundaryElement,
+    pub element: Interpolation,
 }
 
 /// A boundary-element body modelled with finite elements.

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::body::UniformFibre;
+use crate::evolution::step::Integrator;
 
 /// The friction law.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -142,19 +143,6 @@ impl Default for WearIntegration {
             move_mesh: None,
         }
     }
-}
-
-/// Time integration of wear over a jump of many cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Integrator {
-    /// Implicit, second order, L-stable (stable for jumps of any length).
-    #[default]
-    Sdirk2,
-    /// Implicit, first order.
-    BackwardEuler,
-    /// Explicit, first order; stable for small jumps only.
-    Explicit,
 }
 
 /// Estimated error of the wear depth relative to the largest wear depth; default 1e-3.

@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::bem::half_space::plane::compressed::DEFAULT_TOLERANCE;
+use crate::contact::Method;
+use crate::coupling::Coupling;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 use crate::output::checkpoint_writer::CheckpointInterval;
 use crate::output::field_writer::FieldKind;
@@ -114,34 +116,6 @@ impl Default for Solver {
             compression_tolerance: DEFAULT_TOLERANCE,
         }
     }
-}
-
-/// Iterations for the contact problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// Selects the fastest suitable method.
-    Auto,
-    /// Semismooth Newton with a preconditioned Krylov method.
-    Newton,
-    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
-    Cg,
-    /// Barzilai-Borwein projection.
-    Bb,
-    /// Nonlinear block Gauss-Seidel on the entries of the flexibility.
-    GaussSeidel,
-    /// Uzawa predictor-corrector with radial return.
-    Uzawa,
-}
-
-/// Coupling of a finite-element body to the contact frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Coupling {
-    /// Condensed on the frame once (Schur complement).
-    Schur,
-    /// The assembled block system, solved again for every traction: slow; the reference for checks.
-    Block,
 }
 
 /// What is written besides summary.json and history.csv.

@@ -4,11 +4,11 @@
 //! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
 //! it is nearly always right.
 
+use crate::coupling::Coupling;
 use crate::evolution::step::{Cycles, Normal, Step, Tangential};
 use crate::frame::{ContactFrame, GapShape};
 use crate::omitted::{OmittableWork, OmittedWork};
 use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
-use crate::scene::spec::solver::Coupling;
 use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};

@@ -5,7 +5,9 @@ use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
 use crate::body::half_space::uses_compression;
 use crate::body::{ElasticBody, HalfSpaceBody, PointState};
+use crate::contact::Method;
 use crate::contact::solver::{self, solves_windows};
+use crate::coupling::Coupling;
 use crate::error::Result;
 use crate::evolution::step::Tilt;
 use crate::frame::ContactFrame;
@@ -13,7 +15,6 @@ use crate::linalg::memory::MemoryLimit;
 use crate::omitted::OmittableWork;
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::scene::spec::solver::{Coupling, Method};
 use crate::simulation::build::bodies::SIDES;
 use crate::simulation::build::settings::{cross_blocks, options};
 

@@ -34,7 +34,7 @@ use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, co
 use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
-use crate::simulation::build::settings::{coupling_method, operators, options};
+use crate::simulation::build::settings::{operators, options};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::growth::{self, FrameGrowth};
 use crate::simulation::mesh_motion::{self, WornMeshes};
@@ -167,7 +167,7 @@ pub fn build_with<'p>(
     progress(ProgressEvent::Stage("flexibility", 0.0, None));
     let coupled = timings
         .measure("flexibility", || {
-            couple(body1.as_mut(), body2.as_mut(), &frame, coupling_method(plan), operators(plan, &frame))
+            couple(body1.as_mut(), body2.as_mut(), &frame, plan.solver.coupling, operators(plan, &frame))
         })
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;

@@ -1,11 +1,11 @@
 //! Where the near field of each meshed body is computed: in a half-space that the finite elements correct, or in the mesh.
 
 use crate::body::hybrid::{HalfSpaceFit, Unsuitable};
+use crate::coupling::Coupling;
 use crate::error::Error;
 use crate::frame::ContactFrame;
 use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
-use crate::scene::spec::solver::Coupling;
 use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::mesh_motion;

@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
+use crate::coupling::Coupling;
 use crate::error::Error;
 use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
 use crate::scene::plan::Plan;
-use crate::scene::spec::solver::Coupling;
 use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::symmetry_planes;
