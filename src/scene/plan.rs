@@ -306,6 +306,11 @@ impl BeBodyPlan {
 }
 
 impl PrescribedDisplacement {
+    /// A support of `group` that leaves all components free.
+    pub fn free(key: String, group: &str) -> Self {
+        Self { key, group: group.to_owned(), values: [None; 3], gradient: [[0.0; 3]; 3] }
+    }
+
     /// Whether it prescribes a displacement other than zero.
     pub fn is_moving(&self) -> bool {
         self.values.iter().flatten().chain(self.gradient.iter().flatten()).any(|&value| value != 0.0)

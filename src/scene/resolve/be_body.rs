@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::bodies::{
-    body_material, check_contact, check_groups, check_quality, find_material, prescribed_displacements,
+    check_contact, check_groups, check_quality, find_material, meshed_plan, prescribed_displacements,
     read_mesh, report_rigid_body_modes, symmetry_supports,
 };
 use super::materials::Materials;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
-use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan};
+use crate::scene::plan::{BeBodyPlan, BodyPlan};
 use crate::scene::spec::body::{BeBody, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
 
@@ -36,21 +36,8 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     let groups_found = r.diagnostics.len() == before;
     let symmetry = symmetry_supports(r, key, &body, &mesh);
     let surface = closed_surface(r, &place, &mesh)?;
-    let meshed = MeshedBodyPlan {
-        material: body_material(&body, materials)?,
-        has_fibre: fibre.is_some(),
-        mesh: Arc::new(surface),
-        mesh_name: body.mesh.clone(),
-        contact: body.contact.clone(),
-        supports: [supports?, symmetry?].concat(),
-        foundations: Vec::new(),
-        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        body_force: body.body_force,
-        regions: Vec::new(),
-        element: None,
-        near_field: NearField::Mesh,
-    };
+    let supports = [supports?, symmetry?].concat();
+    let meshed = meshed_plan(&body, surface, supports, Vec::new(), materials)?;
     let has_solids = mesh.volume_cells().next().is_some();
     let solids = has_solids.then(|| Arc::new(mesh));
     let be = BeBodyPlan { meshed, solids, interpolation };

@@ -10,6 +10,7 @@ use super::{be_body, orientations, placements, support_conflicts};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
+use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::document::join_key;
@@ -69,7 +70,7 @@ pub(super) fn find_material(
 
 fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodyPlan> {
     let supports = prescribed_displacements(r, key, body);
-    let foundations = foundations(r, key, body);
+    let foundations_sound = check_foundations(r, key, body);
     let Some(mesh) = read_mesh(r, key, &body.mesh) else {
         find_material(r, key, &body.material, None, materials);
         return None;
@@ -84,21 +85,8 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     check_contact(r, key, body, &mesh);
     check_element(r, key, body.element, &mesh);
     let symmetry = symmetry_supports(r, key, body, &mesh);
-    let spec = MeshedBodyPlan {
-        material: body_material(body, materials)?,
-        has_fibre: has_fibre(body),
-        mesh: Arc::new(mesh),
-        mesh_name: body.mesh.clone(),
-        contact: body.contact.clone(),
-        supports: [supports?, symmetry?].concat(),
-        foundations: foundations?,
-        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        body_force: body.body_force,
-        regions: regions?,
-        element: body.element,
-        near_field: body.near_field,
-    };
+    let supports = [supports?, symmetry?].concat();
+    let spec = meshed_plan(body, mesh, supports, regions?, materials).filter(|_| foundations_sound)?;
     if groups_found {
         check_rigid_body_modes(r, key, body, &spec);
         placements::check(r, key, body, &spec);
@@ -106,8 +94,33 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
+/// The plan of a body on `mesh`; `None` without its material, which was reported.
+pub(super) fn meshed_plan(
+    body: &FeBody,
+    mesh: Mesh,
+    supports: Vec<PrescribedDisplacement>,
+    regions: Vec<(Option<String>, RegionMaterial)>,
+    materials: &Materials,
+) -> Option<MeshedBodyPlan> {
+    Some(MeshedBodyPlan {
+        material: body_material(body, materials)?,
+        has_fibre: has_fibre(body),
+        mesh: Arc::new(mesh),
+        mesh_name: body.mesh.clone(),
+        contact: body.contact.clone(),
+        supports,
+        foundations: body.foundation.clone(),
+        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        body_force: body.body_force,
+        regions,
+        element: body.element,
+        near_field: body.near_field,
+    })
+}
+
 /// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
-pub(super) fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
+fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
     Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
@@ -177,16 +190,9 @@ pub(super) fn prescribed_displacements(
     let mut supports: Vec<PrescribedDisplacement> = Vec::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
         check_repeated_components(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
-        let values = fixed.components.iter().fold([None; 3], |mut values, component| {
-            values[component_index(*component)] = Some(0.0);
-            values
-        });
-        supports.push(PrescribedDisplacement {
-            key: format!("{key}.fixed.{i}"),
-            group: fixed.group.clone(),
-            values,
-            gradient: [[0.0; 3]; 3],
-        });
+        let mut support = PrescribedDisplacement::free(format!("{key}.fixed.{i}"), &fixed.group);
+        fixed.components.iter().for_each(|component| support.values[*component as usize] = Some(0.0));
+        supports.push(support);
     }
     let mut sound = true;
     for (i, displaced) in body.displaced.iter().enumerate() {
@@ -228,23 +234,18 @@ fn prescribed_displacement(
         r.report(key, message, "lacks `value`", "add `value`, or `gradient`, or use `fixed`");
         sound = false;
     }
-    let mut support = PrescribedDisplacement {
-        key: key.to_owned(),
-        group: displaced.group.clone(),
-        values: [None; 3],
-        gradient: [[0.0; 3]; 3],
-    };
+    let mut support = PrescribedDisplacement::free(key.to_owned(), &displaced.group);
     for (component, value) in displaced.components.iter().zip(value) {
-        support.values[component_index(*component)] = Some(*value);
+        support.values[*component as usize] = Some(*value);
     }
     for (component, row) in displaced.components.iter().zip(&displaced.gradient) {
-        support.gradient[component_index(*component)] = *row;
+        support.gradient[*component as usize] = *row;
     }
     sound.then_some(support)
 }
 
-/// The foundations of a body.
-fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Foundation>> {
+/// Reports foundations whose stiffness is not positive; whether there are none.
+fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {
         let values = foundation.stiffness.values();
@@ -255,7 +256,7 @@ fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Fo
             sound = false;
         }
     }
-    sound.then(|| body.foundation.clone())
+    sound
 }
 
 /// The supports that planes of symmetry are.
@@ -269,14 +270,9 @@ pub(super) fn symmetry_supports(
     for (i, group) in body.symmetry.iter().enumerate() {
         match fem::symmetry_component(mesh, group) {
             Ok(component) => {
-                let mut values = [None; 3];
-                values[component] = Some(0.0);
-                supports.push(PrescribedDisplacement {
-                    key: format!("{key}.symmetry.{i}"),
-                    group: group.clone(),
-                    values,
-                    gradient: [[0.0; 3]; 3],
-                });
+                let mut support = PrescribedDisplacement::free(format!("{key}.symmetry.{i}"), group);
+                support.values[component] = Some(0.0);
+                supports.push(support);
             }
             Err(error) => {
                 let mend = "name a plane surface group of the mesh whose normal is along x, y or z";
@@ -289,9 +285,7 @@ pub(super) fn symmetry_supports(
 
 /// A component named twice is a slip of the pen for another one.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
-    let twice = |(i, component): (usize, &Component)| {
-        components[..i].iter().any(|c| component_index(*c) == component_index(*component))
-    };
+    let twice = |(i, component): (usize, &Component)| components[..i].contains(component);
     if components.iter().enumerate().any(twice) {
         r.report(
             key,
@@ -299,14 +293,6 @@ fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Componen
             "named twice",
             "name each of \"x\", \"y\", \"z\" at most once",
         );
-    }
-}
-
-fn component_index(component: Component) -> usize {
-    match component {
-        Component::X => 0,
-        Component::Y => 1,
-        Component::Z => 2,
     }
 }
 

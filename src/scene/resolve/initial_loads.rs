@@ -3,7 +3,7 @@
 use crate::error::warning;
 use crate::evolution::step::Step;
 use crate::laws::friction::FrictionLaw;
-use crate::scene::plan::BodyPlan;
+use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
 
 /// Warnings where a body has loads or prescribed displacements of its own and a step has friction: they act in full before the first
 /// increment, so that the motion of the surface that they cause is no slip.
@@ -33,15 +33,11 @@ pub(super) fn friction_warnings(
 /// Keys of the loads and of the prescribed displacements of a body that are not zero.
 fn own_loads(body: &BodyPlan) -> Vec<&'static str> {
     let Some(meshed) = body.as_meshed() else { return Vec::new() };
-    let is_displaced = meshed.supports.iter().any(|support| {
-        support.values.iter().flatten().any(|value| *value != 0.0)
-            || support.gradient.iter().flatten().any(|slope| *slope != 0.0)
-    });
     let found = [
         ("pressure", meshed.pressures.iter().any(|(_, pressure)| *pressure != 0.0)),
         ("traction", meshed.tractions.iter().any(|(_, traction)| *traction != [0.0; 3])),
         ("body_force", meshed.body_force != [0.0; 3]),
-        ("displaced", is_displaced),
+        ("displaced", meshed.supports.iter().any(PrescribedDisplacement::is_moving)),
     ];
     found.into_iter().filter(|(_, acts)| *acts).map(|(key, _)| key).collect()
 }
