@@ -85,28 +85,21 @@ fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh)
         if mesh.group_of_any_dim(group).is_err() {
             continue;
         }
-        if let Err(error) = group_faces(mesh, group) {
-            let mend = "name an outer surface group: a boundary-element body can only be supported on its surface, not \
-                        at points, lines or interior faces";
-            r.report(&format!("{key}.{place}.group"), error.message().to_owned(), "this group", mend);
-        }
+        let mend = "name an outer surface group: a boundary-element body can only be supported on its surface, not \
+                    at points, lines or interior faces";
+        r.accept(group_faces(mesh, group), &format!("{key}.{place}.group"), ["this group", mend]);
     }
 }
 
 /// The closed surface of a mesh, or of its solids.
 pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
-    match closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh)) {
-        Ok((mesh, notes)) => {
-            r.notes.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
-            Some(mesh)
-        }
-        Err(error) => {
-            let mend = "give the closed surface mesh of one body, or a volume mesh, whose boundary surface is extracted";
-            r.report(place, error.message().to_owned(), "this mesh", mend);
-            None
-        }
-    }
+    let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));
+    let mend =
+        "give the closed surface mesh of one body, or a volume mesh, whose boundary surface is extracted";
+    let (mesh, notes) = r.accept(oriented, place, ["this mesh", mend])?;
+    r.notes.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
+    Some(mesh)
 }
 
 /// Reports supports that contradict one another, and notes that the body floats.

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
 use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
-use crate::mesh::{Mesh, gmsh, quality};
+use crate::mesh::{Mesh, PhysicalGroup, gmsh, quality};
 use crate::scene::document::join_key;
 use crate::scene::plan::{
     BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
@@ -140,10 +140,8 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     if mesh.group_of_dim(&body.contact, 2).is_err() {
         return;
     }
-    if let Err(error) = group_faces(mesh, &body.contact) {
-        let mend = "name a physical group of surfaces on the outside of the solids";
-        r.report(&format!("{key}.contact"), error.message().to_owned(), "this group", mend);
-    }
+    let mend = "name a physical group of surfaces on the outside of the solids";
+    r.accept(group_faces(mesh, &body.contact), &format!("{key}.contact"), ["this group", mend]);
 }
 
 /// Reports supports that contradict one another or let a part float, and notes that the body floats.
@@ -268,16 +266,13 @@ pub(super) fn symmetry_supports(
 ) -> Option<Vec<PrescribedDisplacement>> {
     let mut supports = Vec::new();
     for (i, group) in body.symmetry.iter().enumerate() {
-        match fem::symmetry_component(mesh, group) {
-            Ok(component) => {
-                let mut support = PrescribedDisplacement::free(format!("{key}.symmetry.{i}"), group);
-                support.values[component] = Some(0.0);
-                supports.push(support);
-            }
-            Err(error) => {
-                let mend = "name a plane surface group of the mesh whose normal is along x, y or z";
-                r.report(&format!("{key}.symmetry.{i}"), error.message().to_owned(), "this group", mend);
-            }
+        let place = format!("{key}.symmetry.{i}");
+        let mend = "name a plane surface group of the mesh whose normal is along x, y or z";
+        let component = r.accept(fem::symmetry_component(mesh, group), &place, ["this group", mend]);
+        if let Some(component) = component {
+            let mut support = PrescribedDisplacement::free(place, group);
+            support.values[component] = Some(0.0);
+            supports.push(support);
         }
     }
     (supports.len() == body.symmetry.len()).then_some(supports)
@@ -334,13 +329,9 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
 /// Reports solids that are not fit for analysis, and notes what the reader mended and what deserves a look.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
     let mut warnings = mesh.warnings.clone();
-    match quality::check(mesh) {
-        Ok(quality) => warnings.extend(quality.warnings()),
-        Err(error) => {
-            let mend = "every solid element needs a positive volume, and elements must not overlap";
-            r.report(place, error.message().to_owned(), "this mesh", mend);
-        }
-    }
+    let mend = "every solid element needs a positive volume, and elements must not overlap";
+    let quality = r.accept(quality::check(mesh), place, ["this mesh", mend]);
+    warnings.extend(quality.iter().flat_map(|quality| quality.warnings()));
     r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
 
@@ -364,18 +355,16 @@ fn mesh_files_in_folder(path: &Path) -> String {
 
 /// Reports every group that the mesh does not have, or has in another dimension.
 pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
-    let mut check = |place: String, found: Result<()>| {
-        if let Err(error) = found {
-            r.report(&place, error.message().to_owned(), "this group", "name a physical group of the mesh");
-        }
+    let mut check = |place: String, found: Result<&PhysicalGroup>| {
+        r.accept(found, &place, ["this group", "name a physical group of the mesh"]);
     };
-    let surface = |name: &str| mesh.group_of_dim(name, 2).map(|_| ());
+    let surface = |name: &str| mesh.group_of_dim(name, 2);
     check(format!("{key}.contact"), surface(&body.contact));
     for (i, fixed) in body.fixed.iter().enumerate() {
-        check(format!("{key}.fixed.{i}.group"), mesh.group_of_any_dim(&fixed.group).map(|_| ()));
+        check(format!("{key}.fixed.{i}.group"), mesh.group_of_any_dim(&fixed.group));
     }
     for (i, displaced) in body.displaced.iter().enumerate() {
-        check(format!("{key}.displaced.{i}.group"), mesh.group_of_any_dim(&displaced.group).map(|_| ()));
+        check(format!("{key}.displaced.{i}.group"), mesh.group_of_any_dim(&displaced.group));
     }
     for (i, foundation) in body.foundation.iter().enumerate() {
         check(format!("{key}.foundation.{i}.group"), surface(&foundation.group));
@@ -387,7 +376,7 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
         check(format!("{key}.traction.{i}.group"), surface(&load.group));
     }
     for group in body.regions.keys() {
-        check(join_key(&format!("{key}.regions"), group), mesh.group_of_dim(group, 3).map(|_| ()));
+        check(join_key(&format!("{key}.regions"), group), mesh.group_of_dim(group, 3));
     }
 }
 

@@ -92,11 +92,8 @@ fn mesh_with_groups(
     let before = r.diagnostics.len();
     // What is no group of surfaces stands in the way of the variant, not of the scene.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
-        if let Err(error) = group_faces(mesh, group) {
-            let mend =
-                "the second mesh of a body needs the same contact, support and load groups as the first";
-            r.report(place, error.message().to_owned(), "this mesh", mend);
-        }
+        let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
+        r.accept(group_faces(mesh, group), place, ["this mesh", mend]);
     }
     (r.diagnostics.len() == before).then(|| Arc::new(mesh.clone()))
 }

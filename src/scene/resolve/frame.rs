@@ -265,12 +265,6 @@ fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline>
         }
         Outline::Polygon { vertices } => frame::Outline::Polygon { vertices },
     };
-    match outline.check() {
-        Ok(()) => Some(outline),
-        Err(error) => {
-            let mend = "give the vertices in order around the outline, in coordinates of the frame";
-            r.report("frame.outline", error.message().to_owned(), "this outline", mend);
-            None
-        }
-    }
+    let mend = "give the vertices in order around the outline, in coordinates of the frame";
+    r.accept(outline.check(), "frame.outline", ["this outline", mend]).map(|()| outline)
 }

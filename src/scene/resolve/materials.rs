@@ -51,10 +51,10 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
         r.report(key, message, "not admissible", mend);
     }
     let strength = material.strength_limit();
-    if let Some(Err(error)) = strength.map(|strength| strength.check()) {
+    if let Some(strength) = strength {
         let place = if isotropic { "yield" } else { "strength" };
         let mend = "give all strengths as positive numbers, also those in compression";
-        r.report(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
+        r.accept(strength.check(), &format!("{key}.{place}"), ["not admissible", mend]);
     }
     Some(ElasticMaterial { stiffness: stiffness.ok()?, isotropic, strength })
 }

@@ -47,6 +47,16 @@ impl<'a> Resolver<'a> {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
+    /// The value of `result`; its error is reported at `key`.
+    pub fn accept<T>(
+        &mut self,
+        result: crate::error::Result<T>,
+        key: &str,
+        [label, mend]: [&str; 2],
+    ) -> Option<T> {
+        result.inspect_err(|error| self.report(key, error.message(), label, mend)).ok()
+    }
+
     /// Where the file `name` lies that `key` names.
     pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
         let path = self.document.folder.join(name);

@@ -70,13 +70,8 @@ fn winding(r: &mut Resolver, key: &str, winding: &CylindricalWinding) -> Option<
             return None;
         }
     };
-    match Winding::new(winding.axis.vector(), winding.origin, layers) {
-        Ok(winding) => Some(Orientation::Winding(winding)),
-        Err(error) => {
-            r.report(key, error.message().to_owned(), "this winding", "see docs/scene.md");
-            None
-        }
-    }
+    let winding = Winding::new(winding.axis.vector(), winding.origin, layers);
+    r.accept(winding, key, ["this winding", "see docs/scene.md"]).map(Orientation::Winding)
 }
 
 /// The element numbers of a mesh, and those of its solids among them.
