@@ -94,6 +94,11 @@ impl ContactFrame {
         self.areas.len()
     }
 
+    /// Mean area of the cells, mm2.
+    pub fn mean_cell_area(&self) -> f64 {
+        self.areas.iter().sum::<f64>() / self.n_cells() as f64
+    }
+
     /// Corners of a cell, counter-clockwise seen against its normal, global.
     ///
     /// # Panics
@@ -118,7 +123,7 @@ impl ContactFrame {
 
     /// Mean side of the cells: the root of their mean area, mm.
     pub fn mean_cell_side(&self) -> f64 {
-        (self.areas.iter().sum::<f64>() / self.n_cells() as f64).sqrt()
+        self.mean_cell_area().sqrt()
     }
 
     /// Coordinates of a cell's centre along the frame's x and y, measured from the origin, mm.

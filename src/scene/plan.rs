@@ -14,6 +14,7 @@ use super::spec::solver::{Output, Solver};
 use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
 use crate::body;
+use crate::element::ElementKind;
 use crate::evolution::step::{Integrator, Normal, Step};
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
@@ -318,6 +319,13 @@ impl PrescribedDisplacement {
 }
 
 impl MeshedBodyPlan {
+    /// Whether its contact faces are of first order; false without them.
+    pub fn has_linear_contact_faces(&self) -> bool {
+        let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
+        let group = self.mesh.group_of_dim(&self.contact, 2);
+        group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
+    }
+
     /// Whether it has loads of its own.
     pub fn is_loaded(&self) -> bool {
         !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]

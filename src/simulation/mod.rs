@@ -11,7 +11,7 @@ pub mod resume;
 pub mod segments;
 pub(crate) mod validate;
 
-pub use crate::simulation::build::{Simulation, build, build_on_frame, build_with};
+pub use crate::simulation::build::{Simulation, build, build_with};
 pub use crate::simulation::failure::SceneError;
 
 /// What the user should know of how bodies and frame of a plan fit.

@@ -60,11 +60,7 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         stage: &RebuildState,
     ) -> std::result::Result<Simulation<'p>, SceneError> {
-        let larger = if stage.frame_growths > 0 {
-            Some(growth::grown_frame(plan, stage.frame_growths)?)
-        } else {
-            None
-        };
+        let larger = grown_frame(plan, stage)?;
         let frame = larger.as_ref().or(self.frame);
         let meshes = mesh_motion::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
         simulation::build_with(plan, (frame, meshes), self.show, self.stop)
@@ -100,11 +96,7 @@ impl SimulationBuilder<'_> {
     ) -> std::result::Result<NextSegment<'p>, SceneError> {
         let stage =
             RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
-        let larger = if stage.frame_growths > 0 {
-            Some(growth::grown_frame(plan, stage.frame_growths)?)
-        } else {
-            None
-        };
+        let larger = grown_frame(plan, &stage)?;
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
         let study = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
@@ -136,6 +128,11 @@ impl SimulationBuilder<'_> {
             Continuation::Stop(_) => unreachable!("a run that stops has no next part"),
         }
     }
+}
+
+/// The frame of `stage`, if it has grown.
+fn grown_frame(plan: &Plan, stage: &RebuildState) -> std::result::Result<Option<ContactFrame>, SceneError> {
+    (stage.frame_growths > 0).then(|| growth::grown_frame(plan, stage.frame_growths)).transpose()
 }
 
 impl Continuation {

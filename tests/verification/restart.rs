@@ -13,7 +13,7 @@ use orthowear::frame::ContactFrame;
 use orthowear::output::checkpoint;
 use orthowear::output::provenance::Provenance;
 use orthowear::scene::Plan;
-use orthowear::simulation::{Simulation, build_on_frame};
+use orthowear::simulation::{Simulation, build_with};
 
 use crate::common::usual_or_finest;
 
@@ -95,7 +95,7 @@ fn run(
 ) -> (Outcome, usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        let study = build_on_frame(plan, frame, &mut |_| {}, &AtomicBool::new(false));
+        let study = build_with(plan, (frame, [None, None]), &mut |_| {}, &AtomicBool::new(false));
         let study: Simulation = study.expect("a study");
         let operator = study.model().flexibility.as_ref();
         let from: Option<(RunCheckpoint, OperatorHistory)> = from.map(|from| {

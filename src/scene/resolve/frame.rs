@@ -83,25 +83,23 @@ fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bo
 /// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
 fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
-        .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
+        .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
 /// One cell per node where faces of first order meet a mesh or a rigid body: a checkerboard of tractions on faces would
 /// move neither side. A half-space feels every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
-    let linear = |fe: &MeshedBodyPlan| {
-        let group = fe.mesh.group_of_dim(&fe.contact, 2);
-        group.is_ok_and(|group| {
-            group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
-        })
-    };
     let half_space = bodies
         .iter()
         .flatten()
         .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
     // Boundary elements have nodes inside their faces.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
-    if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }
+    if !half_space && own.is_some_and(MeshedBodyPlan::has_linear_contact_faces) {
+        FramePoints::Nodes
+    } else {
+        FramePoints::Faces
+    }
 }
 
 /// Index of the body whose faces are the cells; without a wish the finer one.

@@ -79,23 +79,11 @@ pub fn build<'p>(
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Simulation<'p>, SceneError> {
-    build_on_frame(plan, None, progress, stop)
+    build_with(plan, (None, [None, None]), progress, stop)
 }
 
-/// As [`build`], on a frame that was made for another plan; its own if none is given.
-///
-/// # Errors
-/// As [`build`].
-pub fn build_on_frame<'p>(
-    plan: &'p Plan,
-    given: Option<&ContactFrame>,
-    progress: &mut dyn FnMut(ProgressEvent),
-    stop: &AtomicBool,
-) -> std::result::Result<Simulation<'p>, SceneError> {
-    build_with(plan, (given, [None, None]), progress, stop)
-}
-
-/// As [`build_on_frame`], with the stiffness of worn meshes ([`mesh_motion::worn_meshes`]) where there are any.
+/// As [`build`], on a frame that was made for another plan, if one is given, and with the stiffness of worn meshes
+/// ([`mesh_motion::worn_meshes`]) where there are any.
 ///
 /// # Errors
 /// As [`build`].

@@ -209,7 +209,7 @@ fn check_cell_size(
         for (index, face) in per_node.into_iter().enumerate() {
             let Some(face) = face else { continue };
             refuse_far_finer_cells(plan, frame, (index, face), &why)?;
-            warnings.extend(coarse_faces_warning(plan, frame, (index, face, mean_cell_area(frame)), &why));
+            warnings.extend(coarse_faces_warning(plan, frame, (index, face, frame.mean_cell_area()), &why));
         }
         return Ok(warnings);
     }
@@ -217,7 +217,7 @@ fn check_cell_size(
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
     // Boundary elements feel the tractions of each of their own nodes by themselves, if no cell lies over two elements.
-    let cell = mean_cell_area(frame);
+    let cell = frame.mean_cell_area();
     let by_boundary = |face: &f64| {
         let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*face);
         (0..2).any(of_boundary) && cell >= MIN_CELL_AREA_RATIO * face
@@ -283,7 +283,7 @@ fn refuse_far_finer_cells(
     (index, face): (usize, f64),
     why: &str,
 ) -> Result<(), SceneError> {
-    let ratio = mean_cell_area(frame) / face;
+    let ratio = frame.mean_cell_area() / face;
     let auto = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Auto);
     if ratio >= MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE || !auto {
         return Ok(());
@@ -293,7 +293,7 @@ fn refuse_far_finer_cells(
         "the cells of the frame are far finer than the contact faces of {key}, which has the near field of its mesh: nodes are {} {unit} apart, the mean side \
          of a cell is {} {unit}, and pressures would be several times too high along these faces; {}, or allow this with {key}.near_field = \"mesh\"{why}",
         format_number(face.sqrt()),
-        format_number(mean_cell_area(frame).sqrt()),
+        format_number(frame.mean_cell_area().sqrt()),
         coarse_faces_remedy(plan, frame, (index, face))
     ));
     Err(SceneError { error, key: format!("{key}.near_field") })
@@ -309,17 +309,12 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
         FramePlan::Grid { .. } => {
             let own = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Mesh);
             let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
-            let cells = at_most(frame, mean_cell_area(frame) / face, MIN_CELL_AREA_RATIO);
+            let cells = at_most(frame, frame.mean_cell_area() / face, MIN_CELL_AREA_RATIO);
             let cells =
                 if cells.is_empty() { cells } else { format!(", cells of at least {side} {unit}{cells}") };
             format!("{smaller}{cells}{half_space}")
         }
     }
-}
-
-/// Mean area of the cells, mm2.
-fn mean_cell_area(frame: &ContactFrame) -> f64 {
-    frame.areas.iter().sum::<f64>() / frame.n_cells() as f64
 }
 
 /// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
@@ -392,13 +387,15 @@ fn check_cell_area_ratio(
     face: f64,
     why: &str,
 ) -> Result<Option<String>, SceneError> {
-    let cell = mean_cell_area(frame);
+    let cell = frame.mean_cell_area();
     let ratio = cell / face;
     if ratio >= SMOOTH_CELL_AREA_RATIO {
         return Ok(None);
     }
     let unit = &plan.units.length;
-    let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(plan, body));
+    let first_order =
+        |body: usize| plan.bodies[body].as_meshed().is_some_and(MeshedBodyPlan::has_linear_contact_faces);
+    let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(body));
     let nodes = if own_nodes { "frame.points = \"nodes\", " } else { "" };
     let (cell, face) = (cell.sqrt(), face.sqrt());
     if ratio >= MIN_CELL_AREA_RATIO {
@@ -437,14 +434,6 @@ fn check_cell_area_ratio(
         (None, false) => "frame.body",
     };
     Err(SceneError { error, key: key.to_owned() })
-}
-
-/// Whether the contact faces of body `index` are of first order.
-fn first_order(plan: &Plan, index: usize) -> bool {
-    let Some(fe) = plan.bodies[index].as_meshed() else { return false };
-    let group = fe.mesh.group_of_dim(&fe.contact, 2);
-    let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
-    group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(fe.mesh.kind(cell))))
 }
 
 /// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`; nothing if it is too coarse to be of use.
