@@ -38,7 +38,7 @@ impl Place {
         }
         let entry = FlexibilityEntry { flexibility, residual: 1e-15, factorisation_bytes: 77 };
         let triangle = (0..N).flat_map(|i| entry.flexibility.row(i)[..=i].to_vec());
-        let list: Vec<f64> = [1e-15, 2.5, 77.0].into_iter().chain(triangle).collect();
+        let list: Vec<f64> = [1e-15, 77.0].into_iter().chain(triangle).collect();
         cache.write(&key, &entry).expect("a file");
         cache.write_list(&key, "list", &list).expect("a file");
         let path = |ending: &str| {

@@ -42,7 +42,7 @@ struct PerCell {
 const BYTES_PER_CELL_FRICTIONLESS: PerCell =
     PerCell { history: 384, solver: 190, operator: 120, fields: 660 };
 const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
-const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 2070, operator: 1130, fields: 750 };
+const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 1510, operator: 380, fields: 750 };
 
 /// Bytes per cell that Newton's method takes besides, where moments are prescribed without friction: conjugate gradients know no moments.
 const MOMENTS: usize = 520;
@@ -51,7 +51,7 @@ const MOMENTS: usize = 520;
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
 /// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep, where contact is solved on such parts.
-const WINDOW_OPERATOR_BYTES: [usize; 2] = [1300, 5_400_000];
+const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
 /// Bytes of the table of the field inside an anisotropic half-space.
 const SUBSURFACE_TABLE_BYTES: usize = 4_700_000;
