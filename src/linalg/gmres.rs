@@ -1,16 +1,20 @@
-//! Generalised minimal residuals with a preconditioner on the right.
+//! Generalised minimal residuals with a preconditioner on the right, for one right side or for several side by side: each has a Krylov
+//! space of its own, and the matrix is read once for all of them.
 //!
 //! # Source
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
 
+use super::dense::try_zeroed;
 use super::vector::{axpy, dot4};
+use crate::cancel;
+use crate::error::Result;
 
-/// A linear system by what a Krylov method asks of it.
+/// A linear system by what a Krylov method asks of it. Several columns stand one after the other.
 pub trait LinearSystem {
-    /// `image = A x`; overwrites.
+    /// `image = A x` of each column; overwrites.
     fn apply(&mut self, x: &[f64], image: &mut [f64]);
 
-    /// `x` about A⁻¹ `image`; overwrites.
+    /// `x` about A⁻¹ `image` of each column; overwrites.
     fn precondition(&mut self, image: &[f64], x: &mut [f64]);
 }
 
@@ -25,7 +29,7 @@ pub struct KrylovOptions {
     pub restart: usize,
 }
 
-/// What a solve did.
+/// What a solve did for a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KrylovReport {
     /// Products with A.
@@ -37,13 +41,12 @@ pub struct KrylovReport {
 /// Vectors of a solve, kept from one to the next.
 #[derive(Debug, Default)]
 pub struct Gmres {
-    /// Orthonormal basis of the Krylov space.
+    /// Orthonormal bases of the Krylov spaces: the k-th vectors of all columns.
     basis: Vec<Vec<f64>>,
-    work: Vec<f64>,
 }
 
 /// The rotated Hessenberg matrix of one cycle.
-pub(super) struct Hessenberg {
+struct Hessenberg {
     /// Columns of the triangle.
     columns: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
@@ -52,12 +55,12 @@ pub(super) struct Hessenberg {
 }
 
 impl Hessenberg {
-    pub fn new(norm: f64) -> Self {
+    fn new(norm: f64) -> Self {
         Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![norm] }
     }
 
     /// Adds a column of length k + 2; the residual norm after it.
-    pub fn push(&mut self, mut column: Vec<f64>) -> f64 {
+    fn push(&mut self, mut column: Vec<f64>) -> f64 {
         let k = self.columns.len();
         for (i, [c, s]) in self.rotations.iter().enumerate() {
             let (a, b) = (column[i], column[i + 1]);
@@ -76,7 +79,7 @@ impl Hessenberg {
     }
 
     /// Coefficients of the basis that minimise the residual.
-    pub fn solve(&self) -> Vec<f64> {
+    fn solve(&self) -> Vec<f64> {
         let n = self.columns.len();
         let mut y = self.rhs[..n].to_vec();
         for i in (0..n).rev() {
@@ -91,93 +94,125 @@ impl Hessenberg {
 }
 
 impl Gmres {
-    /// Solves A x = `rhs` from x = 0; `x` is overwritten.
+    /// Solves A X = `rhs` of `n_columns` columns from X = 0; `x` is overwritten. What was done for each column.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or a stop is wished.
     pub fn solve(
         &mut self,
         system: &mut dyn LinearSystem,
         rhs: &[f64],
         x: &mut [f64],
+        n_columns: usize,
         options: KrylovOptions,
-    ) -> KrylovReport {
-        let n = rhs.len();
+    ) -> Result<Vec<KrylovReport>> {
+        let n = rhs.len() / n_columns;
+        let column = |j: usize| j * n..(j + 1) * n;
+        let norm = |values: &[f64]| dot4(values, values).sqrt();
+        let norms =
+            |values: &[f64]| -> Vec<f64> { (0..n_columns).map(|j| norm(&values[column(j)])).collect() };
         x.fill(0.0);
-        let scale = dot4(rhs, rhs).sqrt();
-        let mut report = KrylovReport { n_products: 0, residual: 1.0 };
-        if scale == 0.0 || !scale.is_finite() {
-            report.residual = if scale == 0.0 { 0.0 } else { f64::NAN };
-            return report;
-        }
-        self.work.resize(n, 0.0);
-        let mut residual = rhs.to_vec();
-        while report.n_products < options.max_products {
-            let norm = dot4(&residual, &residual).sqrt();
-            let goal = options.tolerance * scale;
-            if norm <= goal || !norm.is_finite() {
+        let scales = norms(rhs);
+        let goals: Vec<f64> = scales.iter().map(|scale| options.tolerance * scale).collect();
+        let start = |scale: &f64| match *scale {
+            0.0 => 0.0,
+            scale if scale.is_finite() => 1.0,
+            _ => f64::NAN,
+        };
+        let mut reports: Vec<KrylovReport> =
+            scales.iter().map(|scale| KrylovReport { n_products: 0, residual: start(scale) }).collect();
+        let [mut residual, mut step, mut image] =
+            [try_zeroed(rhs.len())?, try_zeroed(rhs.len())?, try_zeroed(rhs.len())?];
+        residual.copy_from_slice(rhs);
+        let mut products = 0;
+        while products < options.max_products {
+            let mut lengths = norms(&residual);
+            // A column that is not a number is left as it is; its residual tells.
+            let mut open: Vec<bool> = lengths
+                .iter()
+                .zip(&goals)
+                .map(|(length, goal)| length.is_finite() && length > goal)
+                .collect();
+            if !open.contains(&true) {
                 break;
             }
-            self.store_basis_vector(0, &residual, norm);
-            let most = options.restart.min(options.max_products - report.n_products);
-            let (hessenberg, reached) = self.cycle(system, norm, goal, most);
-            report.n_products += hessenberg.columns.len();
-            report.residual = reached / scale;
-            self.work.fill(0.0);
-            for (coefficient, vector) in hessenberg.solve().iter().zip(&self.basis) {
-                axpy(&mut self.work, *coefficient, vector);
+            let mut hessenbergs: Vec<Hessenberg> =
+                lengths.iter().map(|norm| Hessenberg::new(*norm)).collect();
+            let mut unsolved = vec![false; n_columns];
+            self.store_basis_vectors(0, &residual, &lengths, &open)?;
+            for k in 0..options.restart.min(options.max_products - products) {
+                cancel::check()?;
+                system.precondition(&self.basis[k], &mut step);
+                system.apply(&step, &mut image);
+                products += 1;
+                for j in 0..n_columns {
+                    if !open[j] {
+                        continue;
+                    }
+                    let image = &mut image[column(j)];
+                    let mut entries = Vec::with_capacity(k + 2);
+                    for vectors in &self.basis[..=k] {
+                        let product = dot4(&vectors[column(j)], image);
+                        axpy(image, -product, &vectors[column(j)]);
+                        entries.push(product);
+                    }
+                    lengths[j] = norm(image);
+                    entries.push(lengths[j]);
+                    let reached = hessenbergs[j].push(entries);
+                    reports[j].n_products += 1;
+                    reports[j].residual = reached / scales[j];
+                    unsolved[j] = reached.is_finite() && reached > goals[j];
+                    open[j] = unsolved[j] && lengths[j] != 0.0;
+                }
+                if !open.contains(&true) {
+                    break;
+                }
+                self.store_basis_vectors(k + 1, &image, &lengths, &open)?;
+            }
+            step.fill(0.0);
+            for (j, hessenberg) in hessenbergs.iter().enumerate() {
+                for (coefficient, vectors) in hessenberg.solve().iter().zip(&self.basis) {
+                    axpy(&mut step[column(j)], *coefficient, &vectors[column(j)]);
+                }
             }
             // Right preconditioning: the solution is the preconditioned combination.
-            let mut step = std::mem::take(&mut residual);
-            system.precondition(&self.work, &mut step);
-            axpy(x, 1.0, &step);
-            residual = step;
-            if reached <= goal || report.n_products >= options.max_products || !reached.is_finite() {
+            system.precondition(&step, &mut image);
+            axpy(x, 1.0, &image);
+            if !unsolved.contains(&true) || products >= options.max_products {
                 break;
             }
             system.apply(x, &mut residual);
-            report.n_products += 1;
+            products += 1;
             residual.iter_mut().zip(rhs).for_each(|(r, b)| *r = b - *r);
+            for (report, _) in reports.iter_mut().zip(unsolved).filter(|(_, unsolved)| *unsolved) {
+                report.n_products += 1;
+            }
         }
-        report
+        Ok(reports)
     }
 
-    /// Basis vector `k` := `vector` / `norm`.
-    fn store_basis_vector(&mut self, k: usize, vector: &[f64], norm: f64) {
+    /// Basis vectors `k` := `vectors` / `lengths` of the columns that are open; zero of the others.
+    fn store_basis_vectors(
+        &mut self,
+        k: usize,
+        vectors: &[f64],
+        lengths: &[f64],
+        open: &[bool],
+    ) -> Result<()> {
         if self.basis.len() <= k {
             self.basis.push(Vec::new());
         }
-        let scaled = vector.iter().map(|value| value / norm);
-        self.basis[k].clear();
-        self.basis[k].extend(scaled);
-    }
-
-    /// Arnoldi steps from the first basis vector until the residual is below `goal`; the residual's norm.
-    fn cycle(
-        &mut self,
-        system: &mut dyn LinearSystem,
-        norm: f64,
-        goal: f64,
-        most: usize,
-    ) -> (Hessenberg, f64) {
-        let mut hessenberg = Hessenberg::new(norm);
-        let mut image = vec![0.0; self.work.len()];
-        let mut reached = norm;
-        for k in 0..most {
-            system.precondition(&self.basis[k], &mut self.work);
-            system.apply(&self.work, &mut image);
-            let mut column = Vec::with_capacity(k + 2);
-            for vector in &self.basis[..=k] {
-                let product = dot4(vector, &image);
-                axpy(&mut image, -product, vector);
-                column.push(product);
-            }
-            let length = dot4(&image, &image).sqrt();
-            column.push(length);
-            reached = hessenberg.push(column);
-            if reached <= goal || !reached.is_finite() || length == 0.0 {
-                break;
-            }
-            self.store_basis_vector(k + 1, &image, length);
+        let basis = &mut self.basis[k];
+        if basis.capacity() < vectors.len() {
+            *basis = try_zeroed(vectors.len())?;
         }
-        (hessenberg, reached)
+        basis.clear();
+        let n = vectors.len() / lengths.len();
+        for (j, (length, open)) in lengths.iter().zip(open).enumerate() {
+            let scaled = |value: &f64| if *open { value / length } else { 0.0 };
+            basis.extend(vectors[j * n..(j + 1) * n].iter().map(scaled));
+        }
+        Ok(())
     }
 }
 
@@ -185,46 +220,60 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// A tridiagonal matrix that is not symmetric, with its diagonal as preconditioner.
-    struct Tridiagonal;
+    /// A tridiagonal matrix of `.0` rows that is not symmetric, with its diagonal as preconditioner.
+    struct Tridiagonal(usize);
 
     impl LinearSystem for Tridiagonal {
         fn apply(&mut self, x: &[f64], image: &mut [f64]) {
-            for i in 0..x.len() {
-                let before = if i > 0 { x[i - 1] } else { 0.0 };
-                let after = if i + 1 < x.len() { x[i + 1] } else { 0.0 };
-                image[i] = (3.0 + i as f64) * x[i] - 1.5 * before + 0.5 * after;
+            for (x, image) in x.chunks_exact(self.0).zip(image.chunks_exact_mut(self.0)) {
+                for i in 0..x.len() {
+                    let before = if i > 0 { x[i - 1] } else { 0.0 };
+                    let after = if i + 1 < x.len() { x[i + 1] } else { 0.0 };
+                    image[i] = (3.0 + i as f64) * x[i] - 1.5 * before + 0.5 * after;
+                }
             }
         }
 
         fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
-            x.iter_mut().zip(image).enumerate().for_each(|(i, (x, b))| *x = b / (3.0 + i as f64));
+            x.iter_mut().zip(image).enumerate().for_each(|(i, (x, b))| *x = b / (3.0 + (i % self.0) as f64));
         }
     }
 
-    /// Truth: the residual by the matrix itself, with and without restarts.
+    /// Truth: the residual by the matrix itself, with and without restarts; a column of zeros has the solution zero.
     #[test]
-    fn residual_is_what_the_matrix_says() {
-        let rhs: Vec<f64> = (0..40).map(|i| (i as f64).sin()).collect();
+    fn residuals_are_what_the_matrix_says() {
+        let n = 40;
+        let entry = |k: usize| if k < 2 * n { (k as f64 * (1.0 + (k / n) as f64)).sin() } else { 0.0 };
+        let rhs: Vec<f64> = (0..3 * n).map(entry).collect();
         for restart in [5, 60] {
             let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart };
-            let (mut x, mut image) = (vec![1.0; 40], vec![0.0; 40]);
-            let report = Gmres::default().solve(&mut Tridiagonal, &rhs, &mut x, options);
-            Tridiagonal.apply(&x, &mut image);
+            let (mut x, mut image) = (vec![1.0; 3 * n], vec![0.0; 3 * n]);
+            let reports = Gmres::default().solve(&mut Tridiagonal(n), &rhs, &mut x, 3, options).unwrap();
+            Tridiagonal(n).apply(&x, &mut image);
             image.iter_mut().zip(&rhs).for_each(|(i, b)| *i -= b);
-            let residual = dot4(&image, &image).sqrt() / dot4(&rhs, &rhs).sqrt();
-            assert!(residual < 2e-12 && report.residual < 1e-12, "{restart}: {residual} {report:?}");
+            for (j, report) in reports.iter().enumerate().take(2) {
+                let of = |values: &[f64]| dot4(&values[j * n..][..n], &values[j * n..][..n]).sqrt();
+                let residual = of(&image) / of(&rhs);
+                assert!(residual < 2e-12, "{restart}: {residual}");
+                assert!(report.residual <= 1e-12 && report.n_products > 3, "{report:?}");
+            }
+            assert!(x[2 * n..].iter().all(|x| *x == 0.0) && reports[2].n_products == 0);
+            let mut alone = vec![0.0; n];
+            let report =
+                Gmres::default().solve(&mut Tridiagonal(n), &rhs[..n], &mut alone, 1, options).unwrap()[0];
+            assert!(report.residual <= 1e-12 && alone.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-11));
         }
     }
 
-    /// Truth: x = 0 solves A x = 0; a right-hand side that is not a number is told.
+    /// Truth: a column that is not a number is told, and the others are solved: 3 x + 0.5 y = 6, -1.5 x + 4 y = 2.5.
     #[test]
-    fn nothing_and_nonsense() {
-        let options = KrylovOptions { tolerance: 1e-12, max_products: 40, restart: 10 };
-        let mut x = vec![1.0; 4];
-        let report = Gmres::default().solve(&mut Tridiagonal, &[0.0; 4], &mut x, options);
-        assert_eq!((report.n_products, x), (0, vec![0.0; 4]));
-        let report = Gmres::default().solve(&mut Tridiagonal, &[f64::NAN; 4], &mut [0.0; 4], options);
-        assert!(report.residual.is_nan());
+    fn nonsense_is_told() {
+        let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart: 10 };
+        let mut x = [1.0; 4];
+        let rhs = [f64::NAN, 1.0, 6.0, 2.5];
+        let reports = Gmres::default().solve(&mut Tridiagonal(2), &rhs, &mut x, 2, options).unwrap();
+        assert!(reports[0].residual.is_nan());
+        let [y, z] = [2.0 - 11.0 / 51.0, 22.0 / 17.0];
+        assert!((x[2] - y).abs() < 1e-10 && (x[3] - z).abs() < 1e-10, "{x:?}");
     }
 }

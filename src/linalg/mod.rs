@@ -13,7 +13,6 @@ mod extend_add;
 mod front_elimination;
 mod fronts;
 pub mod gmres;
-pub mod gmres_multi_rhs;
 pub mod hierarchical;
 mod lower_blocks;
 pub mod memory;

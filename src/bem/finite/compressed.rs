@@ -14,10 +14,10 @@ use super::system::{BoundaryValueProblem, Domain};
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
+use crate::linalg::dense::try_zeroed;
 use crate::linalg::dense_lu;
 use crate::linalg::dense_matrix::DenseMatrix;
-use crate::linalg::gmres::{KrylovOptions, KrylovReport};
-use crate::linalg::gmres_multi_rhs::{MultiRhsSystem, solve_multi_rhs};
+use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport, LinearSystem};
 use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
@@ -238,10 +238,11 @@ impl CompressedEquations {
             restart: RESTART,
         };
         let solve = |values: &mut [f64]| {
-            let mut columns = DenseMatrix::from_values(n, values.len() / n, values.to_vec());
-            let mut system = KrylovSystem { equations: self, x: Vec::new(), y: Vec::new() };
-            let reports = solve_multi_rhs(&mut system, &mut columns, options)?;
-            self.reorder(&columns, values);
+            let count = values.len() / n;
+            let mut system = KrylovSystem { equations: self, count, x: Vec::new(), y: Vec::new() };
+            let mut x = try_zeroed(values.len())?;
+            let reports = Gmres::default().solve(&mut system, values, &mut x, count, options)?;
+            self.reorder(&x, n, values);
             Ok(reports)
         };
         let reports = all
@@ -277,11 +278,9 @@ impl CompressedEquations {
         Ok((all, report))
     }
 
-    /// Columns in the order of the nodes.
-    fn reorder(&self, columns: &DenseMatrix, values: &mut [f64]) {
-        let n = columns.n_rows();
-        for (j, to) in values.chunks_exact_mut(n).enumerate() {
-            let from = columns.column(j);
+    /// Columns of `n` rows in the order of the nodes.
+    fn reorder(&self, columns: &[f64], n: usize, values: &mut [f64]) {
+        for (from, to) in columns.chunks_exact(n).zip(values.chunks_exact_mut(n)) {
             for at in 0..3 * self.order.nodes.len() {
                 to[self.order.dof(at)] = from[at];
             }
@@ -320,17 +319,18 @@ fn rigid_translation_blocks(
 /// The equations as a Krylov method sees them.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
+    /// Right sides.
+    count: usize,
     /// A vector and its product, which blocks in single precision take in single precision.
     x: Vec<f32>,
     y: Vec<f32>,
 }
 
-impl MultiRhsSystem for KrylovSystem<'_> {
-    fn apply(&mut self, x: &DenseMatrix, image: &mut DenseMatrix) {
+impl LinearSystem for KrylovSystem<'_> {
+    fn apply(&mut self, x: &[f64], image: &mut [f64]) {
         let CompressedEquations { matrix, diagonal_blocks, columns, rows, .. } = self.equations;
-        let n = matrix.n();
-        for j in 0..x.n_columns() {
-            let (from, to) = (x.column(j), image.column_mut(j));
+        let (n, size) = (matrix.n(), x.len() / self.count);
+        for (from, to) in x.chunks_exact(size).zip(image.chunks_exact_mut(size)) {
             for (node, own) in diagonal_blocks.iter().enumerate() {
                 let product = own * Point::from_column_slice(&from[3 * node..3 * node + 3]);
                 to[3 * node..3 * node + 3].copy_from_slice(product.as_slice());
@@ -341,17 +341,16 @@ impl MultiRhsSystem for KrylovSystem<'_> {
                 to[n + b] += rows.column(b).iter().zip(from).map(|(row, x)| row * x).sum::<f64>();
             }
         }
-        let (rows, count) = (x.n_rows(), x.n_columns());
         self.x.clear();
-        self.x.extend(x.values().iter().map(|value| *value as f32));
+        self.x.extend(x.iter().map(|value| *value as f32));
         self.y.clear();
-        self.y.resize(rows * count, 0.0);
-        let to = MatMut::from_column_major_slice_mut(&mut self.y[..], rows, count);
-        matrix.add_product(MatRef::from_column_major_slice(&self.x, rows, count), to);
-        image.values_mut().iter_mut().zip(&self.y).for_each(|(to, value)| *to += f64::from(*value));
+        self.y.resize(x.len(), 0.0);
+        let to = MatMut::from_column_major_slice_mut(&mut self.y[..], size, self.count);
+        matrix.add_product(MatRef::from_column_major_slice(&self.x, size, self.count), to);
+        image.iter_mut().zip(&self.y).for_each(|(to, value)| *to += f64::from(*value));
     }
 
-    fn precondition(&mut self, image: &DenseMatrix, x: &mut DenseMatrix) {
-        self.equations.preconditioner.apply(image, x);
+    fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
+        self.equations.preconditioner.apply(image, x, self.count);
     }
 }

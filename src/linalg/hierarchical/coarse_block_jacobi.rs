@@ -183,19 +183,21 @@ impl CoarseBlockJacobi {
         locals + motions + 8 * self.coarse_inverse.values().len()
     }
 
-    /// x about A⁻¹ b of each column; overwrites.
-    pub fn apply(&self, b: &DenseMatrix, x: &mut DenseMatrix) {
-        let (n, count, size) = (self.n, b.n_columns(), self.coarse_inverse.n_rows());
-        let motions = size - (b.n_rows() - n);
+    /// x about A⁻¹ b of each of `count` columns, one after the other; overwrites.
+    pub fn apply(&self, b: &[f64], x: &mut [f64], count: usize) {
+        let (n, n_rows, size) = (self.n, b.len() / count, self.coarse_inverse.n_rows());
+        let motions = size - (n_rows - n);
         let zeros = || DenseMatrix::from_values(size, count, vec![0.0; size * count]);
-        let (mut shares, mut corrections, mut rest) = (zeros(), zeros(), b.clone());
+        let (mut shares, mut corrections, mut rest) =
+            (zeros(), zeros(), DenseMatrix::from_values(n_rows, count, b.to_vec()));
         for group in &self.groups {
             let to = shares.view_mut().subrows_mut(group.first_motion, group.n_motions());
-            let from = b.view().subrows(group.places.start, group.places.len());
+            let from = MatRef::from_column_major_slice(b, n_rows, count)
+                .subrows(group.places.start, group.places.len());
             matmul(to, Accum::Replace, group.motions_at(&group.places).transpose(), from, 1.0, Par::Seq);
         }
         for j in 0..count {
-            shares.column_mut(j)[motions..].copy_from_slice(&b.column(j)[n..]);
+            shares.column_mut(j)[motions..].copy_from_slice(&b[j * n_rows..][n..n_rows]);
         }
         matmul(
             corrections.view_mut(),
@@ -210,13 +212,14 @@ impl CoarseBlockJacobi {
             let of = |all: &DenseMatrix| -> faer::Mat<f64> {
                 all.view().subrows(group.first_motion, group.n_motions()).to_owned()
             };
-            let to = x.view_mut().subrows_mut(group.places.start, group.places.len());
+            let to = MatMut::from_column_major_slice_mut(x, n_rows, count)
+                .subrows_mut(group.places.start, group.places.len());
             matmul(to, Accum::Replace, own, of(&corrections), 1.0, Par::Seq);
             let to = rest.view_mut().subrows_mut(group.places.start, group.places.len());
             matmul(to, Accum::Add, own, of(&shares), -1.0, Par::Seq);
         }
         let single: Vec<f32> = rest.values().iter().map(|value| *value as f32).collect();
-        let single = MatRef::from_column_major_slice(&single, rest.n_rows(), count);
+        let single = MatRef::from_column_major_slice(&single, n_rows, count);
         let mut image: Vec<f32> = Vec::new();
         for (places, inverse) in &self.block_inverses {
             let m = places.len();
@@ -225,12 +228,12 @@ impl CoarseBlockJacobi {
             let inverse = MatRef::from_column_major_slice(inverse, m, m);
             matmul(to, Accum::Replace, inverse, single.subrows(places.start, m), 1.0, Par::Seq);
             for (j, values) in image[..m * count].chunks_exact(m).enumerate() {
-                let x = &mut x.column_mut(j)[places.clone()];
+                let x = &mut x[j * n_rows..][places.clone()];
                 x.iter_mut().zip(values).for_each(|(x, value)| *x += f64::from(*value));
             }
         }
         for j in 0..count {
-            x.column_mut(j)[n..].copy_from_slice(&corrections.column(j)[motions..]);
+            x[j * n_rows..][n..n_rows].copy_from_slice(&corrections.column(j)[motions..]);
         }
     }
 }

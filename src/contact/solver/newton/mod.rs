@@ -203,11 +203,13 @@ impl NewtonSolve<'_, '_> {
             max_products: MAX_GMRES_PRODUCTS,
             restart: GMRES_RESTART,
         };
-        let report = self.krylov.solve(&mut tangent, &rhs, &mut x, options);
+        // Without memory for the vectors, or stopped, the step is zero: the gradient method or the stop follows.
+        let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
         self.problem.evaluate(trial);
         self.report.iterations += 1;
-        self.report.applications += (report.n_products + 2) * self.problem.applications();
+        let n_products = solved.map_or(0, |reports| reports[0].n_products);
+        self.report.applications += (n_products + 2) * self.problem.applications();
     }
 }
