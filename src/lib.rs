@@ -60,6 +60,10 @@
 //! | [`cli`] | the command line |
 #![deny(missing_docs)]
 
+// Fixtures that unit tests share with other tests name the crate from outside.
+#[cfg(test)]
+extern crate self as orthowear;
+
 pub mod error;
 pub mod cancel;
 pub mod omitted;

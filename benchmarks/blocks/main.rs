@@ -5,6 +5,8 @@
 
 #[path = "../im7.rs"]
 mod im7;
+#[path = "../../tests/fixtures/structured.rs"]
+mod structured;
 
 use std::sync::Arc;
 
@@ -21,7 +23,8 @@ use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
+
+use structured::{BlockElements, GradedBlock};
 
 /// Half of the frame's side, mm, and its cells along it.
 const FRAME: (f64, usize) = (1.2, 24);

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support};
 use orthowear::linalg::ordering::{NodeGraph, nested_dissection};
 use orthowear::mesh::Mesh;
-use orthowear::mesh::structured::GradedBlock;
 
 use crate::Outcome;
 use crate::im7::im7;
+use crate::structured::GradedBlock;
 
 /// Names of the blocks: n^3 equal elements, and one graded towards a patch of 24 x 24.
 pub const NAMES: [&str; 4] = ["20", "30", "40", "graded"];

@@ -9,6 +9,8 @@ mod im7;
 #[path = "../machine.rs"]
 mod machine;
 mod measure;
+#[path = "../../tests/fixtures/structured.rs"]
+mod structured;
 
 use std::error::Error;
 

@@ -11,6 +11,8 @@ mod machine;
 mod mesh;
 #[path = "../places.rs"]
 mod places;
+#[path = "../../tests/fixtures/structured.rs"]
+mod structured;
 
 use std::error::Error;
 use std::fmt::Write as _;

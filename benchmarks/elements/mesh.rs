@@ -6,10 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::element::ElementKind::{self, Quad4, Quad9, Tri3, Wedge6};
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
 use crate::Outcome;
+use crate::structured::{BlockElements, GradedBlock};
 
 /// Half the edge of the contact patch, mm.
 pub const PATCH: f64 = 1.5;

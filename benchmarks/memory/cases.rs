@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use orthowear::geometry::Side;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 use super::Outcome;
 use super::writer::{VARIANTS, write};
+
+use crate::structured::{BlockElements, GradedBlock};
 
 /// A scene and what is laid over it.
 pub struct Case {

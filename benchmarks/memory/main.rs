@@ -13,6 +13,8 @@ mod measure;
 mod places;
 #[path = "../../tests/verification/mesh/writer.rs"]
 mod writer;
+#[path = "../../tests/fixtures/structured.rs"]
+mod structured;
 
 use std::error::Error;
 use std::fmt::Write as _;

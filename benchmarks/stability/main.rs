@@ -19,6 +19,8 @@ mod sweeps;
 mod verdict;
 #[path = "../../tests/verification/mesh/writer.rs"]
 mod writer;
+#[path = "../../tests/fixtures/structured.rs"]
+mod structured;
 
 use std::error::Error;
 use std::fmt::Write as _;

@@ -7,6 +7,8 @@ mod groups;
 pub mod quality;
 pub mod self_intersection;
 pub mod size_field;
+#[cfg(test)]
+#[path = "../../tests/fixtures/structured.rs"]
 pub mod structured;
 
 use crate::element::ElementKind;

@@ -12,6 +12,8 @@ mod meshes;
 mod meter;
 mod mutate;
 mod scenes;
+#[path = "../fixtures/structured.rs"]
+mod structured;
 mod studies;
 mod tables;
 

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, closed_surface, faces, gmsh, quality};
 
 use crate::harness::Reader;
+use crate::structured::{BlockElements, GradedBlock};
 
 /// How a file is written.
 #[derive(Clone, Copy)]

@@ -195,7 +195,7 @@ pub const LOADS: &str = "approach,shift_x,shift_y\n0.01,0,0\n0.02,0.001,0\n# mor
 
 /// Directions of all solids of the block.
 pub fn axes() -> String {
-    let mesh = meshes::block(orthowear::mesh::structured::BlockElements::Hex8, [3, 3, 2]);
+    let mesh = meshes::block(crate::structured::BlockElements::Hex8, [3, 3, 2]);
     let tags = mesh.volume_cells().map(|cell| mesh.tag(cell));
     tags.map(|tag| format!("{tag},1,0.1,0.2,0,1,0\n")).collect()
 }

@@ -31,6 +31,8 @@ mod recovery;
 mod restart;
 mod rolling;
 mod stability;
+#[path = "../fixtures/structured.rs"]
+mod structured;
 mod structures;
 mod tangential;
 mod turns;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::bricks::{spec, support};
 use crate::common::{Silent, im7, indent, steel};
+use crate::structured::{BlockElements, GradedBlock};
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
@@ -15,7 +16,6 @@ use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {

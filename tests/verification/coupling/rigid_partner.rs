@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::bricks::{spec, support};
 use super::nodes::nodal_frame;
 use crate::common::{press, relative, solve, sphere, steel};
+use crate::structured::GradedBlock;
 use nalgebra::DMatrix;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
@@ -14,7 +15,6 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
-use orthowear::mesh::structured::GradedBlock;
 
 /// A block of 24 x 24 x 12 mm with `n` x `n` faces of equal size under the contact, 3 x 3 mm.
 fn block(n: usize) -> Mesh {

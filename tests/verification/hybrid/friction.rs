@@ -7,12 +7,12 @@ use orthowear::evolution::run;
 use orthowear::evolution::step::Integrator;
 use orthowear::fem::HexFormulation;
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::mesh::structured::GradedBlock;
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 use super::hertz::sphere_on;
 use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift, usual_or_finest};
 use crate::fem_bodies::{clamp, spec};
+use crate::structured::GradedBlock;
 
 /// Normal and tangential force after indentation and shift, and worn volume after cycles.
 fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::mesh::faces::group_faces;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{Mesh, gmsh};
 
 use super::gmsh_writes::{assert_same_group_points, counts};
 use super::tools;
 use super::writer::{VARIANTS, write};
+
+use crate::structured::{BlockElements, GradedBlock};
 
 const WRITE_ALL: &str = r#"
 import meshio, sys

@@ -6,8 +6,9 @@ use orthowear::element::ElementKind;
 use orthowear::geometry::Side;
 use orthowear::mesh::faces::{group_faces, outer_faces};
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh};
+
+use crate::structured::{BlockElements, GradedBlock};
 
 fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {
     GradedBlock {

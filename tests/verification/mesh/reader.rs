@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use orthowear::element::ElementKind;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup, gmsh};
 
 use super::writer::{VARIANTS, Variant, groups_of_cells, write};
+
+use crate::structured::{BlockElements, GradedBlock};
 
 /// Cells by the file's number: kind, coordinates of the nodes in order, names of groups. Independent of the
 /// order of nodes and cells.

@@ -1,9 +1,10 @@
 //! Scenes and meshes that the sweeps vary.
 
 use orthowear::geometry::Side;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 
 use super::writer::{VARIANTS, write};
+
+use crate::structured::{BlockElements, GradedBlock};
 
 /// IM7/8551-7, nu23 = 0.369.
 pub const CFRP: &str = "model = \"orthotropic\"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\nG23 = 3483.0\n\

@@ -1,12 +1,12 @@
 //! The sweeps: a parameter that makes trouble, its values, and the scene of each.
 
-use orthowear::mesh::structured::BlockElements;
-
 use super::random::Random;
 use super::scenes::{
     CFRP, FRP, SceneText, block, block_of, coulomb, cylinder, elliptic, fibre, finite_elements, forced,
     half_space, isotropic, moved, sphere, with_ratio,
 };
+
+use crate::structured::BlockElements;
 
 /// How a case has to end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

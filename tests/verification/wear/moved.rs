@@ -21,13 +21,13 @@ use orthowear::laws::wear::WearLaw;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{BlockElements, GradedBlock};
 use orthowear::mesh::{Mesh, PhysicalGroup};
 use serde_json::Value;
 
 use crate::common::{Silent, press, shift, step};
 use crate::coupling::grids::{boxes, full, raise, serendipity, steps, wedges};
 use crate::fem_bodies::{clamp, isotropic, rotated_orthotropic, spec};
+use crate::structured::{BlockElements, GradedBlock};
 
 /// Depth of the blocks, mm.
 const DEPTH: f64 = 1.2;
