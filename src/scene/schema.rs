@@ -25,10 +25,31 @@ pub fn json_schema_of<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// Takes out `format`, which names Rust's number types, and the null defaults of what may be absent.
+/// Takes out `format`, which names Rust's number types, and null: what is an `Option` may be absent, but no file says null.
 fn tidy(schema: &mut schemars::Schema) {
-    schema.remove("format");
+    let Some(schema) = schema.as_object_mut() else { return };
+    if let Some(Value::Array(branches)) = schema.get_mut("anyOf") {
+        branches.retain(|branch| branch["type"] != "null");
+        if let [Value::Object(only)] = &mut branches[..] {
+            let only = std::mem::take(only);
+            schema.remove("anyOf");
+            for (key, value) in only {
+                schema.entry(key).or_insert(value);
+            }
+        }
+    }
+    if let Some(Value::Array(types)) = schema.get_mut("type") {
+        types.retain(|name| name != "null");
+        if let [only] = &types[..] {
+            let only = only.clone();
+            schema.insert("type".to_owned(), only);
+        }
+    }
+    if let Some(Value::Array(words)) = schema.get_mut("enum") {
+        words.retain(|word| !word.is_null());
+    }
     if schema.get("default").is_some_and(Value::is_null) {
         schema.remove("default");
     }
+    schema.remove("format");
 }

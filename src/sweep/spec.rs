@@ -13,8 +13,6 @@ pub struct StudyFile {
     #[schemars(length(min = 1))]
     pub axes: Vec<AxisKeys>,
     /// How axes with a `sample` are sampled together.
-    #[serde(default)]
-    #[schemars(with = "SampleKeys")]
     pub sample: Option<SampleKeys>,
     /// What is collected from the runs.
     #[serde(default)]
@@ -34,8 +32,6 @@ pub struct StudyKeys {
     #[serde(default)]
     pub require: Vec<String>,
     /// Without effect: every run is computed. Earlier versions obtained symmetry-equivalent runs from each other where this was true.
-    #[serde(default)]
-    #[schemars(with = "bool")]
     pub symmetry: Option<bool>,
 }
 
@@ -54,12 +50,8 @@ pub struct AxisKeys {
     #[schemars(length(min = 1))]
     pub values: Vec<serde_json::Value>,
     /// Evenly spaced numbers in place of values.
-    #[serde(default)]
-    #[schemars(with = "Range")]
     pub range: Option<Range>,
     /// A range to take numbers from at random: all axes that are sampled make one axis "sample", whose points `sample` spreads over their ranges.
-    #[serde(default)]
-    #[schemars(with = "SampledRange")]
     pub sample: Option<SampledRange>,
     /// Axes with the same word here go together, value by value, and are one axis of that name.
     #[serde(default)]
@@ -75,12 +67,9 @@ pub struct Range {
     /// Last number.
     pub to: f64,
     /// How many numbers.
-    #[serde(default)]
-    #[schemars(with = "usize", range(min = 2, max = 10_000))]
+    #[schemars(range(min = 2, max = 10_000))]
     pub count: Option<usize>,
     /// Difference from one to the next.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub step: Option<f64>,
     /// Even differences, or even ratios.
     #[serde(default)]

@@ -22,8 +22,7 @@ pub struct AccuracyTable {
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))]
     pub relative: f64,
     /// Results that must reach the accuracy at the end of each step; default: all.
-    #[schemars(with = "Vec<AccuracyQuantity>", length(min = 1))]
-    #[serde(default)]
+    #[schemars(length(min = 1))]
     pub of: Option<Vec<AccuracyQuantity>>,
     /// Parameters that are not refined but kept as given in the scene.
     #[serde(default)]

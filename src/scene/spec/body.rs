@@ -23,14 +23,11 @@ pub enum Body {
         /// Name of its material.
         material: String,
         /// Direction of material axis 1; default along x.
-        #[serde(default)]
-        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
         /// Half side length of the square around the frame that is meshed with boundary elements and solved with
         /// full-space kernels; the surface outside is fixed. For comparison with programs without half-space kernels;
         /// omit it for the exact half-space.
-        #[serde(default)]
-        #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("exclusiveMinimum" = 0))]
         truncated: Option<f64>,
     },
     /// A body that does not deform.
@@ -44,12 +41,8 @@ pub struct FeBody {
     /// Name of its material.
     pub material: String,
     /// Direction of material axis 1; default along x.
-    #[serde(default)]
-    #[schemars(with = "FibreDirection")]
     pub fibre: Option<FibreDirection>,
     /// Plies with a fibre each, instead of `fibre`.
-    #[serde(default)]
-    #[schemars(with = "Layup")]
     pub layup: Option<Layup>,
     /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file.
     pub mesh: String,
@@ -82,8 +75,6 @@ pub struct FeBody {
     pub regions: BTreeMap<String, Region>,
     /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar". Any other name only checks that the mesh contains elements of
     /// that type.
-    #[serde(default)]
-    #[schemars(with = "Element")]
     pub element: Option<Element>,
     /// Model near the contact: "half-space" (half-space solution; the finite elements correct for the finite size of
     /// the body), "mesh" (finite elements only), or "auto" (half-space where it is valid).
@@ -98,8 +89,6 @@ pub struct BeBody {
     /// Name of its material.
     pub material: String,
     /// Direction of material axis 1; default along x.
-    #[serde(default)]
-    #[schemars(with = "UniformFibre")]
     pub fibre: Option<UniformFibre>,
     /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file: a closed surface mesh, or a volume mesh, whose boundary surface is used.
     pub mesh: String,
@@ -174,8 +163,6 @@ pub struct Displaced {
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
     /// Prescribed values, in the order of `components`; with `gradient` the values at the origin, default 0.
-    #[serde(default)]
-    #[schemars(with = "Vec<f64>")]
     pub value: Option<Vec<f64>>,
     /// Gradient of the prescribed displacement along x, y, z, one row for each of `components`; for a displacement that varies linearly in space.
     #[serde(default)]
@@ -207,16 +194,10 @@ pub struct Traction {
 #[serde(deny_unknown_fields)]
 pub struct Region {
     /// Name of its material; default the body's.
-    #[serde(default)]
-    #[schemars(with = "String")]
     pub material: Option<String>,
     /// Direction of its material axis 1; default the body's.
-    #[serde(default)]
-    #[schemars(with = "FibreDirection")]
     pub fibre: Option<FibreDirection>,
     /// Plies with a fibre each, instead of `fibre`; default the body's.
-    #[serde(default)]
-    #[schemars(with = "Layup")]
     pub layup: Option<Layup>,
 }
 

@@ -13,7 +13,7 @@ pub struct Compare {
     /// Models of body 1 and body 2 in each variant, e.g. "FE-BE": FE (finite elements), BE (boundary elements), HS
     /// (half-space), THS (truncated half-space) or rigid. The first variant is the reference. Default: the scene as
     /// written, FE-FE, BE-BE, FE-BE and HS-HS.
-    #[schemars(with = "Vec<String>", length(min = 1))]
+    #[schemars(length(min = 1))]
     pub variants: Option<Vec<String>>,
     /// Mesh and elements of body 1 in variants that replace its `kind`.
     pub body1: AlternativeModels,
@@ -36,7 +36,6 @@ pub struct AlternativeModels {
 #[serde(deny_unknown_fields, default)]
 pub struct AlternativeBe {
     /// Mesh file with the same group names: a closed surface mesh, or a volume mesh, whose boundary surface is used. Default: the boundary surface of the body's mesh.
-    #[schemars(with = "String")]
     pub mesh: Option<String>,
     /// Interpolation of displacement and traction on an element; default "linear".
     pub element: Interpolation,
@@ -47,11 +46,9 @@ pub struct AlternativeBe {
 #[serde(deny_unknown_fields, default)]
 pub struct AlternativeFe {
     /// Volume mesh file with the same group names. Default: the body's mesh, if it is a volume mesh.
-    #[schemars(with = "String")]
     pub mesh: Option<String>,
     /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar". Any other name only checks that the mesh contains elements of
     /// that type.
-    #[schemars(with = "Element")]
     pub element: Option<Element>,
     /// Model near the contact, as `near_field` of a finite-element body.
     pub near_field: NearField,

@@ -11,25 +11,16 @@ use super::frame::{Positive, PositiveCount};
 #[serde(deny_unknown_fields)]
 pub struct FibreDirection {
     /// Angle out of the surface, degrees.
-    #[serde(default)]
-    #[schemars(with = "f64", range(min = -90, max = 90))]
+    #[schemars(range(min = -90, max = 90))]
     pub tilt: Option<f64>,
     /// Angle in the surface from +x towards +y, degrees.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub azimuth: Option<f64>,
     /// Element field (`$ElementData`) of the mesh file: 3 components (direction of axis 1 in x, y, z) or 9 (directions of axes 1, 2 and 3).
-    #[serde(default)]
-    #[schemars(with = "String")]
     pub field: Option<String>,
     /// CSV file, relative to the scene file, with lines of element number, fx, fy, fz (direction of axis 1) and
     /// optionally gx, gy, gz (direction of axis 2); or a .msh file that contains `field`.
-    #[serde(default)]
-    #[schemars(with = "String")]
     pub file: Option<String>,
     /// Fibres wound around an axis (cylindrical fibre directions).
-    #[serde(default)]
-    #[schemars(with = "CylindricalWinding")]
     pub cylindrical: Option<CylindricalWinding>,
 }
 
@@ -44,8 +35,6 @@ pub struct CylindricalWinding {
     #[serde(default)]
     pub origin: [f64; 3],
     /// Winding angle from the axis, degrees: 0 axial, 90 circumferential, positive for a right-handed helix.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub angle: Option<f64>,
     /// Layers by radius, from the inside to the outside, instead of one `angle`.
     #[serde(default)]
@@ -110,8 +99,6 @@ pub struct Layup {
     #[schemars(length(min = 1))]
     pub plies: Vec<LayupPly>,
     /// z of the lower face of the lowest ply; default: lowest node of the elements.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub bottom: Option<f64>,
     /// Number of repetitions of the sequence `plies`, at most 100000.
     #[serde(default = "once")]
@@ -132,8 +119,6 @@ pub struct LayupPly {
     #[serde(default)]
     pub angle: f64,
     /// Name of its material; default the body's.
-    #[serde(default)]
-    #[schemars(with = "String")]
     pub material: Option<String>,
 }
 

@@ -21,8 +21,6 @@ pub enum Frame {
         #[serde(default)]
         azimuth: f64,
         /// Outline of a flat punch: cells whose centres lie outside are never in contact.
-        #[serde(default)]
-        #[schemars(with = "Outline")]
         outline: Option<Outline>,
         /// Whether the problem is periodic along the frame's x and y; not available with meshed bodies.
         #[serde(default)]
@@ -34,13 +32,10 @@ pub enum Frame {
     /// The contact group of a meshed body, divided into cells by its mesh.
     Mesh {
         /// Body whose faces are taken, 1 or 2; default the one with more faces.
-        #[serde(default)]
-        #[schemars(with = "u8", range(min = 1, max = 2))]
+        #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
         /// One cell per face or per node. Default: "nodes" for first-order faces of a finite-element body if neither body is a
         /// half-space, else "faces".
-        #[serde(default)]
-        #[schemars(with = "FramePoints")]
         points: Option<FramePoints>,
         /// Origin of the gap's shape and of moments in global x, y.
         #[serde(default)]
@@ -122,12 +117,8 @@ pub enum Gap {
     /// `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
     Ellipsoid {
         /// Radii of curvature along the two axes. Excludes `semi_axes`.
-        #[serde(default)]
-        #[schemars(with = "[Positive; 2]")]
         radii: Option<[Positive; 2]>,
         /// Semi-axes [a, b, c], c along n: radii of curvature a^2 / c, b^2 / c. Excludes `radii`.
-        #[serde(default)]
-        #[schemars(with = "[Positive; 3]")]
         semi_axes: Option<[Positive; 3]>,
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
@@ -179,15 +170,11 @@ pub enum Gap {
         /// CSV or NPY file of heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
         /// Spacing of the values along x, y; the values are centred in the frame and interpolated. Default: one value per cell, no interpolation.
-        #[serde(default)]
-        #[schemars(with = "[Positive; 2]")]
         spacing: Option<[Positive; 2]>,
         /// Position of the centre of the height map relative to the frame's centre, along the frame's x, y; needs `spacing`.
         #[serde(default)]
         offset: [f64; 2],
         /// Angle of the heights' x from +x towards +y, degrees; needs `spacing`. Default the frame's azimuth.
-        #[serde(default)]
-        #[schemars(with = "f64")]
         angle: Option<f64>,
     },
     /// The distance of the two meshed surfaces along the normal.

@@ -45,12 +45,9 @@ pub enum Friction {
         #[schemars(range(min = 0))]
         mu_N: f64,
         /// Body whose fibre direction is used, 1 or 2; required if both have one.
-        #[serde(default)]
-        #[schemars(with = "u8", range(min = 1, max = 2))]
+        #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
         /// Fibre direction to use instead of a body's.
-        #[serde(default)]
-        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
     },
 }
@@ -98,12 +95,9 @@ pub enum Wear {
         #[schemars(range(min = 0))]
         i_N: f64,
         /// Body whose fibre direction is used, 1 or 2; default that of the friction law.
-        #[serde(default)]
-        #[schemars(with = "u8", range(min = 1, max = 2))]
+        #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
         /// Fibre direction to use instead of a body's; default that of the friction law.
-        #[serde(default)]
-        #[schemars(with = "UniformFibre")]
         fibre: Option<UniformFibre>,
         #[serde(flatten)]
         integration: WearIntegration,
@@ -130,7 +124,6 @@ pub struct WearIntegration {
     /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
     pub tolerance: WearTolerance,
     /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
-    #[schemars(with = "MeshMotionThreshold")]
     pub move_mesh: Option<MeshMotionThreshold>,
 }
 

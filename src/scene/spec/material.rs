@@ -19,8 +19,8 @@ pub enum Material {
         /// Poisson's ratio, between -1 and 0.5.
         nu: f64,
         /// Yield stress, for the von Mises failure index.
-        #[serde(default, rename = "yield")]
-        #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+        #[serde(rename = "yield")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
         yield_stress: Option<f64>,
     },
     /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
@@ -39,8 +39,6 @@ pub enum Material {
         /// Poisson's ratio across the fibre.
         nu23: f64,
         /// Strengths, for failure indices.
-        #[serde(default)]
-        #[schemars(with = "Strength")]
         strength: Option<Strength>,
     },
     /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
@@ -70,8 +68,6 @@ pub enum Material {
         /// Poisson's ratio 23.
         nu23: f64,
         /// Strengths, for failure indices.
-        #[serde(default)]
-        #[schemars(with = "Strength")]
         strength: Option<Strength>,
     },
     /// All constants as a symmetric 6 x 6 stiffness.
@@ -79,8 +75,6 @@ pub enum Material {
         /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
         C: Box<[[f64; 6]; 6]>,
         /// Strengths, for failure indices.
-        #[serde(default)]
-        #[schemars(with = "Strength")]
         strength: Option<Strength>,
     },
 }

@@ -61,8 +61,6 @@ pub struct Scene {
     #[serde(default)]
     pub output: solver::Output,
     /// Target relative error, e.g. 1e-3. If given, the program refines cells, increments and wear jumps until the estimated error is below it.
-    #[schemars(with = "accuracy::Accuracy")]
-    #[serde(default)]
     pub accuracy: Option<accuracy::Accuracy>,
     /// What `orthowear compare` computes.
     #[serde(default)]

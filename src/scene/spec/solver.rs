@@ -144,8 +144,6 @@ pub struct InteriorPoints {
     /// End of the line, or of the first side of a rectangle.
     pub to: [f64; 3],
     /// Third corner of a rectangle: end of its second side, which starts at `from`.
-    #[schemars(with = "[f64; 3]")]
-    #[serde(default)]
     pub across: Option<[f64; 3]>,
     /// Number of points of a line; of a rectangle [along, across].
     pub points: PointCounts,

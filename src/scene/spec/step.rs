@@ -10,45 +10,26 @@ use super::frame::PositiveCount;
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// Name in the results; default "step N".
-    #[serde(default)]
-    #[schemars(with = "String")]
     pub name: Option<String>,
     /// Approach (rigid-body indentation depth): motion of body 2 towards body 1, 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub approach: Option<f64>,
     /// Normal force, compression positive. Excludes `approach`.
-    #[serde(default)]
-    #[schemars(with = "f64", range(min = 0))]
+    #[schemars(range(min = 0))]
     pub normal_force: Option<f64>,
     /// Tangential displacement of body 2. Excludes `tangential_force`.
-    #[serde(default)]
-    #[schemars(with = "Shift")]
     pub shift: Option<Shift>,
     /// Tangential force on body 1 along the frame's x, y. Excludes `shift`.
-    #[serde(default)]
-    #[schemars(with = "[f64; 2]")]
     pub tangential_force: Option<[f64; 2]>,
     /// Rotation of body 2 about the x and y axes through the frame's centre, degrees (small rotations). Excludes `moment`.
-    #[serde(default)]
-    #[schemars(with = "[f64; 2]")]
     pub rotation: Option<[f64; 2]>,
     /// Moments on body 1 about the x and y axes through the frame's centre; body 2 rotates freely under them. Excludes
     /// `rotation`.
-    #[serde(default)]
-    #[schemars(with = "[f64; 2]")]
     pub moment: Option<[f64; 2]>,
     /// Rotation of body 2 about the normal through the frame's centre, degrees (small rotations). Excludes `spin_moment`.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub twist: Option<f64>,
     /// Moment on body 1 about n through the frame's centre. Excludes `twist`.
-    #[serde(default)]
-    #[schemars(with = "f64")]
     pub spin_moment: Option<f64>,
     /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
-    #[serde(default)]
-    #[schemars(with = "LoadHistory")]
     pub history: Option<LoadHistory>,
     /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
     #[serde(default = "one")]
@@ -60,16 +41,10 @@ pub struct Step {
     #[serde(default = "yes")]
     pub wear: bool,
     /// Fretting cycles about the position at the start of the step.
-    #[serde(default)]
-    #[schemars(with = "Cycles")]
     pub cycles: Option<Cycles>,
     /// Steady sliding of body 2 over body 1.
-    #[serde(default)]
-    #[schemars(with = "Sliding")]
     pub sliding: Option<Sliding>,
     /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a steady state.
-    #[serde(default)]
-    #[schemars(with = "Rolling")]
     pub rolling: Option<Rolling>,
 }
 
@@ -110,8 +85,6 @@ pub struct LoadHistory {
     /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are ignored.
     pub file: String,
     /// What its columns hold; default the names in its first line.
-    #[serde(default)]
-    #[schemars(with = "Vec<LoadColumn>")]
     pub columns: Option<Vec<LoadColumn>>,
 }
 
@@ -181,30 +154,23 @@ pub struct Cycles {
     #[schemars(range(min = 1))]
     pub count: u64,
     /// Displacement amplitude (±) of body 2. Excludes `force_amplitude`.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
     /// Amplitude (±) of the tangential force. Excludes `amplitude`.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub force_amplitude: Option<f64>,
     /// Second semi-axis of an elliptic path, perpendicular to `angle`; a displacement or a force, as the amplitude. Needs `path = "ellipse"`.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub amplitude2: Option<f64>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
-    #[serde(default)]
-    #[schemars(with = "PositiveCount")]
     pub jumps: Option<PositiveCount>,
     /// Increments per stroke (half cycle), a number or "auto". "auto": 1 (8 for an ellipse); the wear is corrected by
     /// cycles computed with as many increments as `wear.tolerance` requires. Default: as "auto", but without correction
     /// while the whole contact slips and the wear agrees within the tolerance. A number is used as given; one finely
     /// resolved cycle at the start of the step measures its error.
-    #[serde(default)]
-    #[schemars(with = "StrokeIncrements")]
     pub increments: Option<StrokeIncrements>,
     /// Shape of the path of a cycle.
     #[serde(default)]
@@ -242,8 +208,6 @@ pub struct Sliding {
     #[serde(default)]
     pub angle: f64,
     /// Number of equal wear jumps over the distance; default: controlled by the estimated error (`wear.tolerance`).
-    #[serde(default)]
-    #[schemars(with = "PositiveCount")]
     pub jumps: Option<PositiveCount>,
 }
 

@@ -23,19 +23,16 @@ pub struct Strength {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub Yc: f64,
     /// Tension along axis 3; default Yt.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub Zt: Option<f64>,
     /// Compression along axis 3; default Yc.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub Zc: Option<f64>,
     /// Shear of plane 1-2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub S12: f64,
     /// Shear of plane 1-3; default S12.
-    #[serde(default)]
-    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub S13: Option<f64>,
     /// Shear of plane 2-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
