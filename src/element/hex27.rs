@@ -41,14 +41,3 @@ impl DualShapeFunctions<27> for Hex27 {
         Self::NODES.map(|n| quadratic(xi[0], n[0]) * quadratic(xi[1], n[1]) * quadratic(xi[2], n[2]))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Hex27, 27, 3>([0.3, -0.6, 0.2]);
-    }
-}

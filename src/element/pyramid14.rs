@@ -37,14 +37,3 @@ impl DualShapeFunctions<14> for Pyramid14 {
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
-    }
-}

@@ -24,14 +24,3 @@ impl DualShapeFunctions<5> for Pyramid5 {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Pyramid5, 5, 3>([0.2, -0.3, 0.1]);
-    }
-}

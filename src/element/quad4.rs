@@ -16,14 +16,3 @@ impl ShapeFunctions<4, 2> for Quad4 {
         Self::NODES.map(|n| [0.25 * n[0] * (1.0 + n[1] * xi[1]), 0.25 * n[1] * (1.0 + n[0] * xi[0])])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Quad4, 4, 2>([0.3, -0.6]);
-    }
-}

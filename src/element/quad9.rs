@@ -34,14 +34,3 @@ impl ShapeFunctions<9, 2> for Quad9 {
         Self::NODES.map(|[a, b]| [slope(a, x) * line(b, y), line(a, x) * slope(b, y)])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Quad9, 9, 2>([0.3, -0.6]);
-    }
-}

@@ -38,14 +38,3 @@ impl DualShapeFunctions<10> for Tet10 {
         ]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Tet10, 10, 3>([0.2, 0.3, 0.1]);
-    }
-}

@@ -16,14 +16,3 @@ impl ShapeFunctions<4, 3> for Tet4 {
         [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Tet4, 4, 3>([0.2, 0.3, 0.1]);
-    }
-}

@@ -16,14 +16,3 @@ impl ShapeFunctions<3, 2> for Tri3 {
         [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Tri3, 3, 2>([0.2, 0.3]);
-    }
-}

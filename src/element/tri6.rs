@@ -26,14 +26,3 @@ impl ShapeFunctions<6, 2> for Tri6 {
         ]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Tri6, 6, 2>([0.2, 0.3]);
-    }
-}

@@ -55,14 +55,3 @@ impl DualShapeFunctions<18> for Wedge18 {
         PARTS.map(|(i, j)| t[i] * line[j])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Truth: see [`super::super::shape::checks::check`].
-    #[test]
-    fn shape_functions() {
-        super::super::shape::checks::check::<Wedge18, 18, 3>([0.2, 0.3, 0.1]);
-    }
-}
