@@ -5,7 +5,7 @@
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions};
+use super::{IterationCallback, SolveReport, SolverOptions};
 
 const MAX_STEP_RATIO: f64 = 1e3;
 
@@ -112,34 +112,17 @@ impl StepRule for BarzilaiBorweinRule {
     }
 }
 
-/// The method.
-pub(super) struct BarzilaiBorwein;
-
-impl IncrementSolver for BarzilaiBorwein {
-    fn name(&self) -> &'static str {
-        "bb"
-    }
-
-    fn is_applicable(&self, _: &Increment) -> bool {
-        true
-    }
-
-    fn solve(
-        &self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
-        problem.evaluate(it);
-        let (normal, tangential) = spectral_bounds(problem, it);
-        let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
-        let mut rule = BarzilaiBorweinRule {
-            shortest,
-            longest: MAX_STEP_RATIO,
-            current: shortest,
-            use_long_step: false,
-        };
-        run_projected_gradient(problem, it, options, &mut rule, watch)
-    }
+/// Solves from the state in `it`, which holds the best one afterwards.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    problem.evaluate(it);
+    let (normal, tangential) = spectral_bounds(problem, it);
+    let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
+    let mut rule =
+        BarzilaiBorweinRule { shortest, longest: MAX_STEP_RATIO, current: shortest, use_long_step: false };
+    run_projected_gradient(problem, it, options, &mut rule, watch)
 }

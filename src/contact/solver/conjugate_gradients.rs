@@ -11,7 +11,7 @@
 
 use super::super::projection::{RigidMotions, StepSizes, project};
 use super::super::{ContactState, Increment, NormalControl, TangentialControl};
-use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
 
 /// Iterations without a new best residual after which another method has to go on.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
@@ -21,15 +21,12 @@ const BACKTRACK_FACTOR: f64 = 0.25;
 const MAX_BACKTRACKS: usize = 8;
 
 /// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
-fn suits(problem: &Increment) -> bool {
+pub(super) fn is_applicable(problem: &Increment) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
     let free = end.balance.is_some() || end.tangential != TangentialControl::Shift;
     problem.friction.is_none() && problem.wear.is_none() && !pulled && !free
 }
-
-/// The method.
-pub(super) struct ConjugateGradients;
 
 /// Vectors over the cells, `[N]`.
 struct CgWorkspace {
@@ -65,70 +62,60 @@ impl CgWorkspace {
     }
 }
 
-impl IncrementSolver for ConjugateGradients {
-    fn name(&self) -> &'static str {
-        "cg"
-    }
-
-    fn is_applicable(&self, problem: &Increment) -> bool {
-        suits(problem)
-    }
-
-    fn solve(
-        &self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
-        let n = problem.n();
-        let mut work = CgWorkspace::new(n);
-        let mut report = SolveReport { applications: 2, ..SolveReport::default() };
-        start(problem, it);
-        let mut best = (f64::INFINITY, 0);
-        // Whether S p is that of the pressures themselves and not a sum of updates.
-        let mut fresh = true;
-        loop {
-            let mut residual = update_active_set(problem, it, &mut work);
-            if residual <= options.tolerance {
-                // Updates of S p gather rounding.
-                report.applications += usize::from(!fresh);
-                if fresh {
-                    it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);
-                    problem.fill_from_elastic(it);
-                } else {
-                    problem.evaluate(it);
-                }
-                work.product_before = None;
-                residual = problem.natural_residual(it);
+/// Solves from the state in `it`, which holds the last one afterwards.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    let n = problem.n();
+    let mut work = CgWorkspace::new(n);
+    let mut report = SolveReport { applications: 2, ..SolveReport::default() };
+    start(problem, it);
+    let mut best = (f64::INFINITY, 0);
+    // Whether S p is that of the pressures themselves and not a sum of updates.
+    let mut fresh = true;
+    loop {
+        let mut residual = update_active_set(problem, it, &mut work);
+        if residual <= options.tolerance {
+            // Updates of S p gather rounding.
+            report.applications += usize::from(!fresh);
+            if fresh {
+                it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);
+                problem.fill_from_elastic(it);
+            } else {
+                problem.evaluate(it);
             }
-            report.residual = residual;
-            if residual.is_nan() || residual <= options.tolerance {
-                report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
-                return report;
-            }
-            if residual < best.0 {
-                best = (residual, report.iterations);
-            }
-            if report.iterations >= options.max_iterations.min(best.1 + MAX_STEPS_WITHOUT_GAIN) {
-                return report;
-            }
-            if watch(report.iterations, residual) {
-                report.stop = StopReason::Interrupted;
-                return report;
-            }
-            let Some(CgStep { products, cut }) = step(problem, it, &mut work) else {
-                if work.product_before.take().is_none() {
-                    return report;
-                }
-                // The direction before says nothing on the cells that are in contact now: once more without it.
-                report.applications += 1;
-                continue;
-            };
-            report.iterations += 1;
-            report.applications += products;
-            fresh = cut;
+            work.product_before = None;
+            residual = problem.natural_residual(it);
         }
+        report.residual = residual;
+        if residual.is_nan() || residual <= options.tolerance {
+            report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
+            return report;
+        }
+        if residual < best.0 {
+            best = (residual, report.iterations);
+        }
+        if report.iterations >= options.max_iterations.min(best.1 + MAX_STEPS_WITHOUT_GAIN) {
+            return report;
+        }
+        if watch(report.iterations, residual) {
+            report.stop = StopReason::Interrupted;
+            return report;
+        }
+        let Some(CgStep { products, cut }) = step(problem, it, &mut work) else {
+            if work.product_before.take().is_none() {
+                return report;
+            }
+            // The direction before says nothing on the cells that are in contact now: once more without it.
+            report.applications += 1;
+            continue;
+        };
+        report.iterations += 1;
+        report.applications += products;
+        fresh = cut;
     }
 }
 

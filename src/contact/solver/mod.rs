@@ -19,11 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactState, Increment, NormalControl};
 use crate::omitted::AllowedOmissions;
-use barzilai_borwein::BarzilaiBorwein;
-use conjugate_gradients::ConjugateGradients;
-use gauss_seidel::{GaussSeidel, SweepGoal};
-use newton::Newton;
-use uzawa::Uzawa;
+use gauss_seidel::SweepGoal;
 
 /// Iterations for the contact problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
@@ -69,48 +65,64 @@ impl Default for SolverOptions {
 pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
 /// A way to solve an increment.
-trait IncrementSolver {
+#[derive(Clone, Copy)]
+enum IncrementSolver {
+    ConjugateGradients,
+    GaussSeidel(SweepGoal),
+    Newton,
+    BarzilaiBorwein,
+    Uzawa,
+}
+
+impl IncrementSolver {
     /// Its name, as scenes write it.
-    fn name(&self) -> &'static str;
-
-    /// Whether it is worth its while for the increment, if the choice is left to the program.
-    fn is_applicable(&self, problem: &Increment) -> bool;
-
-    /// Whether there is something to do for it from the state in `it`.
-    fn is_useful_from(&self, _: &Increment, _: &mut ContactState) -> bool {
-        true
+    fn name(self) -> &'static str {
+        match self {
+            Self::ConjugateGradients => "cg",
+            Self::GaussSeidel(_) => "gauss-seidel",
+            Self::Newton => "newton",
+            Self::BarzilaiBorwein => "bb",
+            Self::Uzawa => "uzawa",
+        }
     }
 
     /// Solves from the tractions and rigid motions in `it`, which holds the best or last state afterwards.
     fn solve(
-        &self,
+        self,
         problem: &Increment,
         it: &mut ContactState,
         options: &SolverOptions,
         watch: &mut IterationCallback,
-    ) -> SolveReport;
+    ) -> SolveReport {
+        match self {
+            Self::ConjugateGradients => conjugate_gradients::solve(problem, it, options, watch),
+            Self::GaussSeidel(goal) => gauss_seidel::solve(goal, problem, it, options, watch),
+            Self::Newton => newton::solve(problem, it, options, watch),
+            Self::BarzilaiBorwein => barzilai_borwein::solve(problem, it, options, watch),
+            Self::Uzawa => uzawa::solve(problem, it, options, watch),
+        }
+    }
 }
 
 /// The solvers that are tried one after the other, each from where the one before it has stopped gaining.
-fn solver_sequence(method: Method, problem: &Increment) -> Vec<&'static dyn IncrementSolver> {
-    let (krylov, newton): (&dyn IncrementSolver, &dyn IncrementSolver) = (&ConjugateGradients, &Newton);
+fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> {
+    use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, GaussSeidel, Newton, Uzawa};
     match method {
         Method::Auto => {
-            let pressures = krylov.is_applicable(problem).then_some(krylov);
-            let blocks: [&dyn IncrementSolver; 2] = [
-                &GaussSeidel { goal: SweepGoal::ConvergeIfFewCells },
-                &GaussSeidel { goal: SweepGoal::StartNewton },
-            ];
-            let blocks =
-                blocks.into_iter().filter(|solver| pressures.is_none() && solver.is_applicable(problem));
-            let first = pressures.into_iter().chain(blocks).chain([newton]);
-            first.chain([&BarzilaiBorwein as &dyn IncrementSolver]).collect()
+            let first = if conjugate_gradients::is_applicable(problem) {
+                vec![ConjugateGradients]
+            } else if gauss_seidel::is_applicable(problem) {
+                vec![GaussSeidel(SweepGoal::ConvergeIfFewCells), GaussSeidel(SweepGoal::StartNewton)]
+            } else {
+                Vec::new()
+            };
+            [first, vec![Newton, BarzilaiBorwein]].concat()
         }
-        Method::GaussSeidel => vec![&GaussSeidel { goal: SweepGoal::Converge }, newton],
-        Method::ConjugateGradients if krylov.is_applicable(problem) => vec![krylov],
-        Method::ConjugateGradients | Method::Newton => vec![newton],
-        Method::BarzilaiBorwein => vec![&BarzilaiBorwein],
-        Method::Uzawa => vec![&Uzawa],
+        Method::GaussSeidel => vec![GaussSeidel(SweepGoal::Converge), Newton],
+        Method::ConjugateGradients if conjugate_gradients::is_applicable(problem) => vec![ConjugateGradients],
+        Method::ConjugateGradients | Method::Newton => vec![Newton],
+        Method::BarzilaiBorwein => vec![BarzilaiBorwein],
+        Method::Uzawa => vec![Uzawa],
     }
 }
 
@@ -188,7 +200,9 @@ fn solve_by_sequence(
         if index > 0 && max_iterations == 0 {
             break;
         }
-        if !solver.is_useful_from(problem, it) {
+        if let IncrementSolver::GaussSeidel(goal) = solver
+            && !gauss_seidel::is_useful_from(goal, problem, it)
+        {
             continue;
         }
         let before = total.iterations;

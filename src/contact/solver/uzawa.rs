@@ -7,7 +7,7 @@
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions};
+use super::{IterationCallback, SolveReport, SolverOptions};
 
 const RELAXATION: f64 = 1.8;
 
@@ -30,28 +30,15 @@ impl StepRule for Constant {
     }
 }
 
-/// The method.
-pub(super) struct Uzawa;
-
-impl IncrementSolver for Uzawa {
-    fn name(&self) -> &'static str {
-        "uzawa"
-    }
-
-    fn is_applicable(&self, _: &Increment) -> bool {
-        true
-    }
-
-    fn solve(
-        &self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
-        problem.evaluate(it);
-        let (normal, tangential) = spectral_bounds(problem, it);
-        let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
-        run_projected_gradient(problem, it, options, &mut Constant(steps), watch)
-    }
+/// Solves from the state in `it`, which holds the best one afterwards.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    problem.evaluate(it);
+    let (normal, tangential) = spectral_bounds(problem, it);
+    let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
+    run_projected_gradient(problem, it, options, &mut Constant(steps), watch)
 }

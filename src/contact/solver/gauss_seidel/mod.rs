@@ -13,7 +13,7 @@ mod sweeps;
 use super::super::{
     ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Unknowns,
 };
-use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::flexibility::EntryAccess;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::linalg::memory;
@@ -51,63 +51,54 @@ pub(super) enum SweepGoal {
     StartNewton,
 }
 
-/// The method.
-pub(super) struct GaussSeidel {
-    pub goal: SweepGoal,
+/// Whether it is worth its while for the increment, if the choice is left to the program.
+pub(super) fn is_applicable(problem: &Increment) -> bool {
+    // Those on grids have better.
+    problem.flexibility.grid().is_none() && inapplicable_reason(problem).is_none()
 }
 
-impl IncrementSolver for GaussSeidel {
-    fn name(&self) -> &'static str {
-        "gauss-seidel"
-    }
-
-    fn is_applicable(&self, problem: &Increment) -> bool {
-        // Those on grids have better.
-        problem.flexibility.grid().is_none() && inapplicable_reason(problem).is_none()
-    }
-
-    /// As a start where the entries need only be read: to compute them takes as long as what they replace. To the tolerance where
-    /// they are few, and Krylov methods have no preconditioner.
-    fn is_useful_from(&self, problem: &Increment, it: &mut ContactState) -> bool {
-        match self.goal {
-            SweepGoal::Converge => true,
-            SweepGoal::StartNewton if problem.flexibility.entry_access() == EntryAccess::Stored => {
-                problem.evaluate(it);
-                problem.natural_residual(it) > WARM_START_RESIDUAL
+/// As a start where the entries need only be read: to compute them takes as long as what they replace. To the tolerance where
+/// they are few, and Krylov methods have no preconditioner.
+pub(super) fn is_useful_from(goal: SweepGoal, problem: &Increment, it: &mut ContactState) -> bool {
+    match goal {
+        SweepGoal::Converge => true,
+        SweepGoal::StartNewton if problem.flexibility.entry_access() == EntryAccess::Stored => {
+            problem.evaluate(it);
+            problem.natural_residual(it) > WARM_START_RESIDUAL
+        }
+        SweepGoal::StartNewton => false,
+        SweepGoal::ConvergeIfFewCells => {
+            let (gap, mut tractions) = (vec![0.0; 3 * problem.n()], vec![0.0; 3 * problem.n()]);
+            if problem.flexibility.precondition(&gap, &mut tractions) {
+                return false;
             }
-            SweepGoal::StartNewton => false,
-            SweepGoal::ConvergeIfFewCells => {
-                let (gap, mut tractions) = (vec![0.0; 3 * problem.n()], vec![0.0; 3 * problem.n()]);
-                if problem.flexibility.precondition(&gap, &mut tractions) {
-                    return false;
-                }
-                problem.evaluate(it);
-                candidate_cells(problem, it).len() <= MAX_CACHED_CELLS
-            }
+            problem.evaluate(it);
+            candidate_cells(problem, it).len() <= MAX_CACHED_CELLS
         }
     }
+}
 
-    fn solve(
-        &self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
-        if self.goal != SweepGoal::StartNewton {
-            return solve(problem, it, options, watch);
-        }
-        let start = SolverOptions {
-            tolerance: START_TOLERANCE.max(options.tolerance),
-            max_iterations: MAX_START_SWEEPS.min(options.max_iterations),
-            ..*options
-        };
-        let mut report = solve(problem, it, &start, watch);
-        if report.stop == StopReason::Converged && report.residual > options.tolerance {
-            report.stop = StopReason::Iterations;
-        }
-        SolveReport { handover_reason: report.handover_reason.or(Some("a start")), ..report }
+/// Solves from the state in `it` as far as the goal.
+pub(super) fn solve(
+    goal: SweepGoal,
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    if goal != SweepGoal::StartNewton {
+        return sweep(problem, it, options, watch);
     }
+    let start = SolverOptions {
+        tolerance: START_TOLERANCE.max(options.tolerance),
+        max_iterations: MAX_START_SWEEPS.min(options.max_iterations),
+        ..*options
+    };
+    let mut report = sweep(problem, it, &start, watch);
+    if report.stop == StopReason::Converged && report.residual > options.tolerance {
+        report.stop = StopReason::Iterations;
+    }
+    SolveReport { handover_reason: report.handover_reason.or(Some("a start")), ..report }
 }
 
 fn steady(end: &PathPoint) -> bool {
@@ -137,8 +128,8 @@ fn inapplicable_reason(problem: &Increment) -> Option<&'static str> {
         .then_some("no entries of the flexibility")
 }
 
-/// Solves from the state in `it`, which holds the last one afterwards.
-fn solve(
+/// Sweeps from the state in `it`, which holds the last one afterwards.
+fn sweep(
     problem: &Increment,
     it: &mut ContactState,
     options: &SolverOptions,

@@ -15,8 +15,8 @@ mod tangent;
 mod unknowns;
 
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
-use super::barzilai_borwein::BarzilaiBorwein;
-use super::{IncrementSolver, IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::barzilai_borwein;
+use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -72,42 +72,22 @@ struct NewtonSolve<'s, 'p> {
     start: Unknowns,
 }
 
-/// The method.
-pub(super) struct Newton;
-
-impl IncrementSolver for Newton {
-    fn name(&self) -> &'static str {
-        "newton"
-    }
-
-    fn is_applicable(&self, _: &Increment) -> bool {
-        true
-    }
-
-    fn solve(
-        &self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
-        let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
-        problem.evaluate(it);
-        let linear = LinearModel { flexibility: problem.flexibility, zeros: vec![0.0; 3 * problem.n()] };
-        let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
-        let workspace = Workspace::new(problem);
-        let krylov = Gmres::default();
-        let solve = NewtonSolve {
-            problem,
-            options,
-            report,
-            krylov,
-            linear,
-            workspace,
-            start: Unknowns::from_state(it),
-        };
-        if rolls { solve.run_rolling(it, watch) } else { solve.run(it, watch) }
-    }
+/// Solves from the state in `it`, which holds the best one afterwards.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
+    problem.evaluate(it);
+    let linear = LinearModel { flexibility: problem.flexibility, zeros: vec![0.0; 3 * problem.n()] };
+    let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
+    let workspace = Workspace::new(problem);
+    let krylov = Gmres::default();
+    let solve =
+        NewtonSolve { problem, options, report, krylov, linear, workspace, start: Unknowns::from_state(it) };
+    if rolls { solve.run_rolling(it, watch) } else { solve.run(it, watch) }
 }
 
 impl NewtonSolve<'_, '_> {
@@ -172,7 +152,7 @@ impl NewtonSolve<'_, '_> {
         let options = SolverOptions { tolerance, max_iterations: most.min(left), ..*self.options };
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
-        let report = BarzilaiBorwein.solve(self.problem, it, &options, &mut told);
+        let report = barzilai_borwein::solve(self.problem, it, &options, &mut told);
         self.report.add_work_of(&report);
         self.report.residual = report.residual;
         match report.stop {
