@@ -15,7 +15,7 @@ use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
-use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::mesh::faces::group_faces;
 
 /// A finite-element body tied to a frame through the faces of one physical group.
 pub struct FeBody {
@@ -24,13 +24,11 @@ pub struct FeBody {
     map: FaceMap,
     /// The cells that its flexibility is formed on, `[N]`; `None` stands for all.
     candidates: Option<Vec<bool>>,
-    heights: Vec<f64>,
+    /// On the mesh as it was read: that of the gap.
+    surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
-    faces: Vec<SurfaceFace>,
-    /// The mesh as it was read: that of the gap.
-    initial_mesh: Arc<Mesh>,
     limits: BTreeMap<String, MaterialStrength>,
     recovery: OnceLock<StressRecovery>,
 }
@@ -71,8 +69,9 @@ impl FeBody {
         let initial_mesh = spec.mesh.clone();
         let faces = group_faces(&initial_mesh, contact)?;
         let map = FaceMap::new(frame, &initial_mesh, &faces, side)?;
-        let heights = map.mean_heights(frame, &initial_mesh);
+        let mean_heights = map.mean_heights(frame, &initial_mesh);
         let spec = FeSpec { mesh: worn.unwrap_or_else(|| initial_mesh.clone()), ..spec };
+        let surface = MeshedSurface { mesh: initial_mesh, faces, side, mean_heights, curved_gap: false };
         let model = FeModel::with_memory_limit(spec, &resources.memory)?;
         let candidates = frame.candidates.clone();
         let formed = candidates.as_ref().map(|cells| map.restrict(cells));
@@ -86,12 +85,10 @@ impl FeBody {
             condensed,
             map,
             candidates,
-            heights,
+            surface,
             free_gap,
             rigid_body_modes,
             taken: false,
-            faces,
-            initial_mesh,
             limits,
             recovery,
         })
@@ -191,14 +188,8 @@ impl ElasticBody for FeBody {
         self.rigid_body_modes.as_ref()
     }
 
-    fn surface(&self) -> Option<MeshedSurface<'_>> {
-        Some(MeshedSurface {
-            mesh: &self.initial_mesh,
-            faces: &self.faces,
-            side: self.side,
-            mean_heights: self.heights.clone(),
-            curved_gap: false,
-        })
+    fn surface(&self) -> Option<&MeshedSurface> {
+        Some(&self.surface)
     }
 
     /// Displacement at all mesh nodes.
@@ -222,7 +213,7 @@ impl ElasticBody for FeBody {
             ErrorEstimation::Skip => None,
         };
         let points = recovery.points();
-        let contact = surface_stress_points(model, points, &self.faces, displacement);
+        let contact = surface_stress_points(model, points, &self.surface.faces, displacement);
         Ok(Some(StressField::new((model, points), (stress, error), contact, &self.limits)))
     }
 }

@@ -91,7 +91,7 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// The body's meshed surface; `None` if its surface is the plane of the frame.
-    fn surface(&self) -> Option<MeshedSurface<'_>> {
+    fn surface(&self) -> Option<&MeshedSurface> {
         None
     }
 

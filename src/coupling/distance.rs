@@ -150,7 +150,7 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
 /// Possible error of a curved surface between the nodes of its mesh, mm. Of a circle that is interpolated quadratically over an edge of the length h with the sagitta
 /// s it is 4 s^3 / (3 h^2); curvatures that are fitted to flat faces are less certain.
 fn shape_error(surface: &MeshedSurface) -> f64 {
-    let edges = edge_sagittas(surface.mesh, surface.faces).into_iter().flatten().flatten();
+    let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
     let point = |node: usize| Point::from(surface.mesh.points[node]);
     // The edge from corner i has its middle node, if any, at n + i.

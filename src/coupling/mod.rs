@@ -243,5 +243,5 @@ pub fn surface_distance(
     if gap.shape != GapShape::Mesh || surfaces.iter().all(Option::is_none) {
         return gap.evaluate(frame);
     }
-    Ok(mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))?.distance)
+    Ok(mesh_distance(frame, surfaces)?.distance)
 }

@@ -121,15 +121,15 @@ fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
 }
 
-impl MeshedSurface<'_> {
+impl MeshedSurface {
     /// Its mean heights over the cells with the flat faces bowed as the surface they stand for, `[N]`, mm: the shape functions
     /// of the middles of the edges times their offsets are added.
     pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
-        let bows = edge_midpoint_offsets(self.mesh, self.faces);
+        let bows = edge_midpoint_offsets(&self.mesh, &self.faces);
         if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
             return self.mean_heights.clone();
         }
-        let space = FacetIndex::new(self.mesh, self.faces, self.side);
+        let space = FacetIndex::new(&self.mesh, &self.faces, self.side);
         let bowed = |cell: usize| {
             let normal = frame.triads[cell].normal();
             let (mut added, mut covered) = (0.0, 0.0);

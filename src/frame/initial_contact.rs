@@ -3,6 +3,8 @@
 //! Over each cell the distance is looked at on the common refinement of the faces of both bodies, at its corners and
 //! middles; where it may fall further in between, as between curved faces, its least value is searched for.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::cell_coverage::FacetIndex;
@@ -27,11 +29,11 @@ const INSIDE_TOLERANCE: f64 = 1e-12;
 
 /// The meshed surface of one body under a frame.
 #[derive(Debug, Clone)]
-pub struct MeshedSurface<'a> {
+pub struct MeshedSurface {
     /// The body's mesh.
-    pub mesh: &'a Mesh,
+    pub mesh: Arc<Mesh>,
     /// Its contact faces, outward.
-    pub faces: &'a [SurfaceFace],
+    pub faces: Vec<SurfaceFace>,
     /// Which body it is.
     pub side: Side,
     /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
@@ -42,7 +44,7 @@ pub struct MeshedSurface<'a> {
 
 /// The faces of a body, bowed as the surface they stand for.
 struct CurvedSurface<'a> {
-    surface: &'a MeshedSurface<'a>,
+    surface: &'a MeshedSurface,
     space: FacetIndex<'a>,
     bows: Vec<[Point; 4]>,
 }
@@ -108,9 +110,9 @@ pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], 
 }
 
 impl<'a> CurvedSurface<'a> {
-    fn new(surface: &'a MeshedSurface<'a>) -> Self {
-        let space = FacetIndex::new(surface.mesh, surface.faces, surface.side);
-        Self { surface, space, bows: edge_midpoint_offsets(surface.mesh, surface.faces) }
+    fn new(surface: &'a MeshedSurface) -> Self {
+        let space = FacetIndex::new(&surface.mesh, &surface.faces, surface.side);
+        Self { surface, space, bows: edge_midpoint_offsets(&surface.mesh, &surface.faces) }
     }
 
     fn pieces(&self, frame: &ContactFrame, cell: usize) -> Vec<FacePiece> {

@@ -32,16 +32,14 @@ use crate::geometry::Point;
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::MaterialStrength;
-use crate::mesh::Mesh;
-use crate::mesh::faces::{SurfaceFace, outer_faces};
+use crate::mesh::faces::outer_faces;
 
 pub use self::spec::{BeSpec, FrameFit};
 
 /// A boundary-element body tied to a frame through the faces of one physical group.
 pub struct BeBody {
     side: Side,
-    mesh: Arc<Mesh>,
-    faces: Vec<SurfaceFace>,
+    surface: MeshedSurface,
     elements: BoundaryElements,
     /// Of its force per volume.
     weight: Option<BodyForceSolution>,
@@ -50,7 +48,6 @@ pub struct BeBody {
     /// Areas of the nodes of the map.
     areas: Vec<f64>,
     flexibility: Option<CondensedFlexibility>,
-    heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
     rigid_body_modes: Option<UnconstrainedModes>,
     asymmetry: f64,
@@ -113,17 +110,16 @@ impl BeBody {
         refuse_negative(3 * areas.len(), &nodal)?;
         let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
         let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
-        let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.mean_heights(frame, &spec.mesh);
+        let mean_heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.mean_heights(frame, &spec.mesh);
+        let surface = MeshedSurface { mesh: spec.mesh.clone(), faces, side, mean_heights, curved_gap: false };
         let mut body = Self {
             side,
-            mesh: spec.mesh.clone(),
-            faces,
+            surface,
             weight: known.weight.clone(),
             map,
             solution,
             areas,
             flexibility: Some(flexibility),
-            heights,
             free_gap: None,
             rigid_body_modes: None,
             asymmetry,
@@ -240,8 +236,8 @@ impl BeBody {
 
     /// Displacement of the points of the mesh by a state without the weight's share: means over the elements around.
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
-        let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
-        for (i, face) in outer_faces(&self.mesh).iter().enumerate() {
+        let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
+        for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
             let nodes = self.elements.reference_nodes_of(i);
             for (&point, xi) in face.nodes.iter().zip(face.kind.face_reference_nodes()) {
                 let values = nodes.values(*xi);
@@ -258,7 +254,7 @@ impl BeBody {
         }
         let of_weight =
             |x: &[f64; 3]| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&Point::from(*x)));
-        let means = sums.into_iter().zip(&self.mesh.points);
+        let means = sums.into_iter().zip(&self.surface.mesh.points);
         means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
 }
@@ -304,14 +300,8 @@ impl ElasticBody for BeBody {
         self.rigid_body_modes.as_ref()
     }
 
-    fn surface(&self) -> Option<MeshedSurface<'_>> {
-        Some(MeshedSurface {
-            mesh: &self.mesh,
-            faces: &self.faces,
-            side: self.side,
-            mean_heights: self.heights.clone(),
-            curved_gap: false,
-        })
+    fn surface(&self) -> Option<&MeshedSurface> {
+        Some(&self.surface)
     }
 
     /// Displacement at the points of the surface mesh.

@@ -27,9 +27,9 @@ impl BeBody {
         for (j, &node) in self.map.nodes().iter().enumerate() {
             of_contact[node] = [0, 1, 2].map(|c| nodal[3 * j + c]);
         }
-        let faces = outer_faces(&self.mesh);
-        let points = RecoveryPoints::on_surface(&self.mesh, &faces);
-        let mut in_contact: Vec<_> = self.faces.iter().map(|face| face.owner).collect();
+        let faces = outer_faces(&self.surface.mesh);
+        let points = RecoveryPoints::on_surface(&self.surface.mesh, &faces);
+        let mut in_contact: Vec<_> = self.surface.faces.iter().map(|face| face.owner).collect();
         in_contact.sort_unstable();
         let stiffness = self.elements.stiffness().voigt();
         let (mut whole, mut contact) =

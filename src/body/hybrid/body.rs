@@ -47,8 +47,7 @@ pub struct HybridBody {
     model: FeModel,
     recovery: StressRecovery,
     limits: BTreeMap<String, MaterialStrength>,
-    faces: Vec<SurfaceFace>,
-    heights: Vec<f64>,
+    surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     applied_load_error: Option<AppliedLoadError>,
     /// Whether nodes of the mesh lie in the surface of the half-space, or in faces that stand for it.
@@ -83,7 +82,7 @@ impl HybridBody {
         let mesh = spec.mesh.clone();
         let faces = group_faces(&mesh, contact)?;
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
-        let heights = map.mean_heights(frame, &mesh);
+        let mean_heights = map.mean_heights(frame, &mesh);
         let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
         let green = SurfaceGreen::new(&in_frame, side)?;
         let model = FeModel::with_memory_limit(spec, memory)?;
@@ -123,8 +122,7 @@ impl HybridBody {
             recovery,
             model,
             limits: BTreeMap::new(),
-            faces,
-            heights,
+            surface: MeshedSurface { mesh, faces, side, mean_heights, curved_gap: true },
             free_gap,
             applied_load_error,
             on_surface,
@@ -263,14 +261,8 @@ impl ElasticBody for HybridBody {
         self.free_gap.as_deref()
     }
 
-    fn surface(&self) -> Option<MeshedSurface<'_>> {
-        Some(MeshedSurface {
-            mesh: self.model.mesh(),
-            faces: &self.faces,
-            side: self.side,
-            mean_heights: self.heights.clone(),
-            curved_gap: true,
-        })
+    fn surface(&self) -> Option<&MeshedSurface> {
+        Some(&self.surface)
     }
 
     /// Displacement at all mesh nodes: that of the half-space and of the correction.
@@ -314,7 +306,7 @@ impl ElasticBody for HybridBody {
             let near = self.stress(&near(node));
             (0..6).for_each(|k| stress[k] += near[k]);
         });
-        let mut contact = surface_stress_points(&self.model, points, &self.faces, &correction);
+        let mut contact = surface_stress_points(&self.model, points, &self.surface.faces, &correction);
         contact
             .par_iter_mut()
             .for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));

@@ -333,23 +333,15 @@ pub(crate) fn surface_distances(
     heights: [Option<Vec<f64>>; 2],
     near: &[NearFieldModel; 2],
 ) -> Result<MeshedGap, SceneError> {
-    let mut faces = [Vec::new(), Vec::new()];
-    for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
-        if let Some(fe) = body.as_meshed() {
-            *faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
-        }
-    }
     let mut surfaces = [None, None];
     for (index, heights) in heights.into_iter().enumerate() {
-        surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, mean_heights)| {
-            let curved_gap = near[index].corrects_face_curvature();
-            MeshedSurface {
-                mesh: &fe.mesh,
-                faces: &faces[index],
-                side: SIDES[index],
-                mean_heights,
-                curved_gap,
-            }
+        let Some((fe, mean_heights)) = plan.bodies[index].as_meshed().zip(heights) else { continue };
+        surfaces[index] = Some(MeshedSurface {
+            mesh: fe.mesh.clone(),
+            faces: group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?,
+            side: SIDES[index],
+            mean_heights,
+            curved_gap: near[index].corrects_face_curvature(),
         });
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")

@@ -1,6 +1,7 @@
 //! Curved surfaces that are apart at first, both of finite elements: a pin in its hole, a roller on a block, a sphere.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::grids::{boxes, growing, steps};
 use super::pairs::{Part, model, solved};
@@ -124,10 +125,12 @@ fn pin_pressed_sideways() {
     let sideways = press(&frame.clone().with_normal(Vector3::new(-1.0, 0.0, 0.0)), &[indent(0.16)]);
     assert!(down.0 > 100.0 && relative(sideways.0, down.0) < 1e-7, "{down:?} {sideways:?}");
     assert!(down.1[0].abs() < 1e-7 * down.0);
-    let faces = [group_faces(&hole, "low1").unwrap(), group_faces(&pin, "high1").unwrap()];
-    let surface =
-        |mesh, faces, side| MeshedSurface { mesh, faces, side, mean_heights: Vec::new(), curved_gap: false };
-    let surfaces = [surface(&hole, &faces[0], Side::Lower), surface(&pin, &faces[1], Side::Upper)];
+    let surface = |mesh: &Mesh, group: &str, side| {
+        let faces = group_faces(mesh, group).unwrap();
+        let mesh = Arc::new(mesh.clone());
+        MeshedSurface { mesh, faces, side, mean_heights: Vec::new(), curved_gap: false }
+    };
+    let surfaces = [surface(&hole, "low1", Side::Lower), surface(&pin, "high1", Side::Upper)];
     let first = first_touch(&frame, surfaces.each_ref().map(Some), 0.5);
     println!("{first}");
     assert!((first - CLEARANCE).abs() < 0.02 * CLEARANCE, "{first}");

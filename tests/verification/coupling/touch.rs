@@ -42,7 +42,8 @@ fn with_surface<T>(
 ) -> T {
     let faces: Vec<SurfaceFace> = group_faces(mesh, group).unwrap();
     let mean_heights = FaceMap::new(frame, mesh, &faces, side).unwrap().mean_heights(frame, mesh);
-    then(&MeshedSurface { mesh, faces: &faces, side, mean_heights, curved_gap: false })
+    let mesh = std::sync::Arc::new(mesh.clone());
+    then(&MeshedSurface { mesh, faces, side, mean_heights, curved_gap: false })
 }
 
 /// Motion of the meshed surface down to the plane z = 0.

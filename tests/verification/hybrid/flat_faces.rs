@@ -44,7 +44,8 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let faces = group_faces(mesh, "z1").unwrap();
     let map = FaceMap::new(&frame, mesh, &faces, Side::Lower).unwrap();
     let mean_heights = map.mean_heights(&frame, mesh);
-    let surface = MeshedSurface { mesh, faces: &faces, side: Side::Lower, mean_heights, curved_gap: false };
+    let mesh = std::sync::Arc::new(mesh.clone());
+    let surface = MeshedSurface { mesh, faces, side: Side::Lower, mean_heights, curved_gap: false };
     let bowed = surface.curved_heights(&frame);
     let gauss = 0.5 * 0.05 / 3f64.sqrt();
     let largest = |heights: &[f64]| {
@@ -85,8 +86,8 @@ fn what_is_plane_stays_so() {
         let faces = group_faces(&mesh, "z1").unwrap();
         let mean_heights =
             FaceMap::new(&frame, &mesh, &faces, Side::Lower).unwrap().mean_heights(&frame, &mesh);
-        let surface =
-            MeshedSurface { mesh: &mesh, faces: &faces, side: Side::Lower, mean_heights, curved_gap: false };
+        let mesh = std::sync::Arc::new(mesh);
+        let surface = MeshedSurface { mesh, faces, side: Side::Lower, mean_heights, curved_gap: false };
         let bowed = surface.curved_heights(&frame);
         assert!(bowed.iter().zip(&surface.mean_heights).all(|(a, b)| (a - b).abs() < 1e-12));
     }
