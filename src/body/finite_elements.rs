@@ -29,7 +29,8 @@ pub struct FeBody {
     free_gap: Option<Vec<f64>>,
     rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
-    limits: BTreeMap<String, MaterialStrength>,
+    /// Limits of the materials by their names, which the stress is judged by.
+    pub limits: BTreeMap<String, MaterialStrength>,
     recovery: OnceLock<StressRecovery>,
 }
 
@@ -92,12 +93,6 @@ impl FeBody {
             limits,
             recovery,
         })
-    }
-
-    /// Also judges the stress by the limits of the materials, by their names.
-    pub fn with_limits(mut self, limits: BTreeMap<String, MaterialStrength>) -> Self {
-        self.limits = limits;
-        self
     }
 
     /// The weights of the recovery, made when they are first needed.

@@ -47,11 +47,12 @@ pub struct HalfSpaceBody {
     tolerance: f64,
     /// Blocks of an operator that is made for fields alone.
     cross: CrossBlocks,
-    memory: MemoryLimit,
+    /// Limit of the memory for an operator that is compressed.
+    pub memory: MemoryLimit,
     /// Stiffness in axes in which the outward normal is the third.
     stiffness: Stiffness,
-    /// Where tables of its field are kept.
-    cache: Option<Cache>,
+    /// Where tables of its field are kept between runs.
+    pub cache: Option<Cache>,
     /// The field of a point force, made when points inside are asked for.
     point_force: OnceLock<PointForceField>,
     /// Its own operator: the one that was taken, or made when fields are asked for.
@@ -93,16 +94,6 @@ impl HalfSpaceBody {
     /// With all blocks, and no compression, of an operator that fields alone need, or without.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
-    }
-
-    /// With a limit of the memory for an operator that is compressed.
-    pub fn with_memory(self, memory: MemoryLimit) -> Self {
-        Self { memory, ..self }
-    }
-
-    /// With a place where tables of its field are kept between runs.
-    pub fn with_cache(self, cache: Option<Cache>) -> Self {
-        Self { cache, ..self }
     }
 
     /// Bytes that its operator takes with these blocks, before it is made.

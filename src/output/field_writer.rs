@@ -64,11 +64,14 @@ pub struct FieldWriter<'a> {
     frame_mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     kinds: Vec<FieldKind>,
-    interior_points: Vec<InteriorPointRequest>,
-    /// Of the increments of a monotone step each so-manieth is written.
-    increment_stride: usize,
-    surface: SurfaceProperties,
-    written: WrittenFields,
+    /// Points inside the bodies whose displacement and stress is written.
+    pub interior_points: Vec<InteriorPointRequest>,
+    /// Every n-th increment of a monotone step is written, and those that did not converge.
+    pub increment_stride: usize,
+    /// Axes and fibres of the surface, and whose surface wears.
+    pub surface: SurfaceProperties,
+    /// What has been written so far.
+    pub written: WrittenFields,
 }
 
 /// What has been written so far, and what is kept for the end.
@@ -118,42 +121,10 @@ impl<'a> FieldWriter<'a> {
         }
     }
 
-    /// Also writes displacement and stress at points inside the bodies.
-    pub fn with_interior_points(self, inside: &[InteriorPointRequest]) -> Self {
-        Self { interior_points: inside.to_vec(), ..self }
-    }
-
-    /// Writes each so-manieth increment of monotone steps only, and those that did not converge.
-    pub fn with_increment_stride(self, increment_stride: usize) -> Self {
-        Self { increment_stride, ..self }
-    }
-
     /// Whether it writes an entry.
     pub fn selects(&self, record: &IncrementRecord) -> bool {
         let monotone = record.jump.is_none() && record.rolling.is_none();
         !monotone || !record.converged || record.increment.is_multiple_of(self.increment_stride)
-    }
-
-    /// The same after what another one has written.
-    pub fn continuing_from(mut self, written: WrittenFields) -> Self {
-        self.written = written;
-        self
-    }
-
-    /// What it has written so far.
-    pub fn written(&self) -> &WrittenFields {
-        &self.written
-    }
-
-    /// The same, when it writes no more.
-    pub fn into_written(self) -> WrittenFields {
-        self.written
-    }
-
-    /// Also says which axes and fibres the surface has, and whose surface wears.
-    pub fn with_surface(mut self, surface: SurfaceProperties) -> Self {
-        self.surface = surface;
-        self
     }
 
     fn frame_mesh(&self) -> &FrameMesh {

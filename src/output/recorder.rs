@@ -31,11 +31,13 @@ pub struct Recorder<'a> {
     output: Option<OutputDir>,
     records: Vec<IncrementRecord>,
     fields: Option<FieldWriter<'a>>,
-    progress: Option<ProgressCallback<'a>>,
-    cancel_flag: Option<&'a AtomicBool>,
+    /// Shows progress.
+    pub progress: Option<ProgressCallback<'a>>,
+    /// Asks the run to stop once it is set.
+    pub cancel_flag: Option<&'a AtomicBool>,
     checkpoints: Option<CheckpointState<'a>>,
-    /// Whether there are checkpoints already.
-    has_checkpoint_files: bool,
+    /// Whether there are checkpoints that the run resumes from, where it writes none itself.
+    pub has_checkpoint_files: bool,
 }
 
 /// What goes on with another recorder.
@@ -66,27 +68,9 @@ impl<'a> Recorder<'a> {
         Self { output, ..Self::default() }
     }
 
-    /// Says whether there are checkpoints that the run goes on from, where it writes none itself.
-    pub fn with_checkpoint_files(mut self, resumes: bool) -> Self {
-        self.has_checkpoint_files = resumes;
-        self
-    }
-
     /// Also writes fields, where there is an output directory.
     pub fn with_fields(mut self, fields: FieldWriter<'a>) -> Self {
         self.fields = Some(fields);
-        self
-    }
-
-    /// Also shows progress.
-    pub fn with_progress(mut self, progress: impl FnMut(ProgressEvent) + Send + 'a) -> Self {
-        self.progress = Some(Box::new(progress));
-        self
-    }
-
-    /// Also asks the run to stop once `flag` is set.
-    pub fn with_cancel_flag(mut self, flag: &'a AtomicBool) -> Self {
-        self.cancel_flag = Some(flag);
         self
     }
 
@@ -112,7 +96,7 @@ impl<'a> Recorder<'a> {
         RecorderParts {
             output: self.output,
             records: self.records,
-            written: self.fields.map_or_else(WrittenFields::default, FieldWriter::into_written),
+            written: self.fields.map_or_else(WrittenFields::default, |fields| fields.written),
             checkpoint_writer: self.checkpoints.map(|keeping| keeping.writer),
         }
     }
@@ -189,7 +173,7 @@ impl CheckpointState<'_> {
         let nothing = WrittenFields::default();
         let (written, files) = match &self.before_unconverged {
             Some((written, files)) => (written, files.clone()),
-            None => (fields.map_or(&nothing, FieldWriter::written), output.files().to_vec()),
+            None => (fields.map_or(&nothing, |fields| &fields.written), output.files().to_vec()),
         };
         self.writer.write(output, now, (snapshot(), &self.operator_history), (written, &files))
     }
@@ -217,7 +201,7 @@ impl Observer for Recorder<'_> {
         if let (Some(keeping), Some(output), false) = (&mut self.checkpoints, &self.output, record.converged)
         {
             let written =
-                self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
+                self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written.clone());
             keeping.before_unconverged = Some((written, output.files().to_vec()));
         }
         self.records.push(record.clone());

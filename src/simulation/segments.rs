@@ -197,11 +197,13 @@ fn run_segments<'p>(
         let Segment { parts: RecorderParts { output, records, written, checkpoint_writer }, from, stage } =
             leg;
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
-        let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-        let fields = fields.with_surface(study.surface()).with_interior_points(&plan.interior_requests);
-        let fields = fields.with_increment_stride(plan.fields_every).continuing_from(written);
-        let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
-        let recorder = recorder.with_progress(&mut *job.on_progress).with_cancel_flag(job.stop);
+        let mut fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+        (fields.surface, fields.written) = (study.surface(), written);
+        fields.interior_points.clone_from(&plan.interior_requests);
+        fields.increment_stride = plan.fields_every;
+        let mut recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
+        recorder.progress = Some(Box::new(&mut *job.on_progress));
+        recorder.cancel_flag = Some(job.stop);
         let mut recorder = match checkpoint_writer {
             Some(keeper) => {
                 let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
@@ -252,12 +254,13 @@ fn run_segments<'p>(
                 } else {
                     failed(result, failure)
                 };
-                let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
-                let fields = fields.with_surface(surface).continuing_from(parts.written);
-                let resumes = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
-                let recorder =
+                let mut fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
+                (fields.surface, fields.written) = (surface, parts.written);
+                let mut recorder =
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
-                return conclude(recorder.with_checkpoint_files(resumes), &mut *job.on_end, result, summary);
+                recorder.has_checkpoint_files =
+                    parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
+                return conclude(recorder, &mut *job.on_end, result, summary);
             }
         }
     }

@@ -53,8 +53,8 @@ pub struct BeBody {
     asymmetry: f64,
     kernel_error: f64,
     cache_warning: Option<String>,
-    /// What its material bears, and the axes of that.
-    limit: Option<(MaterialStrength, Matrix3<f64>)>,
+    /// What its material bears, if that is known, and the material's axes (columns, global).
+    pub limit: Option<(MaterialStrength, Matrix3<f64>)>,
 }
 
 impl BeBody {
@@ -132,11 +132,6 @@ impl BeBody {
         body.free_gap = (!at_rest).then(|| body.own_gap());
         body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
         Ok(body)
-    }
-
-    /// With what its material bears, if that is known, and the material's axes (columns, global).
-    pub fn with_limit(self, limit: Option<(MaterialStrength, Matrix3<f64>)>) -> Self {
-        Self { limit, ..self }
     }
 
     /// Gap change of displacements of the nodes.

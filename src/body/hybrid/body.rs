@@ -46,7 +46,8 @@ pub struct HybridBody {
     cache_warning: Option<String>,
     model: FeModel,
     recovery: StressRecovery,
-    limits: BTreeMap<String, MaterialStrength>,
+    /// Limits of the materials by their names, which the stress is judged by.
+    pub limits: BTreeMap<String, MaterialStrength>,
     surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     applied_load_error: Option<AppliedLoadError>,
@@ -153,12 +154,6 @@ impl HybridBody {
     /// Its correction as the frame sees it.
     pub fn far_field(&self) -> &FarField {
         &self.far_field
-    }
-
-    /// Also judges the stress by the limits of the materials, by their names.
-    pub fn with_limits(mut self, limits: BTreeMap<String, MaterialStrength>) -> Self {
-        self.limits = limits;
-        self
     }
 
     /// Root of twice the strain energy under tractions on body 2.

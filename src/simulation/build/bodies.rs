@@ -160,7 +160,8 @@ pub(super) fn build_body(
     Ok(Ok(match &plan.bodies[index] {
         BodyPlan::Rigid => BuiltBody::new(RigidBody, 0),
         BodyPlan::HalfSpace(elastic) => {
-            let body = configured_half_space(plan, elastic, index, frame)?.with_memory(left);
+            let mut body = configured_half_space(plan, elastic, index, frame)?;
+            body.memory = left;
             memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
             let held = memory::half_space_bytes(plan, frame, &body);
             let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
@@ -185,14 +186,14 @@ pub(super) fn build_body(
         BodyPlan::Be(be) => {
             face_map(&be.meshed, index, frame)?;
             let contact = (be.meshed.contact.as_str(), SIDES[index]);
-            let body =
+            let mut body =
                 BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left))
                     .at(key)?;
             let (held, note) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
             let elastic = &be.meshed.material;
-            let limit =
+            body.limit =
                 plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
-            BuiltBody { warning: note, ..BuiltBody::new(body.with_limit(limit), held) }
+            BuiltBody { warning: note, ..BuiltBody::new(body, held) }
         }
         BodyPlan::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
@@ -211,9 +212,10 @@ pub(super) fn build_body(
                 memory: left,
             };
             let contact = (fe.contact.as_str(), SIDES[index]);
-            let body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
+            let mut body =
+                FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::resident_bytes(&body);
-            let body = body.with_limits(plan.strength_limits.clone());
+            body.limits.clone_from(&plan.strength_limits);
             let reason = match near {
                 NearFieldModel::Mesh(why) | NearFieldModel::RejectedHalfSpace(why) => Some(why.clone()),
                 NearFieldModel::Unmeshed | NearFieldModel::HalfSpace(_) => None,
@@ -244,14 +246,14 @@ fn build_hybrid(
         memory: left,
     };
     let contact = (fe.contact.as_str(), SIDES[index]);
-    let body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
+    let mut body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
     if let Some(reason) = indicators.rejection_reason() {
         return Ok(Err(HybridRejected { reason, indicators }));
     }
     let (held, warning, own_error) =
         (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
-    let body = body.with_limits(plan.strength_limits.clone());
+    body.limits.clone_from(&plan.strength_limits);
     Ok(Ok(BuiltBody { warning, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
         near_field: "half-space",
@@ -270,8 +272,8 @@ pub(crate) fn configured_half_space(
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, SceneError> {
     let stiffness = elastic.stiffness_in_frame(0.0);
-    let body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
-    let body = body.with_cache(plan.flexibility_cache.clone());
+    let mut body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
+    body.cache.clone_from(&plan.flexibility_cache);
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 
