@@ -31,7 +31,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
                 None => BodyPlan::HalfSpace(Box::new(elastic)),
                 Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan {
                     material: elastic,
-                    half_size,
+                    half_size: half_size.0,
                 })),
             })
         }

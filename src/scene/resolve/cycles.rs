@@ -42,7 +42,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
         }
         (None, Some(Sliding { distance, angle, jumps })) => {
             reject_other_controls(r, key, "sliding", step);
-            (*distance, CycleMotion::Sliding { angle: angle.to_radians() }, *jumps)
+            (distance.0, CycleMotion::Sliding { angle: angle.to_radians() }, *jumps)
         }
         (None, None) => return None,
     };
@@ -56,8 +56,8 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
 /// The path of a cycle.
 fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
     let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
-        (Some(amplitude), None) => (Drive::Shift, amplitude),
-        (None, Some(amplitude)) => (Drive::Force, amplitude),
+        (Some(amplitude), None) => (Drive::Shift, amplitude.0),
+        (None, Some(amplitude)) => (Drive::Force, amplitude.0),
         (both, _) => {
             let (message, label) = if both.is_some() {
                 ("cycles prescribe `amplitude` or `force_amplitude`, not both", "together with `amplitude`")
@@ -73,7 +73,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
     };
     let across = match (cycles.path, cycles.amplitude2) {
         (CyclePath::Line, None) => 0.0,
-        (CyclePath::Ellipse, Some(across)) => across,
+        (CyclePath::Ellipse, Some(across)) => across.0,
         (CyclePath::Line, Some(_)) => {
             let message = "`amplitude2` is the second semi-axis of an elliptic path, but the path is a line";
             let mend = "add path = \"ellipse\", or remove it";

@@ -87,18 +87,18 @@ fn material_users(r: &Resolver, name: &str) -> String {
 
 fn stiffness(material: &Material) -> Result<Stiffness> {
     match *material {
-        Material::Isotropic { E, nu, .. } => Stiffness::isotropic(E, nu),
+        Material::Isotropic { E, nu, .. } => Stiffness::isotropic(E.0, nu),
         Material::TransverselyIsotropic { E1, E2, G12, nu12, nu23, .. } => {
-            Stiffness::transversely_isotropic(E1, E2, G12, nu12, nu23)
+            Stiffness::transversely_isotropic(E1.0, E2.0, G12.0, nu12, nu23)
         }
         Material::Orthotropic { E1, E2, E3, G12, G13, G23, nu12, nu13, nu23, .. } => {
             Stiffness::orthotropic(&Orthotropic {
-                e1: E1,
-                e2: E2,
-                e3: E3,
-                g12: G12,
-                g13: G13,
-                g23: G23,
+                e1: E1.0,
+                e2: E2.0,
+                e3: E3.0,
+                g12: G12.0,
+                g13: G13.0,
+                g23: G23.0,
                 nu12,
                 nu13,
                 nu23,

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::direction::{FibreDirection, Layup};
+use super::frame::Positive;
 use crate::bem::finite::Interpolation;
 use crate::fem::Foundation;
 
@@ -27,8 +28,7 @@ pub enum Body {
         /// Half side length of the square around the frame that is meshed with boundary elements and solved with
         /// full-space kernels; the surface outside is fixed. For comparison with programs without half-space kernels;
         /// omit it for the exact half-space.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        truncated: Option<f64>,
+        truncated: Option<Positive>,
     },
     /// A body that does not deform.
     Rigid {},

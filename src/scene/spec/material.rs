@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::frame::Positive;
 use super::strength::Strength;
 use crate::material::strength::MaterialStrength;
 
@@ -14,26 +15,21 @@ pub enum Material {
     /// Two constants, the same in all directions.
     Isotropic {
         /// Young's modulus.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E: f64,
+        E: Positive,
         /// Poisson's ratio, between -1 and 0.5.
         nu: f64,
         /// Yield stress, for the von Mises failure index.
         #[serde(rename = "yield")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        yield_stress: Option<f64>,
+        yield_stress: Option<Positive>,
     },
     /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
     TransverselyIsotropic {
         /// Young's modulus along the fibre.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E1: f64,
+        E1: Positive,
         /// Young's modulus across the fibre.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E2: f64,
+        E2: Positive,
         /// Shear modulus in the planes that contain the fibre.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        G12: f64,
+        G12: Positive,
         /// Poisson's ratio: contraction across under tension along the fibre.
         nu12: f64,
         /// Poisson's ratio across the fibre.
@@ -44,23 +40,17 @@ pub enum Material {
     /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
     Orthotropic {
         /// Young's modulus along axis 1.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E1: f64,
+        E1: Positive,
         /// Young's modulus along axis 2.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E2: f64,
+        E2: Positive,
         /// Young's modulus along axis 3.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        E3: f64,
+        E3: Positive,
         /// Shear modulus of plane 1-2.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        G12: f64,
+        G12: Positive,
         /// Shear modulus of plane 1-3.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        G13: f64,
+        G13: Positive,
         /// Shear modulus of plane 2-3.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        G23: f64,
+        G23: Positive,
         /// Poisson's ratio 12.
         nu12: f64,
         /// Poisson's ratio 13.
@@ -83,7 +73,9 @@ impl Material {
     /// What it bears, if the scene says so.
     pub(crate) fn strength_limit(&self) -> Option<MaterialStrength> {
         match self {
-            Self::Isotropic { yield_stress, .. } => yield_stress.map(MaterialStrength::Yield),
+            Self::Isotropic { yield_stress, .. } => {
+                yield_stress.map(|limit| MaterialStrength::Yield(limit.0))
+            }
             Self::TransverselyIsotropic { strength, .. }
             | Self::Orthotropic { strength, .. }
             | Self::Stiffness { strength, .. } => {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::frame::PositiveCount;
+use super::frame::{Positive, PositiveCount};
 
 /// A load step. Its values are totals at its end, measured from the initial state and reached linearly; quantities that it does not name keep their previous values.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -154,14 +154,11 @@ pub struct Cycles {
     #[schemars(range(min = 1))]
     pub count: u64,
     /// Displacement amplitude (±) of body 2. Excludes `force_amplitude`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub amplitude: Option<f64>,
+    pub amplitude: Option<Positive>,
     /// Amplitude (±) of the tangential force. Excludes `amplitude`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub force_amplitude: Option<f64>,
+    pub force_amplitude: Option<Positive>,
     /// Second semi-axis of an elliptic path, perpendicular to `angle`; a displacement or a force, as the amplitude. Needs `path = "ellipse"`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub amplitude2: Option<f64>,
+    pub amplitude2: Option<Positive>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
@@ -202,8 +199,7 @@ pub enum AutoKeyword {
 #[serde(deny_unknown_fields)]
 pub struct Sliding {
     /// Distance.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub distance: f64,
+    pub distance: Positive,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::frame::Positive;
 use crate::material::strength::PlyStrength;
 
 /// Strengths along the material axes, all positive, for failure indices.
@@ -11,32 +12,23 @@ use crate::material::strength::PlyStrength;
 #[allow(non_snake_case)]
 pub struct Strength {
     /// Tension along axis 1.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Xt: f64,
+    pub Xt: Positive,
     /// Compression along axis 1.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Xc: f64,
+    pub Xc: Positive,
     /// Tension along axis 2.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Yt: f64,
+    pub Yt: Positive,
     /// Compression along axis 2.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Yc: f64,
+    pub Yc: Positive,
     /// Tension along axis 3; default Yt.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Zt: Option<f64>,
+    pub Zt: Option<Positive>,
     /// Compression along axis 3; default Yc.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub Zc: Option<f64>,
+    pub Zc: Option<Positive>,
     /// Shear of plane 1-2.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub S12: f64,
+    pub S12: Positive,
     /// Shear of plane 1-3; default S12.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub S13: Option<f64>,
+    pub S13: Option<Positive>,
     /// Shear of plane 2-3.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub S23: f64,
+    pub S23: Positive,
     /// Normalised Tsai-Wu interaction coefficient of axes 1 and 2; default -0.5.
     #[serde(default = "mises")]
     #[schemars(range(min = -1, max = 1))]
@@ -58,9 +50,9 @@ fn mises() -> f64 {
 impl From<Strength> for PlyStrength {
     fn from(s: Strength) -> Self {
         Self {
-            tension: [s.Xt, s.Yt, s.Zt.unwrap_or(s.Yt)],
-            compression: [s.Xc, s.Yc, s.Zc.unwrap_or(s.Yc)],
-            shear: [s.S23, s.S13.unwrap_or(s.S12), s.S12],
+            tension: [s.Xt, s.Yt, s.Zt.unwrap_or(s.Yt)].map(|limit| limit.0),
+            compression: [s.Xc, s.Yc, s.Zc.unwrap_or(s.Yc)].map(|limit| limit.0),
+            shear: [s.S23, s.S13.unwrap_or(s.S12), s.S12].map(|limit| limit.0),
             interaction: [s.F23, s.F13, s.F12],
         }
     }
