@@ -67,8 +67,6 @@ impl FieldCollector<'_> {
 }
 
 impl Observer for FieldCollector<'_> {
-    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
     fn on_frame(&mut self, frame: &ContactFrame) {
         self.frame = Some(frame.clone());
     }

@@ -30,8 +30,6 @@ impl StepEndStates {
 }
 
 impl Observer for StepEndStates {
-    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
     fn wants_tangential_gap(&self) -> bool {
         false
     }

@@ -232,7 +232,7 @@ pub enum CheckpointEvent {
 /// Watches a run: progress, output of fields, checkpoints hang on it.
 pub trait Observer: Send {
     /// Called while a stage works: its name, the fraction done in 0..=1, and the current natural residual.
-    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>);
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
     /// Called before increments, with the frame that they are on: at the start, and where it changes.
     fn on_frame(&mut self, _frame: &ContactFrame) {}

@@ -106,7 +106,7 @@ impl CondensedBody {
         let mut damage = None;
         let mut find = |method: CondensationMethod| -> Result<Option<FlexibilityEntry>> {
             match cache.read(&model.cache_key(contact_nodes, method), n)? {
-                CacheLookup::Hit(entry) => return Ok(Some(*entry)),
+                CacheLookup::Hit(entry) => return Ok(Some(entry)),
                 CacheLookup::Miss => {}
                 CacheLookup::Damaged(how) => {
                     damage = Some(format!(

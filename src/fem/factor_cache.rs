@@ -5,7 +5,7 @@
 
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use crate::error::Result;
-use crate::linalg::cache::{CachedList, list_bytes};
+use crate::linalg::cache::{CacheLookup, list_bytes};
 
 /// Names of kept factors end so.
 pub(super) const FILE_EXTENSION: &str = "factor";
@@ -22,8 +22,8 @@ impl FlexibilityCache {
     /// If memory does not suffice.
     pub(super) fn read_factor(&self, key: &CacheKey, n: usize) -> Result<Option<Vec<f64>>> {
         Ok(match self.read_list(key, FILE_EXTENSION)? {
-            CachedList::Hit(values) => Some(values).filter(|values| values.len() == n),
-            CachedList::Miss | CachedList::Damaged(_) => None,
+            CacheLookup::Hit(values) => Some(values).filter(|values| values.len() == n),
+            CacheLookup::Miss | CacheLookup::Damaged(_) => None,
         })
     }
 

@@ -4,8 +4,8 @@
 //! the lower triangle row by row, `[n (n + 1) / 2]`. Besides them a cache holds the factors of bodies and the lists of other modules.
 
 use crate::error::Result;
-pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey};
-use crate::linalg::cache::{CacheKeyBuilder, CachedList};
+use crate::linalg::cache::CacheKeyBuilder;
+pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey, CacheLookup};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
@@ -25,17 +25,6 @@ pub struct FlexibilityEntry {
     pub residual: f64,
     /// Bytes that a factorisation takes.
     pub factorisation_bytes: usize,
-}
-
-/// What the cache has under a key.
-#[derive(Debug, Clone, PartialEq)]
-pub enum CacheLookup {
-    /// The entry.
-    Hit(Box<FlexibilityEntry>),
-    /// Nothing.
-    Miss,
-    /// A file that is not a whole entry, and what is wrong with it.
-    Damaged(String),
 }
 
 impl CacheKey {
@@ -64,11 +53,11 @@ impl FlexibilityCache {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn read(&self, key: &CacheKey, n: usize) -> Result<CacheLookup> {
+    pub fn read(&self, key: &CacheKey, n: usize) -> Result<CacheLookup<FlexibilityEntry>> {
         let values = match self.read_list(key, FILE_EXTENSION)? {
-            CachedList::Hit(values) => values,
-            CachedList::Miss => return Ok(CacheLookup::Miss),
-            CachedList::Damaged(how) => return Ok(CacheLookup::Damaged(how)),
+            CacheLookup::Hit(values) => values,
+            CacheLookup::Miss => return Ok(CacheLookup::Miss),
+            CacheLookup::Damaged(how) => return Ok(CacheLookup::Damaged(how)),
         };
         if values.len() != n_values(n) {
             return Ok(CacheLookup::Damaged("its size is wrong".to_owned()));
@@ -82,11 +71,11 @@ impl FlexibilityCache {
                 entries[j * n + i] = value;
             }
         }
-        Ok(CacheLookup::Hit(Box::new(FlexibilityEntry {
+        Ok(CacheLookup::Hit(FlexibilityEntry {
             flexibility,
             residual: values[0],
             factorisation_bytes: values[1] as usize,
-        })))
+        }))
     }
 
     /// Writes an entry, and removes others beyond the limit. One that is larger than the limit is not written.
@@ -140,7 +129,7 @@ mod tests {
         let cache = FlexibilityCache::new(folder.path().join("made/by/it"), 1 << 20);
         assert_eq!(cache.read(&key(0), 7).unwrap(), CacheLookup::Miss);
         cache.write(&key(0), &entry(7)).unwrap();
-        assert_eq!(cache.read(&key(0), 7).unwrap(), CacheLookup::Hit(Box::new(entry(7))));
+        assert_eq!(cache.read(&key(0), 7).unwrap(), CacheLookup::Hit(entry(7)));
         assert_eq!(
             (cache.peek_factorisation_bytes(&key(0), 7), cache.peek_factorisation_bytes(&key(1), 7)),
             (Some(77), None)

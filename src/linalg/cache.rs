@@ -44,14 +44,14 @@ pub struct CacheKey(String);
 /// What determines a file, taken in piece by piece.
 pub(crate) struct CacheKeyBuilder(Sha256);
 
-/// What the cache has of a list under a key.
+/// What the cache has under a key.
 #[derive(Debug, Clone, PartialEq)]
-pub enum CachedList {
-    /// The values.
-    Hit(Vec<f64>),
+pub enum CacheLookup<T> {
+    /// The entry.
+    Hit(T),
     /// Nothing.
     Miss,
-    /// A file that is not a whole list, and what is wrong with it.
+    /// A file that is not a whole entry, and what is wrong with it.
     Damaged(String),
 }
 
@@ -155,25 +155,25 @@ impl Cache {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn read_list(&self, key: &CacheKey, ending: &str) -> Result<CachedList> {
-        let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(CachedList::Miss) };
+    pub fn read_list(&self, key: &CacheKey, ending: &str) -> Result<CacheLookup<Vec<f64>>> {
+        let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(CacheLookup::Miss) };
         let n = match read_head(&mut file) {
             Ok(Some(n)) => n,
-            Ok(None) => return Ok(CachedList::Damaged("its head is wrong".to_owned())),
-            Err(error) => return Ok(CachedList::Damaged(error.to_string())),
+            Ok(None) => return Ok(CacheLookup::Damaged("its head is wrong".to_owned())),
+            Err(error) => return Ok(CacheLookup::Damaged(error.to_string())),
         };
         if file.metadata().map_or(0, |found| found.len()) != list_bytes(n) {
-            return Ok(CachedList::Damaged("its size is wrong".to_owned()));
+            return Ok(CacheLookup::Damaged("its size is wrong".to_owned()));
         }
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
                 // Only the order of removal depends on it.
                 let _ = file.set_modified(SystemTime::now());
-                CachedList::Hit(values)
+                CacheLookup::Hit(values)
             }
-            Ok(false) => CachedList::Damaged("its checksum is wrong".to_owned()),
-            Err(error) => CachedList::Damaged(error.to_string()),
+            Ok(false) => CacheLookup::Damaged("its checksum is wrong".to_owned()),
+            Err(error) => CacheLookup::Damaged(error.to_string()),
         })
     }
 
@@ -330,10 +330,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::new(folder.path().join("made/by/it"), 1 << 20);
         let values: Vec<f64> = (0..10_000).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Miss);
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Miss);
         cache.write_list(&key(0), "list", &values).unwrap();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Hit(values.clone()));
-        assert_eq!(cache.read_list(&key(1), "list").unwrap(), CachedList::Miss);
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Hit(values.clone()));
+        assert_eq!(cache.read_list(&key(1), "list").unwrap(), CacheLookup::Miss);
         let path = cache.path(&key(0), "list");
         let whole = fs::read(&path).unwrap();
         for place in [0, 8, 16, 23, 24, 70_000, whole.len() - 1] {
@@ -341,19 +341,19 @@ mod tests {
             bytes[place] ^= 1;
             fs::write(&path, bytes).unwrap();
             assert!(
-                matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)),
+                matches!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Damaged(_)),
                 "byte {place}"
             );
         }
         for length in [0, 23, whole.len() - 1] {
             fs::write(&path, &whole[..length]).unwrap();
             assert!(
-                matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)),
+                matches!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Damaged(_)),
                 "{length} bytes"
             );
         }
         cache.write_list(&key(0), "list", &values).unwrap();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Hit(values));
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Hit(values));
     }
 
     /// Truth: lists count for the limit, the one used longest ago goes first; what is not the cache's stays.

@@ -53,8 +53,6 @@ pub fn keep_files(_: &[IncrementRecord], _: &mut Summary) -> bool {
 pub struct NullObserver;
 
 impl Observer for NullObserver {
-    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
     fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
         Ok(())
     }
@@ -367,8 +365,6 @@ checkpoint = { seconds = 1e-9 }
     }
 
     impl Observer for Frames {
-        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
         fn on_frame(&mut self, frame: &ContactFrame) {
             self.heard.push(frame.n_cells());
         }
@@ -406,8 +402,6 @@ checkpoint = { seconds = 1e-9 }
     struct Breaks(usize);
 
     impl Observer for Breaks {
-        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
         fn increment_done(&mut self, record: &IncrementRecord, _state: &FrameState) -> Result<()> {
             assert!(record.increment != self.0, "an invariant is broken");
             Ok(())

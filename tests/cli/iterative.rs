@@ -13,8 +13,6 @@ use serde_json::Value;
 struct Tractions(Vec<Vec<f64>>);
 
 impl Observer for Tractions {
-    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
     fn increment_done(&mut self, _record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.0.push(state.tractions.clone());
         Ok(())

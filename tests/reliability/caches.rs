@@ -4,7 +4,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use orthowear::fem::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
-use orthowear::linalg::cache::CachedList;
 use orthowear::linalg::dense::SymmetricDense;
 use orthowear::linalg::sparse::SymmetricTriplets;
 use sha2::{Digest, Sha256};
@@ -59,18 +58,18 @@ impl Place {
         let entry = self.cache.read(&self.key, N).expect("memory");
         if !sealed {
             assert!(
-                !matches!(&list, CachedList::Hit(values) if *values != self.list),
+                !matches!(&list, CacheLookup::Hit(values) if *values != self.list),
                 "a list that was not written"
             );
             assert!(
-                !matches!(&entry, CacheLookup::Hit(found) if **found != self.entry),
+                !matches!(&entry, CacheLookup::Hit(found) if *found != self.entry),
                 "an entry that was not written"
             );
         }
         let text = |how: &str, hit: bool| format!("{how} {hit};");
         let list = match list {
-            CachedList::Damaged(how) => text(&how, false),
-            found => text("", found != CachedList::Miss),
+            CacheLookup::Damaged(how) => text(&how, false),
+            found => text("", found != CacheLookup::Miss),
         };
         let entry = match entry {
             CacheLookup::Damaged(how) => text(&how, false),

@@ -7,7 +7,7 @@ use super::cube_table::CubeTable;
 use super::kelvin::Kelvin;
 use crate::bem::green_tensor::GreenTensor;
 use crate::error::Result;
-use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CachedList};
+use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
 use crate::material::Stiffness;
 
 /// Raised whenever what a table holds, or its arithmetic, changes.
@@ -48,12 +48,12 @@ impl FullSpaceField {
         let mut note = None;
         if let Some(cache) = cache {
             match cache.read_list(&key, CACHE_EXTENSION)? {
-                CachedList::Hit(values) => match CubeTable::from_values(&values) {
+                CacheLookup::Hit(values) => match CubeTable::from_values(&values) {
                     Some(table) => return Ok((Self(Form::Tabulated(Box::new(table))), None)),
                     None => note = Some(damage("its shape is wrong")),
                 },
-                CachedList::Miss => {}
-                CachedList::Damaged(how) => note = Some(damage(&how)),
+                CacheLookup::Miss => {}
+                CacheLookup::Damaged(how) => note = Some(damage(&how)),
             }
         }
         let table = CubeTable::new(&BarnettField::new(stiffness))?;

@@ -10,7 +10,7 @@ use crate::bem::half_space::subsurface::point_force_table::PointForceTable;
 use crate::bem::half_space::subsurface::surface_point_force::SurfacePointForce;
 use crate::error::Result;
 use crate::geometry::Side;
-use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CachedList};
+use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
 use crate::material::Stiffness;
 
 /// Points nearer to the surface, over their distance from the force, count as on it.
@@ -71,12 +71,12 @@ impl PointForceField {
         let mut note = None;
         if let Some(cache) = cache {
             match cache.read_list(&key, CACHE_EXTENSION)? {
-                CachedList::Hit(values) => match PointForceTable::from_values(values) {
+                CacheLookup::Hit(values) => match PointForceTable::from_values(values) {
                     Some(inside) => return Ok((Self(Tabulated::form(inside, surface)), None)),
                     None => note = Some(damage("its shape is wrong")),
                 },
-                CachedList::Miss => {}
-                CachedList::Damaged(how) => note = Some(damage(&how)),
+                CacheLookup::Miss => {}
+                CacheLookup::Damaged(how) => note = Some(damage(&how)),
             }
         }
         let table = PointForceTable::new(&PointForceIntegral::new(stiffness, &green), &surface)?;
@@ -139,7 +139,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         // A mark in the file tells what is read from what is made anew.
         let list = |error: f64| {
-            let CachedList::Hit(mut values) = cache.read_list(&key(&stiffness), CACHE_EXTENSION).unwrap()
+            let CacheLookup::Hit(mut values) = cache.read_list(&key(&stiffness), CACHE_EXTENSION).unwrap()
             else {
                 panic!("no list")
             };
