@@ -81,10 +81,12 @@ impl Mesh {
     }
 
     fn no_group(&self, name: &str) -> Error {
+        let plain = |name: &str| -> String { name.to_lowercase().chars().take(200).collect() };
+        let wanted = plain(name);
         let closest = self
             .groups
             .iter()
-            .map(|group| (edit_distance(name, &group.name), group.name.as_str()))
+            .map(|group| (strsim::levenshtein(&wanted, &plain(&group.name)), group.name.as_str()))
             .min()
             .filter(|(distance, _)| *distance <= 1 + name.chars().count() / 3);
         let hint = closest.map_or(String::new(), |(_, near)| format!(" Did you mean \"{near}\"?"));
@@ -116,20 +118,4 @@ impl Mesh {
             }
         }
     }
-}
-
-/// Levenshtein distance, without regard to case.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.to_lowercase().chars().take(200).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.to_lowercase().chars().take(200).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
