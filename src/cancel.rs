@@ -1,4 +1,4 @@
-//! A wish to stop, which long computations hear between their parts: between elements, fronts, columns.
+//! A wish to stop, which long computations hear between their parts: between elements, factorisations, columns.
 //!
 //! It is one for the process, as the signal is that it comes from. The program never takes it back; a process that goes on to
 //! compute other things does, when nothing is computed.

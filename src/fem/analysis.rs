@@ -10,7 +10,7 @@ use crate::linalg::memory::MemoryLimit;
 /// decides the method, which must not depend on the threads at hand.
 const MAX_COUNTED_THREADS: usize = 16;
 
-/// Bytes of the buffers of dense products that large fronts touch: 15 to 17 MB were found of the 67 MB that are asked for.
+/// Bytes of the buffers of dense products that large supernodes touch: 15 to 17 MB were found of the 67 MB that are asked for.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
 /// What factorising a body for some contact nodes will take.
@@ -19,7 +19,6 @@ pub struct SymbolicAnalysis {
     n_contact_dofs: usize,
     n_free: usize,
     model_bytes: usize,
-    n_stored: usize,
     symbolic: SymbolicCholesky,
 }
 
@@ -31,7 +30,6 @@ impl SymbolicAnalysis {
             n_contact_dofs,
             n_free: model.n_free(),
             model_bytes: model.resident_bytes(),
-            n_stored: model.stiffness().n_stored(),
             symbolic: SymbolicCholesky::new(model.stiffness(), &order, n_contact_dofs)?,
         })
     }
@@ -69,11 +67,10 @@ impl SymbolicAnalysis {
     /// The same with `n_threads` at work.
     fn peak_bytes(&self, n_threads: usize) -> usize {
         let values = self.factor_bytes();
-        // The matrix in the order of the tree, and the part of the buffers of dense products that is touched.
-        let columns = 12 * self.n_stored + 8 * self.n_free;
+        // The part of the buffers of dense products that is touched.
         let products = PRODUCT_BUFFER_BYTES.min(values / 4);
-        let workspace = self.symbolic.memory_bytes_for(n_threads) - values + columns;
-        self.model_bytes + values + products + workspace.max(16 * self.n_contact_dofs * self.n_contact_dofs)
+        let workspace = self.symbolic.memory_bytes_for(n_threads) - values;
+        self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
     }
 
     /// Bytes of the stored values of the factor.

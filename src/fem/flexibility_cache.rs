@@ -10,7 +10,7 @@ use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
 /// Raised whenever layout or arithmetic change.
-const FORMAT: u64 = 3;
+const FORMAT: u64 = 4;
 /// Number of values before the lower triangle.
 const HEADER_VALUES: usize = 2;
 /// Names of entries end so.

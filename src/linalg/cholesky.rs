@@ -1,14 +1,18 @@
-//! Sparse Cholesky factorisation K = L L^T in a given order, with its residual checked, solutions, and the dense inverse
-//! of the trailing Schur complement read off L.
+//! Sparse Cholesky factorisation K = L L^T in a given order (faer's supernodal one), with its residual checked,
+//! solutions, and the dense inverse of the trailing Schur complement read off L.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::LltError;
+use faer::perm::PermRef;
+use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
+use faer::sparse::linalg::cholesky::{
+    self, CholeskySymbolicParams, LltRef, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, MatRef, Par, Side, Spec};
 
 use super::dense::{SymmetricDense, try_zeroed};
-use super::fronts::{Front, FrontTree};
-use super::multifrontal::{self, FactorisationFailure};
 use super::sparse::SymmetricSparse;
 use super::vector::norm;
 use crate::cancel;
@@ -18,6 +22,11 @@ use crate::error::{Error, Result};
 const RESIDUAL_LIMIT: f64 = 1e-8;
 /// A pivot below this share of its diagonal entry is nothing but rounding: the matrix is singular.
 const PIVOT_LIMIT: f64 = 1e-14;
+
+/// When neighbouring supernodes are merged: with at most so many columns together, if at most this share of the merged
+/// block is zeros. Small supernodes cost more by their handling than by their zeros. faer's own limits give 5 % more
+/// entries on a block of 32 x 32 x 32 elements.
+const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
 /// A factorised symmetric matrix.
 pub trait SymmetricSolver: Send + Sync {
@@ -34,19 +43,62 @@ pub trait SymmetricSolver: Send + Sync {
 /// The structure of L for a matrix taken in some order: known before any number is computed.
 #[derive(Debug)]
 pub struct SymbolicCholesky {
-    tree: FrontTree,
+    structure: Structure,
     n_trailing: usize,
 }
 
 /// L with K = L L^T (after permutation).
 pub struct CholeskyFactor {
-    tree: FrontTree,
+    structure: Structure,
     n_trailing: usize,
     values: Vec<f64>,
     residual: f64,
 }
 
-/// Threads of the current pool for fronts and dense blocks. The bits are the same for any number.
+/// faer's structure of L, and its supernodes.
+#[derive(Debug)]
+struct Structure {
+    symbolic: cholesky::SymbolicCholesky<usize>,
+}
+
+impl Structure {
+    fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
+            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("the supernodal form is forced"),
+        }
+    }
+
+    /// Row of the matrix at a place of the order.
+    fn row_at(&self, place: usize) -> usize {
+        self.symbolic.perm().map_or(place, |order| order.arrays().0[place])
+    }
+
+    /// Entries of L.
+    fn n_entries(&self) -> usize {
+        let entries = |(n_columns, n_rows): (usize, usize)| {
+            n_columns * n_rows - n_columns * n_columns.saturating_sub(1) / 2
+        };
+        self.shapes().map(entries).sum()
+    }
+
+    /// Columns and rows of the dense block of each supernode.
+    fn shapes(&self) -> impl Iterator<Item = (usize, usize)> {
+        let supernodes = self.supernodes();
+        (0..supernodes.n_supernodes()).map(|s| {
+            let n_columns = supernodes.supernode_end()[s] - supernodes.supernode_begin()[s];
+            (n_columns, n_columns + supernodes.supernode(s).pattern().len())
+        })
+    }
+}
+
+fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
+    let (offsets, rows, values) = matrix.lower();
+    let n = matrix.n();
+    SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
+}
+
+/// Threads of the current pool for dense blocks. The bits are the same for any number.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -55,36 +107,50 @@ fn out_of_memory() -> Error {
     Error::resources("not enough memory to factorise the stiffness matrix; use a coarser mesh")
 }
 
-fn workspace(request: faer::dyn_stack::StackReq) -> Result<MemBuffer> {
+fn workspace(request: StackReq) -> Result<MemBuffer> {
     MemBuffer::try_new(request).map_err(|_| out_of_memory())
 }
 
 impl SymbolicCholesky {
     /// Analyses `matrix` taken in `order` (`order[new] = old`, a permutation of its rows), of which the last
-    /// `n_trailing` are kept to the end, in their order; the others may be rearranged among themselves.
+    /// `n_trailing` can be condensed to.
     ///
     /// # Errors
-    /// If the matrix is too large for the index type.
+    /// If memory does not suffice.
     ///
     /// # Panics
-    /// If `order` is no permutation of the rows.
+    /// If `order` is no permutation of the rows, or shorter than `n_trailing`.
     pub fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Result<Self> {
-        if u32::try_from(matrix.n()).is_err() {
-            return Err(Error::resources(
-                "a body of more than 2^32 unknowns is too large; use a coarser mesh",
-            ));
-        }
-        Ok(Self { tree: FrontTree::new(matrix, order, n_trailing), n_trailing })
+        assert!(order.len() == matrix.n() && n_trailing <= order.len(), "an order of all rows");
+        let mut place_of_row = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(place, &row)| place_of_row[row] = place);
+        let symbolic = factorize_symbolic_cholesky(
+            sparse_view(matrix).symbolic(),
+            Side::Lower,
+            SymmetricOrdering::Custom(PermRef::new_checked(order, &place_of_row, matrix.n())),
+            CholeskySymbolicParams {
+                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+                supernodal_params: SymbolicSupernodalParams { relax: Some(&RELAXATION_LIMITS) },
+                ..Default::default()
+            },
+        )
+        .map_err(|_| out_of_memory())?;
+        Ok(Self { structure: Structure { symbolic }, n_trailing })
     }
 
-    /// Number of entries of L.
+    /// Number of entries of L, the zeros in the blocks of its supernodes included.
     pub fn n_factor_entries(&self) -> usize {
-        self.tree.n_entries()
+        self.structure.n_entries()
     }
 
     /// Floating-point operations of the factorisation.
     pub fn flops(&self) -> f64 {
-        self.tree.flops()
+        // Factor, triangular solve, symmetric update.
+        let flops = |(n_columns, n_rows): (usize, usize)| {
+            let (k, r) = (n_columns as f64, (n_rows - n_columns) as f64);
+            k * k * k / 3.0 + r * k * k + r * (r + 1.0) * k
+        };
+        self.structure.shapes().map(flops).sum()
     }
 
     /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
@@ -92,9 +158,24 @@ impl SymbolicCholesky {
         self.memory_bytes_for(rayon::current_num_threads())
     }
 
-    /// The same with `n_threads` at work; more than 16 take no more.
+    /// The same with `n_threads` at work.
     pub fn memory_bytes_for(&self, n_threads: usize) -> usize {
-        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, n_threads))
+        let par = if n_threads == 1 { Par::Seq } else { Par::rayon(n_threads) };
+        8 * self.n_values() + self.scratch(par).unaligned_bytes_required()
+    }
+
+    /// Bytes that [`CholeskyFactor::trailing_inverse`] takes at its peak: the inverse, a triangle's inverse, and the
+    /// trailing block where it is spread over several supernodes.
+    pub fn trailing_inverse_bytes(&self) -> usize {
+        let supernodes = self.structure.supernodes();
+        let last_start = supernodes.supernode_begin().iter().rev().nth(1);
+        let is_within_last = last_start.is_some_and(|&start| start + self.n_trailing <= supernodes.nrows());
+        let n_matrices = if is_within_last { 2 } else { 3 };
+        8 * n_matrices * self.n_trailing * self.n_trailing
+    }
+
+    fn scratch(&self, par: Par) -> StackReq {
+        self.structure.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default())
     }
 
     /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.
@@ -128,7 +209,7 @@ impl SymbolicCholesky {
 impl SymbolicCholesky {
     /// Number of values that L is stored in.
     pub fn n_values(&self) -> usize {
-        self.tree.n_values()
+        self.structure.symbolic.len_val()
     }
 
     /// L from its stored values, [`CholeskyFactor::values`], checked as by [`Self::factorise`]; `None` if they do not
@@ -141,8 +222,8 @@ impl SymbolicCholesky {
     /// If their number is not [`Self::n_values`].
     pub fn from_values(self, matrix: &SymmetricSparse, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
         assert_eq!(values.len(), self.n_values(), "all values of the factor");
-        let Self { tree, n_trailing } = self;
-        let mut factor = CholeskyFactor { tree, n_trailing, values, residual: f64::NAN };
+        let Self { structure, n_trailing } = self;
+        let mut factor = CholeskyFactor { structure, n_trailing, values, residual: f64::NAN };
         factor.residual = factor.measure_residual(matrix)?;
         Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
     }
@@ -153,14 +234,23 @@ impl SymbolicCholesky {
         matrix: &SymmetricSparse,
         par: Par,
     ) -> Result<std::result::Result<CholeskyFactor, usize>> {
-        match multifrontal::factorise(&self.tree, matrix, par) {
-            Ok(values) => {
-                let Self { tree, n_trailing } = self;
-                Ok(Ok(CholeskyFactor { tree, n_trailing, values, residual: f64::NAN }))
-            }
-            Err(FactorisationFailure::NonPositivePivot(place)) => Ok(Err(self.tree.order[place])),
-            Err(FactorisationFailure::Other(error)) => Err(error),
+        cancel::check()?;
+        let mut values = try_zeroed(self.n_values())?;
+        let mut memory = workspace(self.scratch(par))?;
+        let outcome = self.structure.symbolic.factorize_numeric_llt(
+            &mut values,
+            sparse_view(matrix),
+            Side::Lower,
+            Default::default(),
+            par,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        if let Err(LltError::NonPositivePivot { index }) = outcome {
+            return Ok(Err(self.structure.row_at(index)));
         }
+        let Self { structure, n_trailing } = self;
+        Ok(Ok(CholeskyFactor { structure, n_trailing, values, residual: f64::NAN }))
     }
 }
 
@@ -191,7 +281,7 @@ impl CholeskyFactor {
 
     /// Number of entries of L.
     pub fn n_factor_entries(&self) -> usize {
-        self.tree.n_entries()
+        self.structure.n_entries()
     }
 
     /// The values that L is stored in.
@@ -199,20 +289,19 @@ impl CholeskyFactor {
         &self.values
     }
 
-    /// The columns of L of a front, `[size, n_pivots]`.
-    fn panel(&self, front: &Front) -> MatRef<'_, f64> {
-        let values = &self.values[front.offset..][..front.n_values()];
-        MatRef::from_column_major_slice(values, front.size(), front.n_pivots)
+    fn supernodes(&self) -> SupernodalLltRef<'_, usize, f64> {
+        SupernodalLltRef::new(self.structure.supernodes(), &self.values)
     }
 
     /// Refuses pivots that are rounding only.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
-        for front in &self.tree.fronts {
-            let panel = self.panel(front);
-            for j in 0..front.n_pivots {
-                let row = self.tree.order[front.start + j];
-                let pivot = panel[(j, j)];
+        let factor = self.supernodes();
+        for s in 0..factor.symbolic().n_supernodes() {
+            let supernode = factor.supernode(s);
+            for j in 0..supernode.val().ncols() {
+                let row = self.structure.row_at(supernode.start() + j);
+                let pivot = supernode.val()[(j, j)];
                 // NaN must not pass.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
@@ -248,11 +337,15 @@ impl CholeskyFactor {
         cancel::check()?;
         let m = self.n_trailing;
         let mut inverse = SymmetricDense::zeros(m)?;
-        let Some(root) = self.tree.fronts.last().filter(|_| m > 0) else { return Ok(inverse) };
+        if m == 0 {
+            return Ok(inverse);
+        }
+        let mut gathered = Vec::new();
+        let trailing = self.trailing_block(&mut gathered)?;
         let mut memory = workspace(faer::linalg::cholesky::llt::inverse::inverse_scratch::<f64>(m, par))?;
         faer::linalg::cholesky::llt::inverse::inverse(
             MatMut::from_column_major_slice_mut(inverse.values_mut(), m, m),
-            self.panel(root),
+            trailing,
             par,
             MemStack::new(&mut memory),
         );
@@ -260,40 +353,33 @@ impl CholeskyFactor {
         Ok(inverse)
     }
 
-    /// L y = b in place, b `[n, n_rhs]` in the order of the tree; `work` holds `[n, n_rhs]`.
-    fn solve_forward(&self, mut rhs: MatMut<'_, f64>, work: &mut [f64]) {
-        let n_rhs = rhs.ncols();
-        for front in &self.tree.fronts {
-            let (pivots, below) = self.panel(front).split_at_row(front.n_pivots);
-            let mut own = rhs.as_mut().subrows_mut(front.start, front.n_pivots);
-            solve_lower_triangular_in_place(pivots, own.as_mut(), Par::Seq);
-            let r = front.rows.len();
-            let mut change = MatMut::from_column_major_slice_mut(&mut work[..r * n_rhs], r, n_rhs);
-            matmul(change.as_mut(), Accum::Replace, below, own.as_ref(), 1.0, Par::Seq);
-            for c in 0..n_rhs {
-                for (i, &row) in front.rows.iter().enumerate() {
-                    rhs[(row, c)] -= change[(i, c)];
+    /// L's trailing rows and columns `[m, m]`, of which the lower triangle counts: a part of the last supernode, or, if
+    /// there are several, their entries in `gathered`.
+    fn trailing_block<'a>(&'a self, gathered: &'a mut Vec<f64>) -> Result<MatRef<'a, f64>> {
+        let m = self.n_trailing;
+        let from = self.n() - m;
+        let factor = self.supernodes();
+        let n_supernodes = factor.symbolic().n_supernodes();
+        let last = factor.supernode(n_supernodes - 1);
+        if last.start() <= from {
+            let skipped = from - last.start();
+            return Ok(last.val().submatrix(skipped, skipped, m, m));
+        }
+        *gathered = try_zeroed(m.saturating_mul(m))?;
+        for s in 0..n_supernodes {
+            let supernode = factor.supernode(s);
+            let (start, size) = (supernode.start(), supernode.val().ncols());
+            for j in from.max(start)..start + size {
+                let column = &mut gathered[(j - from) * m..(j - from + 1) * m];
+                for i in j..start + size {
+                    column[i - from] = supernode.val()[(i - start, j - start)];
+                }
+                for (k, &i) in supernode.pattern().iter().enumerate() {
+                    column[i - from] = supernode.val()[(size + k, j - start)];
                 }
             }
         }
-    }
-
-    /// L^T x = y in place, as [`Self::solve_forward`].
-    fn solve_backward(&self, mut rhs: MatMut<'_, f64>, work: &mut [f64]) {
-        let n_rhs = rhs.ncols();
-        for front in self.tree.fronts.iter().rev() {
-            let (pivots, below) = self.panel(front).split_at_row(front.n_pivots);
-            let r = front.rows.len();
-            let mut known = MatMut::from_column_major_slice_mut(&mut work[..r * n_rhs], r, n_rhs);
-            for c in 0..n_rhs {
-                for (i, &row) in front.rows.iter().enumerate() {
-                    known[(i, c)] = rhs[(row, c)];
-                }
-            }
-            let mut own = rhs.as_mut().subrows_mut(front.start, front.n_pivots);
-            matmul(own.as_mut(), Accum::Add, below.transpose(), known.as_ref(), -1.0, Par::Seq);
-            solve_upper_triangular_in_place(pivots.transpose(), own, Par::Seq);
-        }
+        Ok(MatRef::from_column_major_slice(gathered, m, m))
     }
 }
 
@@ -313,22 +399,18 @@ fn mirror_lower(values: &mut [f64], n: usize) {
 
 impl SymmetricSolver for CholeskyFactor {
     fn n(&self) -> usize {
-        self.tree.order.len()
+        self.structure.symbolic.nrows()
     }
 
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()> {
-        let n = self.n();
-        let mut sorted = try_zeroed(n * n_rhs)?;
-        let largest = self.tree.fronts.iter().map(|front| front.rows.len()).max().unwrap_or(0);
-        let mut work = try_zeroed(largest * n_rhs)?;
-        for (sorted, rhs) in sorted.chunks_exact_mut(n.max(1)).zip(rhs.chunks_exact(n.max(1))) {
-            sorted.iter_mut().zip(&self.tree.order).for_each(|(s, &row)| *s = rhs[row]);
-        }
-        self.solve_forward(MatMut::from_column_major_slice_mut(&mut sorted, n, n_rhs), &mut work);
-        self.solve_backward(MatMut::from_column_major_slice_mut(&mut sorted, n, n_rhs), &mut work);
-        for (sorted, rhs) in sorted.chunks_exact(n.max(1)).zip(rhs.chunks_exact_mut(n.max(1))) {
-            sorted.iter().zip(&self.tree.order).for_each(|(&s, &row)| rhs[row] = s);
-        }
+        let symbolic = &self.structure.symbolic;
+        let mut memory = workspace(symbolic.solve_in_place_scratch::<f64>(n_rhs, Par::Seq))?;
+        LltRef::new(symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, self.n(), n_rhs),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
         Ok(())
     }
 }
@@ -367,7 +449,7 @@ mod tests {
     }
 
     /// Truth: same bits whatever the number of threads, in the factor and in the inverse of the Schur complement, at a
-    /// size (fronts of several hundred) that the dense kernels do split among threads.
+    /// size (supernodes of several hundred columns) that the dense kernels do split among threads.
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (matrix, graph) = springs(22);

@@ -1,4 +1,4 @@
-//! Fill-reducing orderings: nested dissection of the node graph by METIS, and the elimination tree.
+//! Fill-reducing orderings: nested dissection of the node graph by METIS, then a postorder of the elimination tree.
 //!
 //! An order lists old indices in their new sequence: `order[new] = old`.
 
@@ -82,7 +82,7 @@ impl NodeGraph {
     }
 
     /// The part of the graph between `nodes`, renumbered in their order.
-    pub(super) fn subgraph(&self, nodes: &[usize]) -> Self {
+    fn subgraph(&self, nodes: &[usize]) -> Self {
         let mut local = vec![usize::MAX; self.n_nodes()];
         nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
         let mut part = Self { offsets: vec![0], neighbours: Vec::new() };
@@ -95,7 +95,7 @@ impl NodeGraph {
     }
 }
 
-/// An order of `nodes` by nested dissection with the `last` ones (a subset) put at the end in their own order.
+/// An order of `nodes` by nested dissection, postordered, with the `last` ones (a subset) put at the end in their own order.
 ///
 /// # Errors
 /// If the graph is too large for METIS's 32-bit indices, or METIS fails.
@@ -107,7 +107,7 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     last.iter().for_each(|&node| is_last[node] = true);
     let first: Vec<usize> = nodes.iter().copied().filter(|&node| !is_last[node]).collect();
     let part = graph.subgraph(&first);
-    let order = metis_node_nd(&part)?;
+    let order = postorder(&part, metis_node_nd(&part)?);
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
@@ -227,7 +227,7 @@ fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
 }
 
 /// Parents in the elimination tree of the graph taken in `order`, `usize::MAX` for roots.
-pub(super) fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
+fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     let n = order.len();
     let mut position = vec![0; n];
     order.iter().enumerate().for_each(|(new, &old)| position[old] = new);
@@ -253,7 +253,7 @@ pub(super) fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize>
 ///
 /// # Source
 /// Liu (1990), SIAM J. Matrix Anal. Appl. 11.
-pub(super) fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
+fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
     let n = order.len();
     let parent = elimination_tree(graph, &order);
     let (mut first_child, mut next_sibling) = (vec![usize::MAX; n + 1], vec![usize::MAX; n]);
