@@ -34,7 +34,7 @@
 //! | [`omitted`] | work that a scene does not need, and why |
 //! | [`npy`] | arrays in NumPy's file format |
 //! | `csv` | lines and cells of tables of text |
-//! | [`geometry`] | points, local axes, rotations, symmetry |
+//! | [`geometry`] | points, local axes, rotations |
 //! | [`linalg`] | sparse and dense factorisation, ordering, iterative solvers, hierarchical matrices, cache, memory limit |
 //! | [`flexibility`] | the flexibility operator of a frame and its combinations |
 //! | [`quadrature`] | quadrature rules |

@@ -14,7 +14,7 @@ from . import _orthowear
 from .errors import InputError
 from .scene import _settings
 
-#: How often a run is begun again whose worker was lost or could not begin.
+#: How often a run that raises an error is begun again. Dask begins runs of lost workers again (distributed.scheduler.allowed-failures).
 RETRIES = 3
 
 
@@ -87,8 +87,11 @@ class Study:
             return StudyResult(folder, *self._core.run(settings, folder, numbers, resume, progress))
         settings = _settings(1 if threads is None else threads, max_memory, cache)
         wanted = list(range(len(self))) if numbers is None else numbers
-        _run_on_workers(client, self, (settings, folder, resume), wanted, progress)
-        return StudyResult(folder, *self._core.collect(folder, numbers is None))
+        failure = _run_on_workers(client, self, (settings, folder, resume), wanted, progress)
+        result = StudyResult(folder, *self._core.collect(folder, numbers is None))
+        if failure is not None:
+            raise failure
+        return result
 
     def _numbers(self, only: Iterable[int]) -> list[int]:
         numbers = sorted({operator.index(number) for number in only})
@@ -207,10 +210,10 @@ def _run_on_workers(
     arguments: tuple[dict[str, Any], Path, bool],
     numbers: list[int],
     progress: Callable[[int, int], object] | None,
-) -> None:
-    """Runs those numbers, each in a task of `client`.
+) -> BaseException | None:
+    """Runs those numbers, each in a task of `client`; returns the first error that stopped a run from being made.
 
-    Raises what stopped a run from being made; one that fails or does not converge says so in its folder.
+    A run that fails or does not converge is no error: its folder says so.
     """
     from dask.distributed import as_completed
 
@@ -219,11 +222,15 @@ def _run_on_workers(
     shared = {"settings": settings, "folder": folder, "resume": resume}
     study_file = {"path": study.path, "overrides": pickle.dumps(study.overrides)}
     tasks = client.map(_run_one, numbers, **study_file, **shared, pure=False, retries=RETRIES)
+    failure: BaseException | None = None
     try:
-        for done, _ in enumerate(as_completed(tasks, raise_errors=False), 1):
+        for done, task in enumerate(as_completed(tasks, raise_errors=False), 1):
+            if failure is None and task.status == "error":
+                failure = task.exception()
+            # Results are in the folders: a released task is not computed again if its worker is lost.
+            task.release()
             if progress is not None:
                 progress(done, len(numbers))
     finally:
         client.cancel([task for task in tasks if not task.done()])
-    for task in tasks:
-        task.result()
+    return failure

@@ -1,5 +1,5 @@
-//! Generalised minimal residuals with a preconditioner on the right, for one right side or for several side by side: each has a Krylov
-//! space of its own, and the matrix is read once for all of them.
+//! GMRES with a preconditioner on the right, for one right side or several: each has a Krylov space of its own, and the
+//! matrix is read once for all of them.
 //!
 //! # Source
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".

@@ -183,7 +183,7 @@ impl NewtonSolve<'_, '_> {
             max_products: MAX_GMRES_PRODUCTS,
             restart: GMRES_RESTART,
         };
-        // Without memory for the vectors, or stopped, the step is zero: the gradient method or the stop follows.
+        // Without memory for the vectors, or stopped, the step is that of the cycles so far: the gradient method or the stop follows.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
