@@ -23,8 +23,7 @@ use crate::output::summary::Units;
 /// A scene: two bodies, a contact frame, laws of friction and wear, and the steps of loading.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-// Never read as a whole: it is the schema, sections are read one by one so that all mistakes are found.
-#[allow(dead_code)]
+#[allow(dead_code, reason = "it is the schema: sections are read one by one, so that all mistakes are found")]
 pub struct Scene {
     /// Title, shown with the results.
     #[serde(default)]
