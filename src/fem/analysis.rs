@@ -6,10 +6,6 @@ use crate::error::Result;
 use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 
-/// Threads whose workspace an estimate of memory counts: beyond these the factorisation takes no more. The estimate
-/// decides the method, which must not depend on the threads at hand.
-const MAX_COUNTED_THREADS: usize = 16;
-
 /// Bytes of the buffers of dense products that large supernodes touch: 15 to 17 MB were found of the 67 MB that are asked for.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
@@ -59,17 +55,12 @@ impl SymbolicAnalysis {
     }
 
     /// Bytes taken at the peak by a factorisation: the assembled body, the factor, and the larger of its workspace and
-    /// the two dense matrices of the contact dofs. The same whatever the number of threads, of which it counts 16.
+    /// the dense matrices of the contact dofs. The same for any number of threads.
     pub fn factorisation_peak_bytes(&self) -> usize {
-        self.peak_bytes(MAX_COUNTED_THREADS)
-    }
-
-    /// The same with `n_threads` at work.
-    fn peak_bytes(&self, n_threads: usize) -> usize {
         let values = self.factor_bytes();
         // The part of the buffers of dense products that is touched.
         let products = PRODUCT_BUFFER_BYTES.min(values / 4);
-        let workspace = self.symbolic.memory_bytes_for(n_threads) - values;
+        let workspace = self.symbolic.memory_bytes() - values;
         self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
     }
 
@@ -89,7 +80,7 @@ impl SymbolicAnalysis {
     /// Bytes at the peak and in the end of a body condensed by `method`.
     pub fn peak_and_resident_bytes(&self, model: &FeModel, method: CondensationMethod) -> [usize; 2] {
         let peak = match method {
-            CondensationMethod::Factorisation => self.peak_bytes(rayon::current_num_threads()),
+            CondensationMethod::Factorisation => self.factorisation_peak_bytes(),
             CondensationMethod::ConjugateGradients(_) => iterative_peak_bytes(model, self.n_contact_dofs),
         };
         let flexibility = flexibility_bytes(self.contact_nodes.len());

@@ -33,9 +33,6 @@ const MIN_EDGE_RATIO: f64 = 0.1;
 /// Elements computed side by side before they are added up.
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// Threads whose workspace counts in the estimate of memory.
-const MAX_COUNTED_THREADS: usize = 16;
-
 /// The mesh of `spec` after its contact nodes have moved by `motion` along the axes of `axes`, `[n_points]`; `None` stands for
 /// other nodes, which follow. `contact`: the faces of the contact surface.
 ///
@@ -198,11 +195,7 @@ fn solve_laplace(
         nested_dissection(graph, &nodes, &[])?.into_iter().map(|node| row[node]).collect();
     let symbolic = SymbolicCholesky::new(&matrix, &order, 0)?;
     let what = format!("moving {} nodes of a mesh", nodes.len());
-    memory.ensure_available(
-        symbolic.memory_bytes_for(MAX_COUNTED_THREADS) as u128,
-        &what,
-        "use a coarser mesh",
-    )?;
+    memory.ensure_available(symbolic.memory_bytes() as u128, &what, "use a coarser mesh")?;
     let factor = symbolic
         .factorise(&matrix, |row| format!("the node at {}", format_point(&mesh.points[nodes[row]])))?;
     factor.solve_in_place(&mut rhs, 1)?;

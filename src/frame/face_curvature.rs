@@ -17,6 +17,7 @@ use super::facets::is_quadratic;
 use super::initial_contact::MeshedSurface;
 use crate::element::ElementKind::{self, Quad8, Tri6};
 use crate::geometry::{Point, Triad};
+use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
@@ -191,7 +192,7 @@ fn curvature(
     let matrix = DMatrix::from_fn(near.len(), 5, terms);
     let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
     // Of several surfaces that fit (a single row of faces) the smallest coefficients.
-    let found = matrix.svd(true, true).solve(&heights, 1e-6).ok()?;
+    let found = pseudo_inverse(&matrix, 1e-6).ok()? * heights;
     let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
     Some(Curvature { axes, second })
 }

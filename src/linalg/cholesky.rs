@@ -116,12 +116,15 @@ impl SymbolicCholesky {
     /// `n_trailing` can be condensed to.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If the matrix has no rows; if memory does not suffice.
     ///
     /// # Panics
     /// If `order` is no permutation of the rows, or shorter than `n_trailing`.
     pub fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Result<Self> {
         assert!(order.len() == matrix.n() && n_trailing <= order.len(), "an order of all rows");
+        if order.is_empty() {
+            return Err(Error::input("a stiffness matrix has no rows: nothing is free to move"));
+        }
         let mut place_of_row = vec![0; order.len()];
         order.iter().enumerate().for_each(|(place, &row)| place_of_row[row] = place);
         let symbolic = factorize_symbolic_cholesky(
@@ -153,15 +156,9 @@ impl SymbolicCholesky {
         self.structure.shapes().map(flops).sum()
     }
 
-    /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
+    /// Bytes that the numeric factorisation takes at its peak: L and its workspace, the same for any number of threads.
     pub fn memory_bytes(&self) -> usize {
-        self.memory_bytes_for(rayon::current_num_threads())
-    }
-
-    /// The same with `n_threads` at work.
-    pub fn memory_bytes_for(&self, n_threads: usize) -> usize {
-        let par = if n_threads == 1 { Par::Seq } else { Par::rayon(n_threads) };
-        8 * self.n_values() + self.scratch(par).unaligned_bytes_required()
+        8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
 
     /// Bytes that [`CholeskyFactor::trailing_inverse`] takes at its peak: the inverse, a triangle's inverse, and the
@@ -323,7 +320,7 @@ impl CholeskyFactor {
         matrix.multiply(&solution, &mut back);
         let scale = norm(&rhs);
         back.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
-        Ok(if n == 0 { 0.0 } else { norm(&back) / scale })
+        Ok(norm(&back) / scale)
     }
 
     /// The block of K^-1 of the trailing rows, in their order, (L_cc L_cc^T)^-1: the inverse of the Schur complement

@@ -12,6 +12,7 @@ pub mod hierarchical;
 pub mod memory;
 pub mod ordering;
 pub mod packed;
+pub(crate) mod pseudo_inverse;
 pub(crate) mod simd;
 pub mod sparse;
 pub mod sparse_lu;

@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::correction::AppliedLoadResponse;
@@ -34,6 +34,7 @@ use crate::error::Result;
 use crate::fem::{FeModel, RecoveryPoints};
 use crate::frame::Grid;
 use crate::geometry::{Point, Side, bounds};
+use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::material::voigt_to_tensor;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
@@ -99,7 +100,7 @@ impl PrescribedMotion {
         supports.origin = prescribed.iter().map(|&dof| at(dof)).sum::<Point>() / prescribed.len() as f64;
         let size = prescribed.iter().map(|&dof| (at(dof) - supports.origin).norm()).fold(0.0, f64::max);
         let size = if size > 0.0 { size } else { 1.0 };
-        let (mut matrix, mut rhs) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
+        let (mut matrix, mut rhs) = (DMatrix::zeros(6, 6), SVector::<f64, 6>::zeros());
         for (&dof, u) in prescribed.iter().zip(&supports.deformation) {
             let arm = (at(dof) - supports.origin) / size;
             let along = Vector3::ith(dof % 3, 1.0);
@@ -109,9 +110,8 @@ impl PrescribedMotion {
             matrix += row * row.transpose();
             rhs += row * *u;
         }
-        let fit = matrix.svd(true, true);
-        let most = fit.singular_values.amax();
-        let Ok(motion) = fit.solve(&rhs, SINGULAR_VALUE_TOLERANCE * most) else { return supports };
+        let Ok(inverse) = pseudo_inverse(&matrix, SINGULAR_VALUE_TOLERANCE) else { return supports };
+        let motion = inverse * rhs;
         supports.translation = Point::new(motion[0], motion[1], motion[2]);
         supports.rotation = Point::new(motion[3], motion[4], motion[5]) / size;
         let rigid: Vec<f64> = prescribed.iter().map(|&dof| supports.rigid(&at(dof))[dof % 3]).collect();

@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use crate::error::Result;
+use crate::linalg::pseudo_inverse::pseudo_inverse;
+
 /// Singular values below this share of the largest belong to polynomials that the samples do not determine (all in
 /// one plane, say). Scaled coordinates of patches with an aspect ratio of 1e4 stay above it.
 const RANK_TOLERANCE: f64 = 1e-9;
@@ -26,18 +29,21 @@ pub(super) struct PatchFit {
     to_axes: Matrix3<f64>,
     centre: [f64; 3],
     scale: [f64; 3],
-    /// Maps the monomials at a point to the weights of the samples there, `[n, n_terms]`.
-    weights: DMatrix<f64>,
+    /// Maps the values at the samples to the coefficients of the monomials, `[n_terms, n]`.
+    inverse: DMatrix<f64>,
 }
 
 impl PatchFit {
     /// The fit of polynomials of `space` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
     /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
+    ///
+    /// # Errors
+    /// If a position is not finite.
     pub fn new(
         (space, axes): (PolynomialSpace, Matrix3<f64>),
         samples: Vec<usize>,
         position: impl Fn(usize) -> [f64; 3],
-    ) -> Self {
+    ) -> Result<Self> {
         let to_axes = axes.try_inverse().unwrap_or_else(Matrix3::identity);
         let local = |&sample: &usize| -> [f64; 3] { (to_axes * Vector3::from(position(sample))).into() };
         let at: Vec<[f64; 3]> = samples.iter().map(local).collect();
@@ -48,15 +54,11 @@ impl PatchFit {
         // An axis along which the samples do not differ, to rounding, has no size of its own.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
-        let mut patch = Self { samples, space, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
+        let mut patch = Self { samples, space, to_axes, centre, scale, inverse: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
         let a = DMatrix::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j]);
-        let svd = a.svd(true, true);
-        let limit = RANK_TOLERANCE * svd.singular_values.amax();
-        let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { unreachable!("both were asked for") };
-        let inverse = svd.singular_values.map(|s| if s > limit { 1.0 / s } else { 0.0 });
-        patch.weights = u * DMatrix::from_diagonal(&inverse) * vt;
-        patch
+        patch.inverse = pseudo_inverse(&a, RANK_TOLERANCE)?;
+        Ok(patch)
     }
 
     /// The monomials at a point in the polynomial's axes.
@@ -77,7 +79,7 @@ impl PatchFit {
     /// Weights of the samples in the value of the polynomial at `x`, `[n]`; they sum to 1.
     pub fn weights_at(&self, x: [f64; 3]) -> DVector<f64> {
         let local = self.to_axes * Vector3::from(x);
-        &self.weights * DVector::from_vec(self.monomials(local.into()))
+        self.inverse.tr_mul(&DVector::from_vec(self.monomials(local.into())))
     }
 }
 
@@ -97,7 +99,7 @@ mod tests {
         let axes = Matrix3::new(2.0, 0.3, 0.0, 0.0, 0.5, 0.01, 1.0, 0.0, 20.0);
         for terms in [PolynomialSpace::Linear, PolynomialSpace::Quadratic, PolynomialSpace::Triquadratic] {
             let at = scattered(60);
-            let patch = PatchFit::new((terms, axes), (0..60).collect(), |i| at[i]);
+            let patch = PatchFit::new((terms, axes), (0..60).collect(), |i| at[i]).unwrap();
             let field = |[x, y, z]: [f64; 3]| {
                 let linear = 2.0 + x - 50.0 * y + 0.2 * z;
                 let local = axes.try_inverse().unwrap() * Vector3::new(x, y, z);
@@ -120,13 +122,15 @@ mod tests {
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
         let patch =
-            PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
+            PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i])
+                .unwrap();
         for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
             let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
             assert!((found - value).abs() < 1e-12, "{found}");
         }
         let alone =
-            PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
+            PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0])
+                .unwrap();
         assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
     }
 }

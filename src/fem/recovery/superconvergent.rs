@@ -70,7 +70,7 @@ impl StressRecovery {
         let rules = RecoveryRules::new();
         let layout = SampleLayout::new(elements, &samples_gauss_points, &rest, &rules)?;
         let builder = RowBuilder { elements, points: &points, topology: &topology, layout: &layout };
-        let rows = builder.rows(&sources);
+        let rows = builder.rows(&sources)?;
         let mut recovery = Self {
             points: Arc::new(points),
             rules,
@@ -258,7 +258,7 @@ type WeightRow = Vec<(u32, f64)>;
 
 impl RowBuilder<'_> {
     /// The rows of all points, from the sources of each; a polynomial is fitted once for all points that take it.
-    fn rows(&self, sources: &[Vec<PatchSource>]) -> Vec<WeightRow> {
+    fn rows(&self, sources: &[Vec<PatchSource>]) -> Result<Vec<WeightRow>> {
         let mut uses: Vec<(PatchSource, usize)> = sources
             .iter()
             .enumerate()
@@ -269,27 +269,30 @@ impl RowBuilder<'_> {
         let mut rows = vec![WeightRow::new(); sources.len()];
         for batch in by_source.chunks(PATCHES_PER_BATCH) {
             let parts: Vec<Vec<WeightRow>> =
-                batch.par_iter().map(|uses| self.weight_rows(uses, sources)).collect();
+                batch.par_iter().map(|uses| self.weight_rows(uses, sources)).collect::<Result<_>>()?;
             for (&(_, point), part) in batch.iter().copied().flatten().zip(parts.into_iter().flatten()) {
                 add_row(&mut rows[point], part);
             }
         }
-        rows
+        Ok(rows)
     }
 
     /// What one source adds to the points that use it.
-    fn weight_rows(&self, uses: &[(PatchSource, usize)], sources: &[Vec<PatchSource>]) -> Vec<WeightRow> {
-        let Some(&(source, _)) = uses.first() else { return Vec::new() };
-        let patch = self.patch(source);
+    fn weight_rows(
+        &self,
+        uses: &[(PatchSource, usize)],
+        sources: &[Vec<PatchSource>],
+    ) -> Result<Vec<WeightRow>> {
+        let patch = self.patch(uses[0].0)?;
         let part = |&(_, point): &(PatchSource, usize)| -> WeightRow {
             let weights = patch.weights_at(self.elements.mesh.points[self.points.mesh_nodes[point]]);
             let share = 1.0 / sources[point].len() as f64;
             patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)).collect()
         };
-        uses.iter().map(part).collect()
+        Ok(uses.iter().map(part).collect())
     }
 
-    fn patch(&self, source: PatchSource) -> PatchFit {
+    fn patch(&self, source: PatchSource) -> Result<PatchFit> {
         let (cells, kinds) = match source {
             PatchSource::InnerVertex(vertex) => (self.topology.cells_at[vertex].clone(), [0, 1]),
             PatchSource::ExtendedRing(vertex) => (extended_ring(self.points, self.topology, vertex), [1, 2]),

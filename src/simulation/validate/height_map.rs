@@ -1,10 +1,11 @@
 //! Whether the heights of a gap can be meant: their extent, slopes and curvature under the frame.
 
-use nalgebra::{Matrix2, Matrix6, Vector6};
+use nalgebra::{DMatrix, Matrix2, Vector6};
 
 use crate::error::warning;
 use crate::frame::ContactFrame;
 use crate::geometry::format_short;
+use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::scene::plan::Plan;
 
 /// Slopes between neighbouring cells above this are warned of: half-spaces and small displacements stand for slopes far below 1, and heights in micrometres that
@@ -111,14 +112,14 @@ fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> 
         let [x, y] = places[cell];
         Vector6::new(1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)
     };
-    let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+    let (mut normal, mut right) = (DMatrix::zeros(6, 6), Vector6::zeros());
     for (cell, (height, area)) in gap.iter().zip(&frame.areas).enumerate() {
         let terms = terms(cell);
         normal += *area * terms * terms.transpose();
         right += area * height * terms;
     }
     // A single row of cells does not determine the shape across it.
-    let found = normal.svd(true, true).solve(&right, 1e-12 * normal.amax()).ok()?;
+    let found = pseudo_inverse(&normal, 1e-12).ok()? * right;
     let deviation = mean_square(frame, (0..n).map(|cell| gap[cell] - found.dot(&terms(cell)))).sqrt();
     let mut curvatures: [f64; 2] =
         Matrix2::new(found[3], found[4], found[4], found[5]).symmetric_eigenvalues().into();
