@@ -43,6 +43,7 @@ class Steps:
 
 @final
 class Study:
+    notes: list[str]
     @staticmethod
     def load(path: Path, overrides: dict[str, Any]) -> Study: ...
     def plan(self) -> dict[str, Any]: ...

@@ -41,6 +41,11 @@ class Study:
         return self.plan["title"]
 
     @property
+    def notes(self) -> list[str]:
+        """What the user should know before running."""
+        return self._core.notes
+
+    @property
     def runs(self) -> list[dict[str, Any]]:
         """The values of the scene's keys, by run."""
         return [run["values"] for run in self.plan["runs"]]

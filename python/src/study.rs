@@ -31,6 +31,11 @@ impl Study {
         Ok(Self { sweep: sweep.map_err(|files| errors::study_diagnostics(py, &files))? })
     }
 
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.sweep.notes.clone()
+    }
+
     /// What study.json says before anything was run.
     fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(&self.sweep, number)).collect();

@@ -94,6 +94,14 @@ def test_parts(folder):
             study.run(folder / "parts", only=[wrong])
 
 
+def test_notes(folder):
+    """Truth: docs/study.md: `symmetry` has no effect, and a note says so."""
+    assert Study(folder / "study.toml").notes == []
+    (folder / "study.toml").write_text(STUDY.replace('"scene.toml"', '"scene.toml"\nsymmetry = true'))
+    (note,) = Study(folder / "study.toml").notes
+    assert "study.symmetry has no effect" in note
+
+
 def test_elsewhere(folder, monkeypatch):
     """Truth: a study is that of its file, wherever the process has gone meanwhile."""
     monkeypatch.chdir(folder)

@@ -153,7 +153,10 @@ fn a_worn_layer_is_stiffer() {
     let last = &entries(&moved)[3];
     let [depth, force] = ["max_wear_depth", "normal_force"].map(|key| number(last, key));
     // The force is prescribed: rounding of the sum over 16 cells.
-    assert!((depth - 0.3).abs() < 1e-9 && (force / 80.0 - 1.0).abs() < 16.0 * f64::EPSILON, "{depth} {force}");
+    assert!(
+        (depth - 0.3).abs() < 1e-9 && (force / 80.0 - 1.0).abs() < 16.0 * f64::EPSILON,
+        "{depth} {force}"
+    );
     assert_eq!(
         warned(&moved, &["the mesh was moved with wear after step \"slide\" (1)", "body1 by up to 0.15"]),
         1
