@@ -61,7 +61,8 @@ impl PolygonMultipole {
             let mut of_order = vec![0.0_f64; angles];
             for (a, b) in powers(k) {
                 for (c, component) in components.iter().enumerate() {
-                    let parts = derivative(*component, green, [a, b], angles);
+                    let parts = derivative_harmonics(*component, green, [a, b])
+                        .map(|harmonics| evaluate_series(angles, harmonics.into_iter().enumerate()));
                     let weight = if a == b { 1.0 } else { 2.0 } / (factorial(a) * factorial(b));
                     for (sum, (re, im)) in of_order.iter_mut().zip(parts[0].iter().zip(&parts[1])) {
                         *sum += weight * re.hypot(*im) / components.len() as f64;
@@ -208,13 +209,12 @@ fn falling(x: f64, count: usize) -> f64 {
     (0..count).map(|k| x - k as f64).product()
 }
 
-/// Real and imaginary part of D_ab of a component at equidistant angles of a whole turn.
-fn derivative(
+/// Harmonics n = 0, 1, ... of the real series that the real and the imaginary part of D_ab of a component are.
+pub(super) fn derivative_harmonics(
     component: KernelComponent,
     green: &SurfaceGreen,
     [a, b]: [usize; 2],
-    angles: usize,
-) -> [Vec<f64>; 2] {
+) -> [Vec<Complex<f64>>; 2] {
     let reach = (green.order() + a + b) as isize;
     let mut terms = vec![Complex::new(0.0, 0.0); 2 * reach as usize + 1];
     let mut put = |n: isize, harmonic: Complex<f64>| {
@@ -237,7 +237,6 @@ fn derivative(
         }
     }
     let at = |m: isize| terms[(m + reach) as usize];
-    let half = |sign: f64| (0..=reach).map(move |m| (m as usize, (at(m) + at(-m).conj() * sign) * 0.5));
-    let imaginary = half(-1.0).map(|(m, value)| (m, Complex::new(value.im, -value.re)));
-    [evaluate_series(angles, half(1.0)), evaluate_series(angles, imaginary)]
+    let half = |sign: f64| (0..=reach).map(move |m| (at(m) + at(-m).conj() * sign) * 0.5);
+    [half(1.0).collect(), half(-1.0).map(|value| Complex::new(value.im, -value.re)).collect()]
 }

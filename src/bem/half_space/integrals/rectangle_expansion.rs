@@ -1,13 +1,15 @@
-//! Influence of a rectangle far from it: the cell average of Γ(φ) / r as a series in the sides over the distance.
+//! Influence of a rectangle far from it: the integral of Γ(φ) / r as a series in the sides over the distance.
 //!
-//! The mean of a field over a rectangle of sides a, b is Σ (a/2)^2i (b/2)^2j / ((2i+1)! (2j+1)!) ∂x^2i ∂y^2j of its value at
-//! the centre. Each derivative of a Fourier series over a power of r is again one, so that every order of the expansion
-//! is a function of the direction alone, tabulated once, over an odd power of r.
+//! By [`super::polygon_multipole`] each order of the Taylor series about the centre is a function of the direction over a power
+//! of r. The moments of a rectangle of given sides are known beforehand, so that their sum with the functions of an order is
+//! tabulated: six functions a component, instead of 91 for polygons of any shape.
 
 use nalgebra::Complex;
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
+use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments, powers};
+use crate::bem::half_space::integrals::polygon_multipole::derivative_harmonics;
 
 /// Terms of the expansion, up to derivatives of order 2 (TERMS - 1).
 const TERMS: usize = 6;
@@ -47,93 +49,24 @@ impl KernelComponent {
     }
 }
 
-/// A Fourier series over a power of r: the coefficients of exp(i n φ), n = -order..=order, of a real function.
-struct FourierOverPower {
-    order: usize,
-    coefficients: Vec<Complex<f64>>,
-    /// The power s of 1 / r^s.
-    power: usize,
-}
-
-/// Direction of a derivative.
-#[derive(Clone, Copy)]
-enum Axis {
-    X,
-    Y,
-}
-
-impl FourierOverPower {
-    fn at(&self, n: isize) -> Complex<f64> {
-        self.coefficients[(n + self.order as isize) as usize]
-    }
-
-    /// Its derivative. With z = x + i y, exp(i n φ) / r^s = z^((n-s)/2) z̄^(-(n+s)/2).
-    fn derivative(&self, axis: Axis) -> Self {
-        let (order, s) = (self.order + 1, self.power as f64);
-        let mut coefficients = vec![Complex::new(0.0, 0.0); 2 * order + 1];
-        let mut add = |n: isize, value: Complex<f64>| coefficients[(n + order as isize) as usize] += value;
-        for n in -(self.order as isize)..=self.order as isize {
-            let (by_z, by_conjugate) = ((n as f64 - s) / 2.0, -(n as f64 + s) / 2.0);
-            let c = self.at(n);
-            match axis {
-                Axis::X => {
-                    add(n - 1, c * by_z);
-                    add(n + 1, c * by_conjugate);
-                }
-                Axis::Y => {
-                    let turned = Complex::new(-c.im, c.re);
-                    add(n - 1, turned * by_z);
-                    add(n + 1, -turned * by_conjugate);
-                }
-            }
-        }
-        Self { order, coefficients, power: self.power + 1 }
-    }
-
-    fn twice(&self, axis: Axis) -> Self {
-        self.derivative(axis).derivative(axis)
-    }
-}
-
-/// The terms T_m(φ) of the cell average Σ T_m(φ) / r^(2m+1) of one component, m = 0..=TERMS, as coefficients of
-/// n = 0, 1, ... for half of the real series.
+/// The terms T_m(φ) of the integral over the rectangle, Σ T_m(φ) / r^(2m+1), of one component, m = 0..=TERMS, as
+/// coefficients of n = 0, 1, ... for half of the real series. Moments of odd order vanish, the others are real.
 fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
-    let order = green.order();
-    let mut coefficients = vec![Complex::new(0.0, 0.0); 2 * order + 1];
-    let mut put = |n: usize, value: Complex<f64>| {
-        coefficients[order + n] = value;
-        coefficients[order - n] = value.conj();
+    let [a, b] = sides.map(|side| side / 2.0);
+    let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
+    let moments = PolygonMoments::new(2 * TERMS).of(&corners, [0.0; 2]);
+    let term = |m: usize| {
+        let order = 2 * m;
+        let mut place = n_moments(order) - (order + 1);
+        let mut sum = vec![Complex::new(0.0, 0.0); green.order() + order + 1];
+        for (a, b) in powers(order) {
+            let [derivative, _] = derivative_harmonics(component, green, [a, b]);
+            sum.iter_mut().zip(derivative).for_each(|(sum, harmonic)| *sum += harmonic * moments[place]);
+            place += if a == b { 1 } else { 2 };
+        }
+        sum
     };
-    match component {
-        KernelComponent::Even(c) => green.even().iter().enumerate().for_each(|(k, h)| put(2 * k, h[c])),
-        KernelComponent::Odd(c) => green.odd().iter().enumerate().for_each(|(k, h)| put(2 * k + 1, h[c])),
-    }
-    let mut sums: Vec<Vec<Complex<f64>>> =
-        (0..=TERMS).map(|m| vec![Complex::new(0.0, 0.0); order + 2 * m + 1]).collect();
-    // ∂x^2i of the point source, then ∂y^2j of it.
-    let mut along_x = FourierOverPower { order, coefficients, power: 1 };
-    for i in 0..=TERMS {
-        let mut both = FourierOverPower { coefficients: along_x.coefficients.clone(), ..along_x };
-        for j in 0..=TERMS - i {
-            let factor = half_power(sides[0], i) * half_power(sides[1], j) * sides[0] * sides[1];
-            for (n, sum) in sums[i + j].iter_mut().enumerate() {
-                *sum += both.at(n as isize) * factor;
-            }
-            if i + j < TERMS {
-                both = both.twice(Axis::Y);
-            }
-        }
-        if i < TERMS {
-            along_x = along_x.twice(Axis::X);
-        }
-    }
-    sums
-}
-
-/// (side / 2)^(2 i) / (2 i + 1)!
-fn half_power(side: f64, i: usize) -> f64 {
-    let factorial: f64 = (1..=2 * i + 1).map(|k| k as f64).product();
-    (side / 2.0).powi(2 * i as i32) / factorial
+    (0..=TERMS).map(term).collect()
 }
 
 /// The expansion for rectangles of given sides.
