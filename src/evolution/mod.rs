@@ -71,6 +71,7 @@ pub struct RunResult {
 
 /// A run in progress: the model, the state, and what is collected.
 struct Run<'a> {
+    observer: &'a mut dyn Observer,
     prepared: PreparedModel<'a>,
     options: SolverOptions,
     /// The step in progress, and how far it has come.
@@ -157,6 +158,7 @@ fn run_on_this_thread(
     };
     let (progress, discarded_work, rebuild_requested) = (StepProgress::NotStarted, [0; 3], false);
     let mut run = Run {
+        observer,
         prepared,
         options: *options,
         step_index: 0,
@@ -171,10 +173,10 @@ fn run_on_this_thread(
     if let Some(snapshot) = from {
         run.restore(snapshot, steps.len())?;
     }
-    if let Err(error) = run.steps(steps, observer) {
+    if let Err(error) = run.steps(steps) {
         // A body may hear of the signal before the solver does.
         if error.kind() == ErrorKind::Interrupted {
-            observer.on_checkpoint(CheckpointEvent::Aborted, &|| run.checkpoint())?;
+            run.report_checkpoint(CheckpointEvent::Aborted)?;
         }
         return Err(error);
     }
@@ -183,63 +185,73 @@ fn run_on_this_thread(
 
 impl Run<'_> {
     /// Runs the steps that are left.
-    fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
+    fn steps(&mut self, steps: &[Step]) -> Result<()> {
         while let Some(step) = steps.get(self.step_index) {
             let started = Instant::now();
             if matches!(self.progress, StepProgress::NotStarted)
-                && observer.wants_rebuild(&self.state.wear_depth)
+                && self.observer.wants_rebuild(&self.state.wear_depth)
             {
-                return self.suspend_for_rebuild(observer);
+                return self.suspend_for_rebuild();
             }
             match &step.cycles {
-                None => self.run_monotone_step(step, observer)?,
-                Some(cycles) => {
-                    self.run_wear_step(step, cycles, self.step_index + 1 == steps.len(), observer)?
-                }
+                None => self.run_monotone_step(step)?,
+                Some(cycles) => self.run_wear_step(step, cycles, self.step_index + 1 == steps.len())?,
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
             if self.rebuild_requested {
-                return self.suspend_for_rebuild(observer);
+                return self.suspend_for_rebuild();
             }
             if self.result.outcome == FRAME_EDGE {
-                observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+                self.report_checkpoint(CheckpointEvent::Suspended)?;
                 let mut snapshot = self.checkpoint();
                 snapshot.charge_work(self.discarded_work);
                 self.result.frame_edge_checkpoint = Some(Box::new(snapshot));
                 return Ok(());
             }
             if self.result.outcome != Outcome::Converged {
-                return observer.on_checkpoint(CheckpointEvent::Aborted, &|| self.checkpoint());
+                return self.report_checkpoint(CheckpointEvent::Aborted);
             }
             self.step_index += 1;
             self.progress = StepProgress::NotStarted;
-            self.record_rollback_point(CheckpointEvent::StepEnd, observer)?;
+            self.record_rollback_point(CheckpointEvent::StepEnd)?;
         }
         Ok(())
     }
 
     /// Ends the run where it can be taken up with other operators.
-    fn suspend_for_rebuild(&mut self, observer: &mut dyn Observer) -> Result<()> {
-        observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+    fn suspend_for_rebuild(&mut self) -> Result<()> {
+        self.report_checkpoint(CheckpointEvent::Suspended)?;
         self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
         Ok(())
     }
 
     /// Notes that the run can be taken up from here, and tells the observer.
-    fn record_rollback_point(&mut self, moment: CheckpointEvent, observer: &mut dyn Observer) -> Result<()> {
+    fn record_rollback_point(&mut self, moment: CheckpointEvent) -> Result<()> {
         self.rollback_point.state.clone_from(&self.state);
         self.rollback_point.held = self.controls;
         self.rollback_point.formed = self.prepared.formed_cells().len();
         self.rollback_point.records = self.result.records.len();
         self.rollback_point.warnings = self.result.warnings.len();
         self.rollback_point.loops = self.result.fretting_loops.len();
-        observer.on_checkpoint(moment, &|| self.checkpoint())
+        self.report_checkpoint(moment)
+    }
+
+    /// Tells the observer that the run can be taken up from here.
+    fn report_checkpoint(&mut self, moment: CheckpointEvent) -> Result<()> {
+        let (observer, checkpoint) = self.observer_and_checkpoint();
+        observer.on_checkpoint(moment, &checkpoint)
     }
 
     /// What the run can be taken up from.
-    fn checkpoint(&self) -> RunCheckpoint {
+    fn checkpoint(&mut self) -> RunCheckpoint {
+        self.observer_and_checkpoint().1()
+    }
+
+    /// The observer, and what makes a checkpoint while it is borrowed.
+    fn observer_and_checkpoint(&mut self) -> (&mut dyn Observer, impl Fn() -> RunCheckpoint) {
         // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
         let Self {
+            observer,
             prepared,
             options: _,
             step_index,
@@ -262,19 +274,22 @@ impl Run<'_> {
             frame_edge_checkpoint: _,
             rebuild_checkpoint: _,
         } = result;
-        let mut formed_cells = prepared.formed_cells();
-        formed_cells.truncate(rollback_point.formed);
-        RunCheckpoint {
-            step_index: *step_index,
-            progress: progress.clone(),
-            state: rollback_point.state.clone(),
-            controls: rollback_point.held,
-            formed_cells,
-            records: records[..rollback_point.records].to_vec(),
-            warnings: warnings[..rollback_point.warnings].to_vec(),
-            timings: timings.clone(),
-            fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
-        }
+        let checkpoint = || {
+            let mut formed_cells = prepared.formed_cells();
+            formed_cells.truncate(rollback_point.formed);
+            RunCheckpoint {
+                step_index: *step_index,
+                progress: progress.clone(),
+                state: rollback_point.state.clone(),
+                controls: rollback_point.held,
+                formed_cells,
+                records: records[..rollback_point.records].to_vec(),
+                warnings: warnings[..rollback_point.warnings].to_vec(),
+                timings: timings.clone(),
+                fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
+            }
+        };
+        (*observer, checkpoint)
     }
 
     /// Goes on from where an earlier run was broken off.

@@ -211,7 +211,7 @@ impl Run<'_> {
     }
 
     /// Runs the increments of a monotone step that are left.
-    pub(super) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+    pub(super) fn run_monotone_step(&mut self, step: &Step) -> Result<()> {
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
             _ => Box::new(MonotoneProgress {
@@ -226,11 +226,11 @@ impl Run<'_> {
             let (rigid, floating) = ramp.predictor.motions(&self.state);
             let now = (rigid, self.prepared.rotation(&floating));
             let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
-            self.run_increment(step, number, (&controls, &mut ramp.predictor), observer)?;
+            self.run_increment(step, number, (&controls, &mut ramp.predictor))?;
             if self.result.outcome == Outcome::Converged {
                 ramp.increments_done = number;
                 self.progress = StepProgress::Monotone(ramp.clone());
-                self.record_rollback_point(CheckpointEvent::Entry, observer)?;
+                self.record_rollback_point(CheckpointEvent::Entry)?;
             }
         }
         if step.rolling.is_some() {
@@ -245,7 +245,6 @@ impl Run<'_> {
         step: &Step,
         number: usize,
         (controls, predictor): (&IncrementControls, &mut Predictor),
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let clock = Instant::now();
         self.check_controls(step)?;
@@ -274,7 +273,7 @@ impl Run<'_> {
         let stage =
             ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
+            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, self.observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += slip_repeats * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
@@ -295,7 +294,7 @@ impl Run<'_> {
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
         self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
-        self.deliver(record, fields, observer)
+        self.deliver(record, fields)
     }
 
     /// Refuses what no increment can do: a tangential force or a spin moment without friction.
@@ -432,9 +431,8 @@ impl Run<'_> {
         &mut self,
         record: IncrementRecord,
         fields: crate::evolution::FrameState,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
-        observer.increment_done(&record, &fields)?;
+        self.observer.increment_done(&record, &fields)?;
         let frame = &self.prepared.model.frame;
         self.result.warnings.extend(large_sliding_warning(frame, &record, &fields, &self.result.warnings));
         self.result.records.push(record);

@@ -13,7 +13,6 @@ use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
 };
-use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, Step};
 use crate::evolution::{Run, state};
 
@@ -180,7 +179,7 @@ impl Run<'_> {
         step: &Step,
         (cycles, integrator, length): (&Cycles, Integrator, f64),
         cycling: &mut WearStepState,
-        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+        stage: &ProgressSpan,
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
         let mut jump = WearJump::new(self.prepared.n());
@@ -192,13 +191,7 @@ impl Run<'_> {
             add(&mut worn, 1.0, &jump.wear_depth);
             let touched = self.cells_in_contact(&cycling.cycle.contact);
             let at = (cycling.completed + weights.abscissa * length) / cycles.count;
-            self.solve_stage(
-                step,
-                (at, &worn, weights.implicit_weight * length),
-                cycling,
-                &mut jump,
-                (observer, stage),
-            )?;
+            self.solve_stage(step, (at, &worn, weights.implicit_weight * length), cycling, &mut jump, stage)?;
             if !jump.converged() {
                 return Ok(jump);
             }
@@ -253,7 +246,7 @@ impl Run<'_> {
         (at, worn, slip_repeats): (f64, &[f64], f64),
         cycling: &mut WearStepState,
         jump: &mut WearJump,
-        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+        stage: &ProgressSpan,
     ) -> Result<()> {
         let before = jump.checks;
         let (loads, height) = self.loads_at(step, cycling, at);
@@ -277,7 +270,7 @@ impl Run<'_> {
                 (&self.prepared, &mut problem),
                 &mut cycling.cycle.contact,
                 &self.options,
-                observer,
+                self.observer,
                 stage,
             )?;
             jump.add(&report);
@@ -297,13 +290,8 @@ impl Run<'_> {
             last = now;
             let mut depth = worn.to_vec();
             add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
-            let report = self.recompute_stick_zone(
-                step,
-                (course, loads),
-                &depth,
-                &mut cycling.cycle,
-                (observer, stage),
-            )?;
+            let report =
+                self.recompute_stick_zone(step, (course, loads), &depth, &mut cycling.cycle, stage)?;
             jump.add(&report);
             if report.stop != StopReason::Converged {
                 return Ok(());

@@ -15,7 +15,7 @@ use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check,
 };
-use crate::evolution::records::{Observer, Outcome};
+use crate::evolution::records::Outcome;
 use crate::evolution::step::{ClosedPath, Drive, Step, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
@@ -227,7 +227,6 @@ impl Run<'_> {
         step: &Step,
         (course, loads): (&FrettingPath, PrescribedLoads),
         ring: &mut CycleState,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
         let half = course.reversal_index();
@@ -241,7 +240,7 @@ impl Run<'_> {
                     self.state.rigid_motion[2],
                 ];
                 course.set_shift(end, &mut rigid);
-                let (it, report) = self.advance_stroke(step, (course.loads(end, loads), rigid), observer)?;
+                let (it, report) = self.advance_stroke(step, (course.loads(end, loads), rigid))?;
                 ring.charge(&report);
                 if end == 1 {
                     ring.stick_mask.fill(true);
@@ -288,7 +287,6 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         (loads, rigid): (PrescribedLoads, [f64; 3]),
-        observer: &mut dyn Observer,
     ) -> Result<(ContactState, SolveReport)> {
         let clock = Instant::now();
         let reference = SlipReference::Previous(self.state.slip_reference.clone());
@@ -305,7 +303,7 @@ impl Run<'_> {
         }
         let stage = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &options, observer, &stage)?;
+            solve_and_check((&self.prepared, &mut problem), &mut it, &options, self.observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
@@ -318,7 +316,7 @@ impl Run<'_> {
         self.complete_record(&mut record, &report, (&checks, options.tolerance));
         self.warn_of_spin_moment(step);
         if self.result.outcome != Outcome::Converged {
-            self.deliver(record, fields, observer)?;
+            self.deliver(record, fields)?;
         }
         Ok((it, report))
     }
@@ -339,7 +337,7 @@ impl Run<'_> {
         (course, loads): (&FrettingPath, PrescribedLoads),
         worn: &[f64],
         ring: &mut CycleState,
-        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+        stage: &ProgressSpan,
     ) -> Result<SolveReport> {
         let (n, half) = (self.prepared.n(), course.reversal_index());
         let options = self.stroke_options();
@@ -356,8 +354,7 @@ impl Run<'_> {
                 it.scaled.copy_from_slice(&ring.contact.scaled[end * 3 * n..(end + 1) * 3 * n]);
                 let place = IncrementStart { reference, it };
                 let way = (course, end, loads);
-                let (place, report, _) =
-                    self.solve_stroke(step, way, (worn, &options), place, (&mut *observer, stage))?;
+                let (place, report, _) = self.solve_stroke(step, way, (worn, &options), place, stage)?;
                 ring.charge(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {

@@ -6,7 +6,7 @@ use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::increment_record;
-use crate::evolution::records::{JumpRecord, Observer, Outcome, Resultants};
+use crate::evolution::records::{JumpRecord, Outcome, Resultants};
 use crate::evolution::step::{Cycles, Spin, Step};
 use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::{FRAME_EDGE, Run, state};
@@ -19,7 +19,6 @@ impl Run<'_> {
         cycles: &Cycles,
         cycling: &mut WearStepState,
         clock: Instant,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let length = cycles.count - cycling.completed;
         self.result.warnings.push(format!(
@@ -40,7 +39,7 @@ impl Run<'_> {
         // What is left is the rounding of the gap: it counts against the pressures that there were.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
-        self.commit_jump(step, cycles, (cycling, &jump), (length, 0, clock), observer)
+        self.commit_jump(step, cycles, (cycling, &jump), (length, 0, clock))
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
@@ -71,7 +70,6 @@ impl Run<'_> {
         cycles: &Cycles,
         (cycling, jump): (&mut WearStepState, &WearJump),
         (length, rejected, clock): (f64, usize, Instant),
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let number = cycling.jumps_done + 1;
         if jump.converged() {
@@ -151,7 +149,7 @@ impl Run<'_> {
         }
         self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.warn_of_spin_moment(step);
-        self.deliver(record, fields, observer)
+        self.deliver(record, fields)
     }
 
     /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from

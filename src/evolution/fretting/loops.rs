@@ -9,8 +9,7 @@ use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
-use crate::evolution::records::Outcome;
-use crate::evolution::records::{FrettingLoop, Observer};
+use crate::evolution::records::{FrettingLoop, Outcome};
 use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, Step};
 
 /// Increments per stroke, at least.
@@ -50,7 +49,7 @@ impl Run<'_> {
         (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
         (worn, options): (&[f64], &SolverOptions),
         place: IncrementStart,
-        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+        stage: &ProgressSpan,
     ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
         let laws = ActiveLaws {
             friction: step.friction,
@@ -65,7 +64,7 @@ impl Run<'_> {
         let mut it = place.it;
         course.set_shift(end, &mut it.rigid_motion[0]);
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, options, observer, stage)?;
+            solve_and_check((&self.prepared, &mut problem), &mut it, options, self.observer, stage)?;
         let reference = it.gap[..2 * n].to_vec();
         Ok((IncrementStart { reference, it }, report, checks))
     }
@@ -79,7 +78,6 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         cycling: &WearStepState,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
             (&cycling.slip_source, &cycles.motion)
@@ -110,7 +108,7 @@ impl Run<'_> {
             {
                 let way = (&course, end, loads);
                 let (next, report, checks) =
-                    self.solve_stroke(step, way, (&worn, &options), place, (&mut *observer, &stage))?;
+                    self.solve_stroke(step, way, (&worn, &options), place, &stage)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
                         self.result.outcome = Outcome::Interrupted;

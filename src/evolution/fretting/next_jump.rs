@@ -8,7 +8,6 @@ use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal, Step};
 use crate::evolution::wear_integrator::WearJump;
 
@@ -47,13 +46,12 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         cycling: &mut WearStepState,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let clock = Instant::now();
         if self.is_worn_out(step, cycling) {
-            return self.finish_worn_out_step(step, cycles, cycling, clock, observer);
+            return self.finish_worn_out_step(step, cycles, cycling, clock);
         }
-        self.update_resolved_cycle(step, cycles, cycling, observer)?;
+        self.update_resolved_cycle(step, cycles, cycling)?;
         let (mut tries, mut spent) = (0, [0; 3]);
         loop {
             let (length, shortest) = cycling.next_length(cycles);
@@ -75,7 +73,7 @@ impl Run<'_> {
             if shorter_ones {
                 self.options.max_iterations = patience.min(MAX_TRIAL_ITERATIONS);
             }
-            let jump = self.integrate(step, (cycles, integrator, length), cycling, (observer, &stage));
+            let jump = self.integrate(step, (cycles, integrator, length), cycling, &stage);
             self.options.max_iterations = patience;
             let mut jump = jump?;
             if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
@@ -97,7 +95,7 @@ impl Run<'_> {
                 let wasted = [jump.solves, jump.report.iterations, jump.report.applications];
                 before.put(cycling);
                 let euler = (cycles, Integrator::BackwardEuler, length);
-                jump = self.integrate(step, euler, cycling, (observer, &stage))?;
+                jump = self.integrate(step, euler, cycling, &stage)?;
                 jump.charge_work(wasted);
                 self.result.warnings.push(format!(
                     "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
@@ -119,7 +117,7 @@ impl Run<'_> {
                 self.stop_at_frame_edge(step, cycling, &jump, length);
                 return Ok(());
             }
-            return self.commit_jump(step, cycles, (cycling, &jump), (length, tries, clock), observer);
+            return self.commit_jump(step, cycles, (cycling, &jump), (length, tries, clock));
         }
     }
 

@@ -6,7 +6,6 @@ use crate::error::Result;
 use crate::evolution::Run;
 use crate::evolution::fretting::wear_step::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::records::Observer;
 use crate::evolution::step::{Cycles, Integrator, Step};
 use crate::evolution::wear_integrator::WearJump;
 
@@ -17,14 +16,13 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         (cycling, clock): (&mut WearStepState, Instant),
-        observer: &mut dyn Observer,
     ) -> Result<bool> {
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
         let mut jump = WearJump::new(self.prepared.n());
         let stage = ProgressSpan { name: &step.name, from: at, to: at };
-        self.solve_stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
+        self.solve_stage(step, (at, &worn, 0.0), cycling, &mut jump, &stage)?;
         if !jump.converged() {
-            self.commit_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
+            self.commit_jump(step, cycles, (cycling, &jump), (0.0, 0, clock))?;
             return Ok(false);
         }
         cycling.cycle.charge(&jump.report);
@@ -42,9 +40,8 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         cycling: &mut WearStepState,
-        observer: &mut dyn Observer,
     ) -> Result<bool> {
-        if !self.evaluate_rates(step, cycles, (cycling, Instant::now()), observer)? {
+        if !self.evaluate_rates(step, cycles, (cycling, Instant::now()))? {
             return Ok(false);
         }
         cycling.rates_outdated = false;

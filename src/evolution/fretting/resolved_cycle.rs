@@ -10,7 +10,7 @@ use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
-use crate::evolution::records::{Observer, Resultants};
+use crate::evolution::records::Resultants;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
 use crate::evolution::{Run, state};
 use crate::frame::grid::extend_field;
@@ -247,7 +247,6 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         cycling: &mut WearStepState,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
             (&cycling.slip_source, &cycles.motion)
@@ -285,8 +284,7 @@ impl Run<'_> {
             reversals,
         };
         let way = (&course, closed, slip);
-        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)?
-        else {
+        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends))? else {
             if used.correction == Correction::Never {
                 // It is not tried again: nothing is known of the error.
                 let unknown = RefinedCycle {
@@ -522,7 +520,6 @@ impl Run<'_> {
             ResolvedCycleSettings,
         ),
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
-        observer: &mut dyn Observer,
     ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
         let may_agree = full_slip && used.correction == Correction::WhereNeeded;
@@ -539,7 +536,7 @@ impl Run<'_> {
             by_ends.clone()
         } else {
             let way = (course, closed, (increments, slip_spread_share));
-            let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place), observer)? else {
+            let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place))? else {
                 return Ok(None);
             };
             wear
@@ -559,8 +556,7 @@ impl Run<'_> {
             let ratio = if confirms { CONFIRMING_REFINEMENT.min(most / increments).max(2) } else { 2 };
             increments *= ratio;
             let way = (course, closed, (increments, slip_spread_share));
-            let cycle =
-                self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
+            let cycle = self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place))?;
             let Some(wear) = cycle else { return Ok(None) };
             let limit = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
             if first.is_none() && increments >= MIN_REFINEMENT * closed.increments {
@@ -619,7 +615,6 @@ impl Run<'_> {
         cycles: &Cycles,
         (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
         (cycling, place): (&mut WearStepState, &mut IncrementStart),
-        observer: &mut dyn Observer,
     ) -> Result<Option<CycleWear>> {
         let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
         let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
@@ -636,8 +631,7 @@ impl Run<'_> {
         for (end, counts) in up.chain(round) {
             let way = (&course, end % (2 * increments), loads);
             let pressures = here.it.tractions[2 * n..].to_vec();
-            let (next, report, checks) =
-                self.solve_stroke(step, way, (&worn, &options), here, (&mut *observer, &stage))?;
+            let (next, report, checks) = self.solve_stroke(step, way, (&worn, &options), here, &stage)?;
             cycling.cycle.charge(&report);
             if report.stop != StopReason::Converged {
                 if report.stop != StopReason::Interrupted {

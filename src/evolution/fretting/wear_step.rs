@@ -12,7 +12,7 @@ use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
-use crate::evolution::records::{CheckpointEvent, Observer, Outcome};
+use crate::evolution::records::{CheckpointEvent, Outcome};
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
@@ -71,13 +71,12 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         last: bool,
-        observer: &mut dyn Observer,
     ) -> Result<()> {
         if matches!(self.progress, StepProgress::NotStarted)
-            && let Some(cycling) = self.begin_wear_step(step, cycles, observer)?
+            && let Some(cycling) = self.begin_wear_step(step, cycles)?
         {
-            if observer.wants_loops() {
-                self.record_fretting_loop(step, cycles, &cycling, observer)?;
+            if self.observer.wants_loops() {
+                self.record_fretting_loop(step, cycles, &cycling)?;
                 if self.result.outcome != Outcome::Converged {
                     return Ok(());
                 }
@@ -88,20 +87,20 @@ impl Run<'_> {
             std::mem::replace(&mut self.progress, StepProgress::NotStarted)
         {
             if cycling.completed >= cycles.count {
-                let ended = self.finish_wear_step(step, cycles, (&cycling, last), observer);
+                let ended = self.finish_wear_step(step, cycles, (&cycling, last));
                 // Broken off here, the run is taken up after the last jump.
                 if ended.is_err() || self.result.outcome != Outcome::Converged {
                     self.progress = StepProgress::WearStep(cycling);
                 }
                 return ended;
             }
-            if cycling.jumps_done > 0 && observer.wants_rebuild(&self.state.wear_depth) {
+            if cycling.jumps_done > 0 && self.observer.wants_rebuild(&self.state.wear_depth) {
                 self.progress = StepProgress::WearStep(cycling);
                 self.rebuild_requested = true;
                 return Ok(());
             }
             if cycling.rates_outdated {
-                let evaluated = self.reevaluate_rates(step, cycles, &mut cycling, observer);
+                let evaluated = self.reevaluate_rates(step, cycles, &mut cycling);
                 if !matches!(evaluated, Ok(true)) {
                     self.progress = StepProgress::WearStep(cycling);
                     return evaluated.map(|_| ());
@@ -110,7 +109,7 @@ impl Run<'_> {
             let (before, control, spent) =
                 (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
             let resolved = cycling.resolved_cycle.clone();
-            let jumped = self.take_jump(step, cycles, &mut cycling, observer);
+            let jumped = self.take_jump(step, cycles, &mut cycling);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 // Before its first entry the step begins anew, from the state before it.
@@ -123,7 +122,7 @@ impl Run<'_> {
                 return jumped;
             }
             self.progress = StepProgress::WearStep(cycling);
-            self.record_rollback_point(CheckpointEvent::Entry, observer)?;
+            self.record_rollback_point(CheckpointEvent::Entry)?;
         }
         Ok(())
     }
@@ -134,17 +133,16 @@ impl Run<'_> {
         step: &Step,
         cycles: &Cycles,
         (cycling, last): (&WearStepState, bool),
-        observer: &mut dyn Observer,
     ) -> Result<()> {
-        if observer.wants_loops() {
-            self.record_fretting_loop(step, cycles, cycling, observer)?;
+        if self.observer.wants_loops() {
+            self.record_fretting_loop(step, cycles, cycling)?;
         }
         self.warn_of_wear_error(step, cycles);
         self.controls.normal = cycling.load_path.end.normal;
         if let (SlipSource::ClosedPath(course), false, Outcome::Converged) =
             (&cycling.slip_source, last, &self.result.outcome)
         {
-            self.return_to_center(step, course, observer)?;
+            self.return_to_center(step, course)?;
         }
         Ok(())
     }
@@ -181,12 +179,7 @@ impl Run<'_> {
     }
 
     /// The first strokes and the rates before the first jump; `None` where something does not converge.
-    fn begin_wear_step(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<WearStepState>> {
+    fn begin_wear_step(&mut self, step: &Step, cycles: &Cycles) -> Result<Option<WearStepState>> {
         let clock = Instant::now();
         if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
             && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
@@ -231,15 +224,15 @@ impl Run<'_> {
         };
         if let SlipSource::ClosedPath(course) = &cycling.slip_source {
             let (loads, _) = self.loads_at(step, &cycling, 0.0);
-            self.find_periodic_cycle(step, (course, loads), &mut cycling.cycle, observer)?;
+            self.find_periodic_cycle(step, (course, loads), &mut cycling.cycle)?;
             if self.result.outcome != Outcome::Converged {
                 return Ok(None);
             }
         }
-        if !self.evaluate_rates(step, cycles, (&mut cycling, clock), observer)? {
+        if !self.evaluate_rates(step, cycles, (&mut cycling, clock))? {
             return Ok(None);
         }
-        self.update_resolved_cycle(step, cycles, &mut cycling, observer)?;
+        self.update_resolved_cycle(step, cycles, &mut cycling)?;
         cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
         cycling.initial_peak_pressure = cycling.peak_pressure();
         cycling.refuse_unstable(step, cycles)?;
@@ -282,17 +275,12 @@ impl Run<'_> {
     }
 
     /// Brings body 2 back to the centre of the cycles for the steps that follow.
-    fn return_to_center(
-        &mut self,
-        step: &Step,
-        course: &FrettingPath,
-        observer: &mut dyn Observer,
-    ) -> Result<()> {
+    fn return_to_center(&mut self, step: &Step, course: &FrettingPath) -> Result<()> {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(step, self.controls.loads_at_shift());
         let (loads, tangential) = course.return_to_center(loads);
         self.controls = ActiveControls { tangential, ..self.controls };
-        self.advance_stroke(step, (loads, rigid), observer)?;
+        self.advance_stroke(step, (loads, rigid))?;
         Ok(())
     }
 }
