@@ -24,10 +24,10 @@ impl Run<'_> {
     /// If a load acts along a motion that nothing resists.
     pub(super) fn path_point(
         &mut self,
-        step: &Step,
         loads: &PrescribedLoads,
         reference: SlipReference,
     ) -> Result<PathPoint> {
+        let step = self.step();
         let mut end =
             PathPoint { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
         let prepared = &self.prepared;

@@ -36,7 +36,7 @@ use crate::evolution::records::{
     CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome,
 };
 use crate::evolution::state::RunState;
-use crate::evolution::step::{Normal, Step};
+use crate::evolution::step::{Cycles, Normal, Step};
 pub use crate::evolution::transfer::PreviousModel;
 use crate::flexibility::Flexibility;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
@@ -74,6 +74,7 @@ struct Run<'a> {
     observer: &'a mut dyn Observer,
     prepared: PreparedModel<'a>,
     options: SolverOptions,
+    steps: &'a [Step],
     /// The step in progress, and how far it has come.
     step_index: usize,
     progress: StepProgress,
@@ -161,6 +162,7 @@ fn run_on_this_thread(
         observer,
         prepared,
         options: *options,
+        steps,
         step_index: 0,
         progress,
         state,
@@ -171,9 +173,9 @@ fn run_on_this_thread(
         rebuild_requested,
     };
     if let Some(snapshot) = from {
-        run.restore(snapshot, steps.len())?;
+        run.restore(snapshot)?;
     }
-    if let Err(error) = run.steps(steps) {
+    if let Err(error) = run.run_steps() {
         // A body may hear of the signal before the solver does.
         if error.kind() == ErrorKind::Interrupted {
             run.report_checkpoint(CheckpointEvent::Aborted)?;
@@ -183,10 +185,20 @@ fn run_on_this_thread(
     Ok(run.result)
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// The step in progress.
+    fn step(&self) -> &'a Step {
+        &self.steps[self.step_index]
+    }
+
+    /// The cycles of the step in progress, a wear step.
+    fn cycles(&self) -> &'a Cycles {
+        self.step().cycles.as_ref().expect("a wear step has cycles")
+    }
+
     /// Runs the steps that are left.
-    fn steps(&mut self, steps: &[Step]) -> Result<()> {
-        while let Some(step) = steps.get(self.step_index) {
+    fn run_steps(&mut self) -> Result<()> {
+        while let Some(step) = self.steps.get(self.step_index) {
             let started = Instant::now();
             if matches!(self.progress, StepProgress::NotStarted)
                 && self.observer.wants_rebuild(&self.state.wear_depth)
@@ -194,8 +206,8 @@ impl Run<'_> {
                 return self.suspend_for_rebuild();
             }
             match &step.cycles {
-                None => self.run_monotone_step(step)?,
-                Some(cycles) => self.run_wear_step(step, cycles, self.step_index + 1 == steps.len())?,
+                None => self.run_monotone_step()?,
+                Some(_) => self.run_wear_step()?,
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
             if self.rebuild_requested {
@@ -254,6 +266,7 @@ impl Run<'_> {
             observer,
             prepared,
             options: _,
+            steps: _,
             step_index,
             progress,
             state: _,
@@ -293,8 +306,8 @@ impl Run<'_> {
     }
 
     /// Goes on from where an earlier run was broken off.
-    fn restore(&mut self, snapshot: RunCheckpoint, steps: usize) -> Result<()> {
-        let n = self.prepared.n();
+    fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
+        let (n, steps) = (self.prepared.n(), self.steps.len());
         if snapshot.n_cells() != n || snapshot.step_index > steps {
             return Err(Error::input(format!(
                 "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {steps} steps",

@@ -34,6 +34,13 @@ pub(super) struct ActiveLaws<'f> {
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
+impl ActiveLaws<'_> {
+    /// The laws of a step for one pass whose wear does not change the gap.
+    pub fn of(step: &Step) -> Self {
+        Self { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None }
+    }
+}
+
 /// The equations of an increment with the wear depth `wear_depth` at its start.
 pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
@@ -203,19 +210,20 @@ pub(super) struct MonotoneProgress {
 
 impl Run<'_> {
     /// The path of a step from the present state.
-    pub(super) fn load_path(&self, step: &Step) -> LoadPath {
+    pub(super) fn load_path(&self) -> LoadPath {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
         let start = LoadPathStart { rigid: self.state.rigid_motion, turn, force, moment };
-        LoadPath::new(step, self.controls, start, &self.prepared)
+        LoadPath::new(self.step(), self.controls, start, &self.prepared)
     }
 
     /// Runs the increments of a monotone step that are left.
-    pub(super) fn run_monotone_step(&mut self, step: &Step) -> Result<()> {
+    pub(super) fn run_monotone_step(&mut self) -> Result<()> {
+        let step = self.step();
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
             _ => Box::new(MonotoneProgress {
-                load_path: self.load_path(step),
+                load_path: self.load_path(),
                 increments_done: 0,
                 predictor: Predictor::default(),
             }),
@@ -226,7 +234,7 @@ impl Run<'_> {
             let (rigid, floating) = ramp.predictor.motions(&self.state);
             let now = (rigid, self.prepared.rotation(&floating));
             let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
-            self.run_increment(step, number, (&controls, &mut ramp.predictor))?;
+            self.run_increment(number, (&controls, &mut ramp.predictor))?;
             if self.result.outcome == Outcome::Converged {
                 ramp.increments_done = number;
                 self.progress = StepProgress::Monotone(ramp.clone());
@@ -242,22 +250,21 @@ impl Run<'_> {
 
     fn run_increment(
         &mut self,
-        step: &Step,
         number: usize,
         (controls, predictor): (&IncrementControls, &mut Predictor),
     ) -> Result<()> {
+        let step = self.step();
         let clock = Instant::now();
-        self.check_controls(step)?;
-        let loads = self.effective_loads(step, controls.loads);
+        self.check_controls()?;
+        let loads = self.effective_loads(controls.loads);
         let reference = match &step.rolling {
             None => SlipReference::Previous(self.state.slip_reference.clone()),
-            Some(rolling) => SlipReference::Upstream(self.upstream(step, rolling, number)?),
+            Some(rolling) => SlipReference::Upstream(self.upstream(rolling, number)?),
         };
-        let end = self.path_point(step, &loads, reference)?;
+        let end = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
         let slip_repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws =
-            ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors: None };
+        let laws = ActiveLaws { slip_repeats, ..ActiveLaws::of(step) };
         let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
@@ -283,7 +290,7 @@ impl Run<'_> {
         let mut record = increment_record(&step.name, number, approach, &values);
         if let Some(rolling) = &step.rolling {
             self.per_distance(rolling, &mut fields.slip);
-            record.rolling = Some(self.add_rolling_wear(step, (rolling, number), &it)?);
+            record.rolling = Some(self.add_rolling_wear(rolling, number, &it)?);
         } else {
             self.state.dissipation += checks.dissipation;
             if step.wear {
@@ -298,9 +305,10 @@ impl Run<'_> {
     }
 
     /// Refuses what no increment can do: a tangential force or a spin moment without friction.
-    fn check_controls(&self, step: &Step) -> Result<()> {
+    fn check_controls(&self) -> Result<()> {
+        let step = self.step();
         let rolls = step.rolling.is_some();
-        if self.has_friction(step) && !rolls {
+        if self.has_friction() && !rolls {
             return Ok(());
         }
         // On the way to zero the load falls to zero at once, since nothing carries it.
@@ -328,19 +336,19 @@ impl Run<'_> {
     }
 
     /// Whether friction acts in a step.
-    pub(super) fn has_friction(&self, step: &Step) -> bool {
-        step.friction && self.prepared.ellipse.is_some()
+    pub(super) fn has_friction(&self) -> bool {
+        self.step().friction && self.prepared.ellipse.is_some()
     }
 
     /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
-    pub(super) fn effective_loads(&self, step: &Step, mut loads: PrescribedLoads) -> PrescribedLoads {
-        if !self.has_friction(step) {
+    pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
+        if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;
             if self.prepared.model.frame.has_uniform_axes() {
                 loads.moment[2] = None;
             }
         }
-        if step.rolling.is_some() {
+        if self.step().rolling.is_some() {
             // The creepages say how body 2 slides and spins.
             (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
         }

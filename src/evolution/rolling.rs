@@ -4,7 +4,7 @@ use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
 use crate::evolution::Run;
 use crate::evolution::records::RollingRecord;
-use crate::evolution::step::{Rolling, Step};
+use crate::evolution::step::Rolling;
 use crate::frame::ContactFrame;
 
 impl Rolling {
@@ -67,8 +67,8 @@ impl Rolling {
 
 impl Run<'_> {
     /// Where the slip of increment `number` of a rolling step comes from.
-    pub(super) fn upstream(&self, step: &Step, rolling: &Rolling, number: usize) -> Result<Upstream> {
-        rolling.upstream(&self.prepared.model.frame, number as f64 / step.increments as f64)
+    pub(super) fn upstream(&self, rolling: &Rolling, number: usize) -> Result<Upstream> {
+        rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)
     }
 
     /// Adds what increment `number` of a rolling step dissipates and wears over its part of the distance.
@@ -77,11 +77,12 @@ impl Run<'_> {
     /// creepages. The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
     pub(super) fn add_rolling_wear(
         &mut self,
-        step: &Step,
-        (rolling, number): (&Rolling, usize),
+        rolling: &Rolling,
+        number: usize,
         it: &ContactState,
     ) -> Result<RollingRecord> {
-        let from = self.upstream(step, rolling, number)?.source_cell;
+        let step = self.step();
+        let from = self.upstream(rolling, number)?.source_cell;
         let frame = &self.prepared.model.frame;
         let (n, count) = (from.len(), step.increments as f64);
         let passages = rolling.distance / count / rolling.passage(frame);

@@ -6,14 +6,14 @@
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{ContactState, Increment, PathPoint, SlipReference};
+use crate::contact::{ContactState, Increment, SlipReference};
 use crate::error::Result;
 use crate::evolution::fretting::cycle_state::is_periodic;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
 };
-use crate::evolution::step::{Cycles, Integrator, Step};
+use crate::evolution::step::Integrator;
 use crate::evolution::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
@@ -176,8 +176,8 @@ impl Run<'_> {
     /// If a body cannot be solved.
     pub(super) fn integrate(
         &mut self,
-        step: &Step,
-        (cycles, integrator, length): (&Cycles, Integrator, f64),
+        integrator: Integrator,
+        length: f64,
         cycling: &mut WearStepState,
         stage: &ProgressSpan,
     ) -> Result<WearJump> {
@@ -190,8 +190,8 @@ impl Run<'_> {
             let mut worn = self.state.wear_depth.clone();
             add(&mut worn, 1.0, &jump.wear_depth);
             let touched = self.cells_in_contact(&cycling.cycle.contact);
-            let at = (cycling.completed + weights.abscissa * length) / cycles.count;
-            self.solve_stage(step, (at, &worn, weights.implicit_weight * length), cycling, &mut jump, stage)?;
+            let at = (cycling.completed + weights.abscissa * length) / self.cycles().count;
+            self.solve_stage((at, &worn, weights.implicit_weight * length), cycling, &mut jump, stage)?;
             if !jump.converged() {
                 return Ok(jump);
             }
@@ -242,29 +242,27 @@ impl Run<'_> {
     /// If a body cannot be solved.
     pub(super) fn solve_stage(
         &mut self,
-        step: &Step,
         (at, worn, slip_repeats): (f64, &[f64], f64),
         cycling: &mut WearStepState,
         jump: &mut WearJump,
         stage: &ProgressSpan,
     ) -> Result<()> {
         let before = jump.checks;
-        let (loads, height) = self.loads_at(step, cycling, at);
+        let (loads, height) = self.loads_at(cycling, at);
         if let Some(height) = height {
             cycling.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_STICK_PASSES {
             let ends = match &cycling.slip_source {
-                SlipSource::ClosedPath(course) => self.path_points(step, course, loads, &cycling.cycle)?,
+                SlipSource::ClosedPath(course) => self.path_points(course, loads, &cycling.cycle)?,
                 SlipSource::Sliding(slip) => {
-                    vec![self.path_point(step, &loads, SlipReference::Prescribed(slip.clone()))?]
+                    vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
                 }
             };
             let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
             let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
-            let laws =
-                ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats, wear_path_factors };
+            let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -290,8 +288,7 @@ impl Run<'_> {
             last = now;
             let mut depth = worn.to_vec();
             add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
-            let report =
-                self.recompute_stick_zone(step, (course, loads), &depth, &mut cycling.cycle, stage)?;
+            let report = self.recompute_stick_zone((course, loads), &depth, &mut cycling.cycle, stage)?;
             jump.add(&report);
             if report.stop != StopReason::Converged {
                 return Ok(());
@@ -303,21 +300,9 @@ impl Run<'_> {
     }
 
     /// The equations of the ends at the worn depth of the state, for what is reported.
-    pub(super) fn reporting_problem<'b>(
-        &'b self,
-        step: &Step,
-        cycling: &WearStepState,
-        worn: &'b [f64],
-        end: PathPoint,
-    ) -> Increment<'b> {
-        let laws = ActiveLaws {
-            friction: step.friction,
-            wear: step.wear,
-            slip_repeats: 0.0,
-            wear_path_factors: None,
-        };
-        let ends = vec![end; cycling.cycle.contact.rigid_motion.len()];
-        increment_problem(&self.prepared, &self.options, worn, laws, ends)
+    pub(super) fn reporting_problem<'b>(&'b self, cycling: &WearStepState, worn: &'b [f64]) -> Increment<'b> {
+        let ends = vec![cycling.reported_path_point(); cycling.cycle.contact.rigid_motion.len()];
+        increment_problem(&self.prepared, &self.options, worn, ActiveLaws::of(self.step()), ends)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check,
 };
 use crate::evolution::records::Outcome;
-use crate::evolution::step::{ClosedPath, Drive, Step, Tangential};
+use crate::evolution::step::{ClosedPath, Drive, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
 
@@ -224,8 +224,8 @@ impl Run<'_> {
     /// a matter of their history.
     pub(super) fn find_periodic_cycle(
         &mut self,
-        step: &Step,
-        (course, loads): (&FrettingPath, PrescribedLoads),
+        course: &FrettingPath,
+        loads: PrescribedLoads,
         ring: &mut CycleState,
     ) -> Result<()> {
         ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
@@ -240,7 +240,7 @@ impl Run<'_> {
                     self.state.rigid_motion[2],
                 ];
                 course.set_shift(end, &mut rigid);
-                let (it, report) = self.advance_stroke(step, (course.loads(end, loads), rigid))?;
+                let (it, report) = self.advance_stroke(course.loads(end, loads), rigid)?;
                 ring.charge(&report);
                 if end == 1 {
                     ring.stick_mask.fill(true);
@@ -259,7 +259,7 @@ impl Run<'_> {
         self.result.warnings.push(format!(
             "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions still change from cycle to cycle; the stroke ends are \
              those of the last one",
-            step.name
+            self.step().name
         ));
         Ok(())
     }
@@ -285,15 +285,15 @@ impl Run<'_> {
     /// One increment without wear to a given rigid motion or under given loads; the state follows.
     pub(super) fn advance_stroke(
         &mut self,
-        step: &Step,
-        (loads, rigid): (PrescribedLoads, [f64; 3]),
+        loads: PrescribedLoads,
+        rigid: [f64; 3],
     ) -> Result<(ContactState, SolveReport)> {
+        let step = self.step();
         let clock = Instant::now();
         let reference = SlipReference::Previous(self.state.slip_reference.clone());
-        let end = self.path_point(step, &loads, reference)?;
+        let end = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
-        let laws =
-            ActiveLaws { friction: step.friction, wear: false, slip_repeats: 0.0, wear_path_factors: None };
+        let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
         let options = self.stroke_options();
         let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
@@ -314,7 +314,7 @@ impl Run<'_> {
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
         self.complete_record(&mut record, &report, (&checks, options.tolerance));
-        self.warn_of_spin_moment(step);
+        self.warn_of_spin_moment();
         if self.result.outcome != Outcome::Converged {
             self.deliver(record, fields)?;
         }
@@ -333,7 +333,6 @@ impl Run<'_> {
     /// If a body cannot be solved.
     pub(in crate::evolution) fn recompute_stick_zone(
         &mut self,
-        step: &Step,
         (course, loads): (&FrettingPath, PrescribedLoads),
         worn: &[f64],
         ring: &mut CycleState,
@@ -354,7 +353,7 @@ impl Run<'_> {
                 it.scaled.copy_from_slice(&ring.contact.scaled[end * 3 * n..(end + 1) * 3 * n]);
                 let place = IncrementStart { reference, it };
                 let way = (course, end, loads);
-                let (place, report, _) = self.solve_stroke(step, way, (worn, &options), place, stage)?;
+                let (place, report, _) = self.solve_stroke(way, (worn, &options), place, stage)?;
                 ring.charge(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
@@ -383,13 +382,12 @@ impl Run<'_> {
     /// If a load acts along a motion that nothing resists.
     pub(in crate::evolution) fn path_points(
         &mut self,
-        step: &Step,
         course: &FrettingPath,
         loads: PrescribedLoads,
         ring: &CycleState,
     ) -> Result<Vec<PathPoint>> {
         (0..course.len())
-            .map(|end| self.path_point(step, &course.loads(end, loads), ring.slip_reference()))
+            .map(|end| self.path_point(&course.loads(end, loads), ring.slip_reference()))
             .collect()
     }
 }

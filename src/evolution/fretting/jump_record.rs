@@ -7,28 +7,22 @@ use crate::error::Result;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::increment_record;
 use crate::evolution::records::{JumpRecord, Outcome, Resultants};
-use crate::evolution::step::{Cycles, Spin, Step};
+use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {
     /// The cycles that are left, in which nothing wears any more.
-    pub(super) fn finish_worn_out_step(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &mut WearStepState,
-        clock: Instant,
-    ) -> Result<()> {
-        let length = cycles.count - cycling.completed;
+    pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<()> {
+        let length = self.cycles().count - cycling.completed;
         self.result.warnings.push(format!(
             "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length} {}",
-            step.name,
+            self.step().name,
             cycling.length_unit()
         ));
         // A run that is taken up here has not evaluated its ends yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        let problem = self.reporting_problem(cycling, &worn);
         let mut checks = certificate::check(
             &problem,
             &mut cycling.cycle.contact,
@@ -39,24 +33,18 @@ impl Run<'_> {
         // What is left is the rounding of the gap: it counts against the pressures that there were.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
-        self.commit_jump(step, cycles, (cycling, &jump), (length, 0, clock))
+        self.commit_jump((cycling, &jump), (length, 0, clock))
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
-    pub(super) fn stop_at_frame_edge(
-        &mut self,
-        step: &Step,
-        cycling: &WearStepState,
-        jump: &WearJump,
-        length: f64,
-    ) {
+    pub(super) fn stop_at_frame_edge(&mut self, cycling: &WearStepState, jump: &WearJump, length: f64) {
         self.discarded_work = [jump.solves, jump.report.iterations, jump.report.applications];
         self.result.outcome = FRAME_EDGE;
         let unit = cycling.length_unit();
         self.result.warnings.push(format!(
             "step \"{}\" ({}): wear brings the contact to the edge of the frame between {} and {} {unit}; that jump is not taken, for \
              what lies beyond would be cut off",
-            step.name,
+            self.step().name,
             cycling.jumps_done + 1,
             cycling.completed,
             cycling.completed + length
@@ -66,11 +54,10 @@ impl Run<'_> {
     /// Takes what a jump did into the state, and hands out its entry.
     pub(super) fn commit_jump(
         &mut self,
-        step: &Step,
-        cycles: &Cycles,
         (cycling, jump): (&mut WearStepState, &WearJump),
         (length, rejected, clock): (f64, usize, Instant),
     ) -> Result<()> {
+        let (step, cycles) = (self.step(), self.cycles());
         let number = cycling.jumps_done + 1;
         if jump.converged() {
             cycling.completed += length;
@@ -104,7 +91,7 @@ impl Run<'_> {
         };
         let it = &cycling.cycle.contact;
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        let problem = self.reporting_problem(cycling, &worn);
         let mut ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
         let resolved = cycling.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
         if let Some(corrections) = resolved {
@@ -148,20 +135,20 @@ impl Run<'_> {
             resolved.is_new = false;
         }
         self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
-        self.warn_of_spin_moment(step);
+        self.warn_of_spin_moment();
         self.deliver(record, fields)
     }
 
     /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
     /// end to end, and the moment of its friction with it.
-    pub(super) fn warn_of_spin_moment(&mut self, step: &Step) {
+    pub(super) fn warn_of_spin_moment(&mut self) {
         let Spin::Moment(moment) = self.controls.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
             self.result.warnings.push(format!(
                 "step \"{}\": a spin moment of {moment} is still held while body 2 goes to and fro. If all of the contact slides, \
                  friction there and back has opposite moments and cannot carry the same one at both ends: prescribe `twist`, \
                  or a spin_moment of zero, in a step before, or take a smaller amplitude",
-                step.name
+                self.step().name
             ));
         }
     }

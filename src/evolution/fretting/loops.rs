@@ -10,7 +10,7 @@ use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::records::{FrettingLoop, Outcome};
-use crate::evolution::step::{ClosedPath, CycleMotion, Cycles, Step};
+use crate::evolution::step::{ClosedPath, CycleMotion};
 
 /// Increments per stroke, at least.
 const MIN_LOOP_INCREMENTS: usize = 16;
@@ -45,21 +45,14 @@ impl Run<'_> {
     /// If a body cannot be solved.
     pub(super) fn solve_stroke(
         &mut self,
-        step: &Step,
         (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
         (worn, options): (&[f64], &SolverOptions),
         place: IncrementStart,
         stage: &ProgressSpan,
     ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
-        let laws = ActiveLaws {
-            friction: step.friction,
-            wear: step.wear,
-            slip_repeats: 0.0,
-            wear_path_factors: None,
-        };
+        let laws = ActiveLaws::of(self.step());
         let n = self.prepared.n();
-        let spec =
-            self.path_point(step, &course.loads(end, loads), SlipReference::Previous(place.reference))?;
+        let spec = self.path_point(&course.loads(end, loads), SlipReference::Previous(place.reference))?;
         let mut problem = increment_problem(&self.prepared, options, worn, laws, vec![spec]);
         let mut it = place.it;
         course.set_shift(end, &mut it.rigid_motion[0]);
@@ -73,12 +66,8 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(super) fn record_fretting_loop(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &WearStepState,
-    ) -> Result<()> {
+    pub(super) fn record_fretting_loop(&mut self, cycling: &WearStepState) -> Result<()> {
+        let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
             (&cycling.slip_source, &cycles.motion)
         else {
@@ -87,7 +76,7 @@ impl Run<'_> {
         let increments = MIN_LOOP_INCREMENTS.div_ceil(closed.increments) * closed.increments;
         let course = coarse.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coarse.reversal_index();
-        let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
+        let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
         // That of the - end, where the state is.
         let mut place = IncrementStart {
             reference: self.state.slip_reference.clone(),
@@ -107,8 +96,7 @@ impl Run<'_> {
                 (increments + 1..=2 * increments).map(|end| end % (2 * increments)).chain(1..=increments)
             {
                 let way = (&course, end, loads);
-                let (next, report, checks) =
-                    self.solve_stroke(step, way, (&worn, &options), place, &stage)?;
+                let (next, report, checks) = self.solve_stroke(way, (&worn, &options), place, &stage)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
                         self.result.outcome = Outcome::Interrupted;

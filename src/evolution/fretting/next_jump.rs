@@ -8,7 +8,7 @@ use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal, Step};
+use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
 
 /// Worn depth over the approach below which errors do not count.
@@ -41,17 +41,13 @@ enum Rejection {
 
 impl Run<'_> {
     /// Takes one more jump.
-    pub(super) fn take_jump(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &mut WearStepState,
-    ) -> Result<()> {
+    pub(super) fn take_jump(&mut self, cycling: &mut WearStepState) -> Result<()> {
+        let (step, cycles) = (self.step(), self.cycles());
         let clock = Instant::now();
-        if self.is_worn_out(step, cycling) {
-            return self.finish_worn_out_step(step, cycles, cycling, clock);
+        if self.is_worn_out(cycling) {
+            return self.finish_worn_out_step(cycling, clock);
         }
-        self.update_resolved_cycle(step, cycles, cycling)?;
+        self.update_resolved_cycle(cycling)?;
         let (mut tries, mut spent) = (0, [0; 3]);
         loop {
             let (length, shortest) = cycling.next_length(cycles);
@@ -66,19 +62,18 @@ impl Run<'_> {
                 from: part(cycling.completed),
                 to: part(cycling.completed + length),
             };
-            let integrator = cycles.integrator;
             let shorter_ones =
                 matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest && tries < MAX_TRIALS;
             let patience = self.options.max_iterations;
             if shorter_ones {
                 self.options.max_iterations = patience.min(MAX_TRIAL_ITERATIONS);
             }
-            let jump = self.integrate(step, (cycles, integrator, length), cycling, &stage);
+            let jump = self.integrate(cycles.integrator, length, cycling, &stage);
             self.options.max_iterations = patience;
             let mut jump = jump?;
             if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
                 && jump.report.stop != StopReason::Interrupted
-                && let Some(refusal) = self.rejection((cycles, tolerance, length), (radii, cycling), &jump)
+                && let Some(refusal) = self.rejection((tolerance, length), (radii, cycling), &jump)
             {
                 let report = &jump.report;
                 let now = [jump.solves, report.iterations, report.applications];
@@ -94,8 +89,7 @@ impl Run<'_> {
             if jump.lost_contact {
                 let wasted = [jump.solves, jump.report.iterations, jump.report.applications];
                 before.put(cycling);
-                let euler = (cycles, Integrator::BackwardEuler, length);
-                jump = self.integrate(step, euler, cycling, &stage)?;
+                jump = self.integrate(Integrator::BackwardEuler, length, cycling, &stage)?;
                 jump.charge_work(wasted);
                 self.result.warnings.push(format!(
                     "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
@@ -108,27 +102,27 @@ impl Run<'_> {
             jump.charge_work(spent);
             // The first strokes have no entry of their own.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
-            self.warn_of_unstable(step, cycling, length);
+            self.warn_of_unstable(cycling, length);
             if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
-                let ratio = self.error_ratio((cycles, tolerance, length), &jump);
+                let ratio = self.error_ratio(tolerance, length, &jump);
                 cycling.step_controller.accept(length, ratio);
             }
             if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
-                self.stop_at_frame_edge(step, cycling, &jump, length);
+                self.stop_at_frame_edge(cycling, &jump, length);
                 return Ok(());
             }
-            return self.commit_jump(step, cycles, (cycling, &jump), (length, tries, clock));
+            return self.commit_jump((cycling, &jump), (length, tries, clock));
         }
     }
 
     /// Whether wear at a fixed approach has taken nearly all that the bodies overlap by.
-    fn is_worn_out(&self, step: &Step, cycling: &WearStepState) -> bool {
-        let still = matches!(self.controls.normal, Normal::Approach(_)) && step.normal.is_none();
+    fn is_worn_out(&self, cycling: &WearStepState) -> bool {
+        let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
     }
 
     /// Says, once a step, that explicit jumps are longer than is stable.
-    fn warn_of_unstable(&mut self, step: &Step, cycling: &WearStepState, length: f64) {
+    fn warn_of_unstable(&mut self, cycling: &WearStepState, length: f64) {
         if let Some(critical) = cycling.critical_length
             && length > critical * (1.0 + 1e-9)
             && cycling.jumps_done == 0
@@ -136,14 +130,35 @@ impl Run<'_> {
             self.result.warnings.push(format!(
                 "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear swing from \
                  cell to cell, and mean nothing",
-                step.name,
+                self.step().name,
                 cycling.length_unit()
             ));
         }
     }
 
+    /// Refuses explicit jumps that are longer than is stable.
+    pub(super) fn refuse_unstable(&self, cycling: &WearStepState) -> Result<()> {
+        let cycles = self.cycles();
+        let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
+            return Ok(());
+        };
+        let length = cycles.count / jumps as f64;
+        if length <= critical {
+            return Ok(());
+        }
+        Err(Error::input(format!(
+            "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
+             on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
+             integrator",
+            self.step().name,
+            cycling.length_unit(),
+            (cycles.count / critical * (1.0 - 1e-9)).ceil()
+        )))
+    }
+
     /// Estimated error of a jump over what is allowed.
-    fn error_ratio(&self, (cycles, tolerance, length): (&Cycles, f64, f64), jump: &WearJump) -> f64 {
+    fn error_ratio(&self, tolerance: f64, length: f64, jump: &WearJump) -> f64 {
+        let cycles = self.cycles();
         if jump.depth_error == 0.0 {
             return 0.0;
         }
@@ -162,14 +177,14 @@ impl Run<'_> {
     /// Why a controlled jump is too long, if it is.
     fn rejection(
         &self,
-        jumped: (&Cycles, f64, f64),
+        (tolerance, length): (f64, f64),
         ([contact, stick], after): ([f64; 2], &WearStepState),
         jump: &WearJump,
     ) -> Option<Rejection> {
         if !jump.converged() || jump.lost_contact {
             return Some(Rejection::Other);
         }
-        let ratio = self.error_ratio(jumped, jump);
+        let ratio = self.error_ratio(tolerance, length, jump);
         if ratio > 1.0 {
             return Some(Rejection::Error(ratio));
         }
@@ -196,25 +211,6 @@ impl WearStepState {
         let n = self.wear_rate.len();
         let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
         pressures.copied().fold(0.0, f64::max)
-    }
-
-    /// Refuses explicit jumps that are longer than is stable.
-    pub(super) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
-        let (Some(critical), JumpPolicy::Number(jumps)) = (self.critical_length, cycles.jumps) else {
-            return Ok(());
-        };
-        let length = cycles.count / jumps as f64;
-        if length <= critical {
-            return Ok(());
-        }
-        Err(Error::input(format!(
-            "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
-             on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
-             integrator",
-            step.name,
-            self.length_unit(),
-            (cycles.count / critical * (1.0 - 1e-9)).ceil()
-        )))
     }
 
     /// Length of the next jump, and the shortest that can be.

@@ -6,23 +6,19 @@ use crate::error::Result;
 use crate::evolution::Run;
 use crate::evolution::fretting::wear_step::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::step::{Cycles, Integrator, Step};
+use crate::evolution::step::Integrator;
 use crate::evolution::wear_integrator::WearJump;
 
 impl Run<'_> {
     /// Ends and rates at the worn depth of the state; `false` where they do not converge.
-    pub(super) fn evaluate_rates(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        (cycling, clock): (&mut WearStepState, Instant),
-    ) -> Result<bool> {
+    pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<bool> {
+        let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
         let mut jump = WearJump::new(self.prepared.n());
-        let stage = ProgressSpan { name: &step.name, from: at, to: at };
-        self.solve_stage(step, (at, &worn, 0.0), cycling, &mut jump, &stage)?;
+        let stage = ProgressSpan { name: &self.step().name, from: at, to: at };
+        self.solve_stage((at, &worn, 0.0), cycling, &mut jump, &stage)?;
         if !jump.converged() {
-            self.commit_jump(step, cycles, (cycling, &jump), (0.0, 0, clock))?;
+            self.commit_jump((cycling, &jump), (0.0, 0, clock))?;
             return Ok(false);
         }
         cycling.cycle.charge(&jump.report);
@@ -35,17 +31,12 @@ impl Run<'_> {
     }
 
     /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
-    pub(super) fn reevaluate_rates(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &mut WearStepState,
-    ) -> Result<bool> {
-        if !self.evaluate_rates(step, cycles, (cycling, Instant::now()))? {
+    pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Result<bool> {
+        if !self.evaluate_rates(cycling, Instant::now())? {
             return Ok(false);
         }
         cycling.rates_outdated = false;
-        if let Err(unstable) = cycling.refuse_unstable(step, cycles) {
+        if let Err(unstable) = self.refuse_unstable(cycling) {
             self.result.warnings.push(unstable.message().to_owned());
         }
         Ok(true)

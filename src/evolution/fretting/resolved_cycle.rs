@@ -11,7 +11,7 @@ use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
 use crate::evolution::records::Resultants;
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
 use crate::evolution::{Run, state};
 use crate::frame::grid::extend_field;
 
@@ -242,28 +242,23 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(super) fn update_resolved_cycle(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &mut WearStepState,
-    ) -> Result<()> {
+    pub(super) fn update_resolved_cycle(&mut self, cycling: &mut WearStepState) -> Result<()> {
         let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
-            (&cycling.slip_source, &cycles.motion)
+            (&cycling.slip_source, &self.cycles().motion)
         else {
             return Ok(());
         };
         let (Some(used), true) =
-            (closed.resolved_cycles, step.wear && self.prepared.specific_wear_rate.is_some())
+            (closed.resolved_cycles, self.step().wear && self.prepared.specific_wear_rate.is_some())
         else {
             return Ok(());
         };
-        if used.correction != Correction::Always && !self.has_friction(step) {
+        if used.correction != Correction::Always && !self.has_friction() {
             return Ok(());
         }
         // A restored run has not evaluated its reversal points yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        let problem = self.reporting_problem(cycling, &worn);
         problem.evaluate(&mut cycling.cycle.contact);
         let slip = self.cycle_slip(&problem, cycling);
         let half = course.reversal_index();
@@ -284,7 +279,7 @@ impl Run<'_> {
             reversals,
         };
         let way = (&course, closed, slip);
-        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends))? else {
+        let Some(refined) = self.refine_cycle((way, used), (cycling, &by_ends))? else {
             if used.correction == Correction::Never {
                 // It is not tried again: nothing is known of the error.
                 let unknown = RefinedCycle {
@@ -309,12 +304,12 @@ impl Run<'_> {
             Correction::Never => false,
         };
         if used.correction != Correction::Never {
-            self.warn_of_unresolved_wear(step, cycling, (unresolved_wear_fraction, used.tolerance));
+            self.warn_of_unresolved_wear(cycling, (unresolved_wear_fraction, used.tolerance));
         } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
             > used.tolerance
             || by_ends.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
         {
-            self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
+            self.warn_of_increments((closed.increments, used.tolerance), (&refined, &by_ends));
         }
         let at =
             |end: usize| ReversalCorrection::between(&refined.wear.reversals[end], &by_ends.reversals[end]);
@@ -428,12 +423,7 @@ impl Run<'_> {
     }
 
     /// Warns once of wear that no factor stands for.
-    fn warn_of_unresolved_wear(
-        &mut self,
-        step: &Step,
-        cycling: &WearStepState,
-        (missed, tolerance): (f64, f64),
-    ) {
+    fn warn_of_unresolved_wear(&mut self, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
         if missed <= tolerance
             || cycling
                 .resolved_cycle
@@ -445,7 +435,7 @@ impl Run<'_> {
         self.result.warnings.push(format!(
             "step \"{}\": after {} cycles {:.2} % of the wear is in cells that slip within a stroke and are back at its end. Resolved cycles \
              cannot correct it; it is in the estimated errors. Take finer cells, or `increments = 8`, which solves more points of the path",
-            step.name,
+            self.step().name,
             self.state.cycles_done,
             100.0 * missed
         ));
@@ -454,7 +444,6 @@ impl Run<'_> {
     /// Warns that the prescribed number of increments per stroke misses the tolerance.
     fn warn_of_increments(
         &mut self,
-        step: &Step,
         (increments, tolerance): (usize, f64),
         (refined, by_ends): (&RefinedCycle, &CycleWear),
     ) {
@@ -472,7 +461,7 @@ impl Run<'_> {
         self.result.warnings.push(format!(
             "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}) and by {:.1} % of the tangential \
              force at a reversal point. The difference of the wear is in the estimated errors. Leave out `increments`, or take \"auto\", to correct both",
-            step.name,
+            self.step().name,
             refined.increments,
             100.0 * by_ends.force_change(&refined.wear)
         ));
@@ -513,8 +502,6 @@ impl Run<'_> {
     /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
     fn refine_cycle(
         &mut self,
-        step: &Step,
-        cycles: &Cycles,
         ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
             (&FrettingPath, &ClosedPath, CycleSlip),
             ResolvedCycleSettings,
@@ -536,7 +523,7 @@ impl Run<'_> {
             by_ends.clone()
         } else {
             let way = (course, closed, (increments, slip_spread_share));
-            let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place))? else {
+            let Some(wear) = self.resolved_cycle(way, (cycling, &mut place))? else {
                 return Ok(None);
             };
             wear
@@ -556,7 +543,7 @@ impl Run<'_> {
             let ratio = if confirms { CONFIRMING_REFINEMENT.min(most / increments).max(2) } else { 2 };
             increments *= ratio;
             let way = (course, closed, (increments, slip_spread_share));
-            let cycle = self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place))?;
+            let cycle = self.resolved_cycle(way, (&mut *cycling, &mut place))?;
             let Some(wear) = cycle else { return Ok(None) };
             let limit = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
             if first.is_none() && increments >= MIN_REFINEMENT * closed.increments {
@@ -587,7 +574,7 @@ impl Run<'_> {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
                              (root mean square over the largest depth) from that in half as many. The difference is in the estimated errors",
-                            step.name,
+                            self.step().name,
                             self.state.cycles_done,
                             100.0 * change
                         ));
@@ -611,13 +598,12 @@ impl Run<'_> {
     /// leaves its own state at that end there; `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
-        step: &Step,
-        cycles: &Cycles,
         (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
         (cycling, place): (&mut WearStepState, &mut IncrementStart),
     ) -> Result<Option<CycleWear>> {
+        let (step, cycles) = (self.step(), self.cycles());
         let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
-        let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
+        let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
         let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
         let part = cycling.completed / cycles.count;
         let stage = ProgressSpan { name: &step.name, from: part, to: part };
@@ -631,7 +617,7 @@ impl Run<'_> {
         for (end, counts) in up.chain(round) {
             let way = (&course, end % (2 * increments), loads);
             let pressures = here.it.tractions[2 * n..].to_vec();
-            let (next, report, checks) = self.solve_stroke(step, way, (&worn, &options), here, &stage)?;
+            let (next, report, checks) = self.solve_stroke(way, (&worn, &options), here, &stage)?;
             cycling.cycle.charge(&report);
             if report.stop != StopReason::Converged {
                 if report.stop != StopReason::Interrupted {
@@ -654,12 +640,7 @@ impl Run<'_> {
             }
             here = next;
             if counts && end % increments == 0 {
-                let laws = ActiveLaws {
-                    friction: step.friction,
-                    wear: false,
-                    slip_repeats: 0.0,
-                    wear_path_factors: None,
-                };
+                let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
                 let depth = self.state.wear_depth.as_slice();
                 let problem = increment_problem(&self.prepared, &options, depth, laws, Vec::new());
                 let reversal = if end == increments { 1 } else { 0 };

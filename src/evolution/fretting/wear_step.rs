@@ -13,7 +13,7 @@ use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
 use crate::evolution::records::{CheckpointEvent, Outcome};
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
 use crate::evolution::{Run, state};
 use crate::geometry::format_short;
@@ -66,17 +66,12 @@ pub(in crate::evolution) enum SlipSource {
 
 impl Run<'_> {
     /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
-    pub(in crate::evolution) fn run_wear_step(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        last: bool,
-    ) -> Result<()> {
+    pub(in crate::evolution) fn run_wear_step(&mut self) -> Result<()> {
         if matches!(self.progress, StepProgress::NotStarted)
-            && let Some(cycling) = self.begin_wear_step(step, cycles)?
+            && let Some(cycling) = self.begin_wear_step()?
         {
             if self.observer.wants_loops() {
-                self.record_fretting_loop(step, cycles, &cycling)?;
+                self.record_fretting_loop(&cycling)?;
                 if self.result.outcome != Outcome::Converged {
                     return Ok(());
                 }
@@ -86,8 +81,8 @@ impl Run<'_> {
         while let StepProgress::WearStep(mut cycling) =
             std::mem::replace(&mut self.progress, StepProgress::NotStarted)
         {
-            if cycling.completed >= cycles.count {
-                let ended = self.finish_wear_step(step, cycles, (&cycling, last));
+            if cycling.completed >= self.cycles().count {
+                let ended = self.finish_wear_step(&cycling);
                 // Broken off here, the run is taken up after the last jump.
                 if ended.is_err() || self.result.outcome != Outcome::Converged {
                     self.progress = StepProgress::WearStep(cycling);
@@ -100,7 +95,7 @@ impl Run<'_> {
                 return Ok(());
             }
             if cycling.rates_outdated {
-                let evaluated = self.reevaluate_rates(step, cycles, &mut cycling);
+                let evaluated = self.reevaluate_rates(&mut cycling);
                 if !matches!(evaluated, Ok(true)) {
                     self.progress = StepProgress::WearStep(cycling);
                     return evaluated.map(|_| ());
@@ -109,7 +104,7 @@ impl Run<'_> {
             let (before, control, spent) =
                 (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
             let resolved = cycling.resolved_cycle.clone();
-            let jumped = self.take_jump(step, cycles, &mut cycling);
+            let jumped = self.take_jump(&mut cycling);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 // Before its first entry the step begins anew, from the state before it.
@@ -128,28 +123,25 @@ impl Run<'_> {
     }
 
     /// What follows the last jump: the loop there, if it is wanted, and the way back to the centre for the steps that come.
-    fn finish_wear_step(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        (cycling, last): (&WearStepState, bool),
-    ) -> Result<()> {
+    fn finish_wear_step(&mut self, cycling: &WearStepState) -> Result<()> {
         if self.observer.wants_loops() {
-            self.record_fretting_loop(step, cycles, cycling)?;
+            self.record_fretting_loop(cycling)?;
         }
-        self.warn_of_wear_error(step, cycles);
+        self.warn_of_wear_error();
         self.controls.normal = cycling.load_path.end.normal;
-        if let (SlipSource::ClosedPath(course), false, Outcome::Converged) =
-            (&cycling.slip_source, last, &self.result.outcome)
+        let steps_follow = self.step_index + 1 < self.steps.len();
+        if let (SlipSource::ClosedPath(course), true, Outcome::Converged) =
+            (&cycling.slip_source, steps_follow, &self.result.outcome)
         {
-            self.return_to_center(step, course)?;
+            self.return_to_center(course)?;
         }
         Ok(())
     }
 
     /// Warns of an estimated error of the wear volume above the tolerance, at the end of a step.
-    fn warn_of_wear_error(&mut self, step: &Step, cycles: &Cycles) {
-        let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = cycles.motion else {
+    fn warn_of_wear_error(&mut self) {
+        let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = self.cycles().motion
+        else {
             return;
         };
         let Some(record) = self.result.records.last().filter(|record| record.worn_volume > 0.0) else {
@@ -172,14 +164,15 @@ impl Run<'_> {
         };
         self.result.warnings.push(warning(&format!(
             "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}. {remedy}",
-            step.name,
+            self.step().name,
             format_short(100.0 * error),
             used.error_warning
         )));
     }
 
     /// The first strokes and the rates before the first jump; `None` where something does not converge.
-    fn begin_wear_step(&mut self, step: &Step, cycles: &Cycles) -> Result<Option<WearStepState>> {
+    fn begin_wear_step(&mut self) -> Result<Option<WearStepState>> {
+        let cycles = self.cycles();
         let clock = Instant::now();
         if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
             && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
@@ -187,11 +180,11 @@ impl Run<'_> {
             self.result.warnings.push(format!(
                 "step \"{}\": wear.tolerance = {tolerance:e} is finer than contacts are solved (solver.tolerance = {:e}): jumps get shorter \
                  without getting better",
-                step.name, self.options.tolerance
+                self.step().name, self.options.tolerance
             ));
         }
         let (center, n) = (self.state.rigid_motion, self.prepared.n());
-        let load_path = self.load_path(step);
+        let load_path = self.load_path();
         let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
         let shift = [center[0], center[1]];
         let (cycle, slip_source) = match &cycles.motion {
@@ -223,19 +216,19 @@ impl Run<'_> {
             rates_outdated: false,
         };
         if let SlipSource::ClosedPath(course) = &cycling.slip_source {
-            let (loads, _) = self.loads_at(step, &cycling, 0.0);
-            self.find_periodic_cycle(step, (course, loads), &mut cycling.cycle)?;
+            let (loads, _) = self.loads_at(&cycling, 0.0);
+            self.find_periodic_cycle(course, loads, &mut cycling.cycle)?;
             if self.result.outcome != Outcome::Converged {
                 return Ok(None);
             }
         }
-        if !self.evaluate_rates(step, cycles, (&mut cycling, clock))? {
+        if !self.evaluate_rates(&mut cycling, clock)? {
             return Ok(None);
         }
-        self.update_resolved_cycle(step, cycles, &mut cycling)?;
+        self.update_resolved_cycle(&mut cycling)?;
         cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
         cycling.initial_peak_pressure = cycling.peak_pressure();
-        cycling.refuse_unstable(step, cycles)?;
+        self.refuse_unstable(&cycling)?;
         let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
         if fastest > 0.0 {
             let first =
@@ -260,13 +253,12 @@ impl Run<'_> {
     /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
     pub(in crate::evolution) fn loads_at(
         &self,
-        step: &Step,
         cycling: &WearStepState,
         at: f64,
     ) -> (PrescribedLoads, Option<f64>) {
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
         let controls = cycling.load_path.at(at, (self.state.rigid_motion, turn));
-        let mut loads = self.effective_loads(step, controls.loads);
+        let mut loads = self.effective_loads(controls.loads);
         loads.tangential = TangentialControl::Shift;
         if matches!(cycling.slip_source, SlipSource::Sliding(_)) {
             loads.moment[2] = None;
@@ -275,12 +267,12 @@ impl Run<'_> {
     }
 
     /// Brings body 2 back to the centre of the cycles for the steps that follow.
-    fn return_to_center(&mut self, step: &Step, course: &FrettingPath) -> Result<()> {
+    fn return_to_center(&mut self, course: &FrettingPath) -> Result<()> {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
-        let loads = self.effective_loads(step, self.controls.loads_at_shift());
+        let loads = self.effective_loads(self.controls.loads_at_shift());
         let (loads, tangential) = course.return_to_center(loads);
         self.controls = ActiveControls { tangential, ..self.controls };
-        self.advance_stroke(step, (loads, rigid))?;
+        self.advance_stroke(loads, rigid)?;
         Ok(())
     }
 }
