@@ -48,7 +48,7 @@ impl RunCheckpoint {
     /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
     pub(super) fn charge_work(&mut self, lost: [usize; 3]) {
         if let StepProgress::WearStep(cycling) = &mut self.progress {
-            cycling.cycle.uncharged_work.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
+            cycling.cycle.charge_work(lost);
         }
     }
 

@@ -13,7 +13,9 @@ use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, Pre
 use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::predictor::Predictor;
-use crate::evolution::records::{CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants};
+use crate::evolution::records::{
+    Certificate, CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants,
+};
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
@@ -175,30 +177,6 @@ pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usi
     if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
 }
 
-/// The entry of an increment from its resultants.
-pub(super) fn increment_record(
-    name: &str,
-    number: usize,
-    approach: f64,
-    values: &Resultants,
-) -> IncrementRecord {
-    IncrementRecord {
-        name: name.to_owned(),
-        increment: number,
-        approach,
-        shift: values.shift,
-        rotation: values.rotation,
-        twist: values.twist,
-        normal_force: values.normal_force,
-        tangential_force: values.tangential_force,
-        moment: values.moment,
-        contact_area: values.contact_area,
-        stick_area: values.stick_area,
-        peak_pressure: values.peak_pressure,
-        ..IncrementRecord::default()
-    }
-}
-
 /// A monotone step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct MonotoneProgress {
@@ -287,7 +265,8 @@ impl Run<'_> {
         let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
         self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
-        let mut record = increment_record(&step.name, number, approach, &values);
+        let certificate = state::certificate(&checks, approach, balance);
+        let mut record = self.new_record((number, approach), &values, (&it, certificate), clock);
         if let Some(rolling) = &step.rolling {
             self.per_distance(rolling, &mut fields.slip);
             record.rolling = Some(self.add_rolling_wear(rolling, number, &it)?);
@@ -297,9 +276,6 @@ impl Run<'_> {
                 self.state.add_wear_dissipation(checks.dissipation, step.friction);
             }
         }
-        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
-        record.certificate = state::certificate(&checks, approach, balance);
-        record.seconds = clock.elapsed().as_secs_f64();
         self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
         self.deliver(record, fields)
     }
@@ -353,6 +329,26 @@ impl Run<'_> {
             (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
         }
         loads
+    }
+
+    /// The entry of a solved state, without what [`Run::complete_record`] fills.
+    pub(super) fn new_record(
+        &self,
+        (number, approach): (usize, f64),
+        values: &Resultants,
+        (it, certificate): (&ContactState, Certificate),
+        clock: Instant,
+    ) -> IncrementRecord {
+        let record = IncrementRecord {
+            name: self.step().name.clone(),
+            increment: number,
+            approach,
+            contact_touches_edge: state::touches_edge(&self.prepared, it),
+            certificate,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..IncrementRecord::default()
+        };
+        record.with_resultants(values)
     }
 
     /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.

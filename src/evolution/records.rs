@@ -134,21 +134,26 @@ pub struct IncrementRecord {
 }
 
 impl IncrementRecord {
+    /// The entry with the resultants of a path point in place of its own.
+    pub fn with_resultants(self, values: &Resultants) -> Self {
+        Self {
+            shift: values.shift,
+            rotation: values.rotation,
+            twist: values.twist,
+            normal_force: values.normal_force,
+            tangential_force: values.tangential_force,
+            moment: values.moment,
+            contact_area: values.contact_area,
+            stick_area: values.stick_area,
+            peak_pressure: values.peak_pressure,
+            ..self
+        }
+    }
+
     /// The entry with the shift, rotation, forces, areas and peak of a cycle at its + reversal point, in place of means; the approach stays the mean.
     pub fn at_plus_reversal(&self) -> Self {
-        let Some([plus, _]) = self.stroke_ends else { return self.clone() };
-        Self {
-            shift: plus.shift,
-            rotation: plus.rotation,
-            twist: plus.twist,
-            normal_force: plus.normal_force,
-            tangential_force: plus.tangential_force,
-            moment: plus.moment,
-            contact_area: plus.contact_area,
-            stick_area: plus.stick_area,
-            peak_pressure: plus.peak_pressure,
-            ..self.clone()
-        }
+        let entry = self.clone();
+        if let Some([plus, _]) = self.stroke_ends { entry.with_resultants(&plus) } else { entry }
     }
 }
 

@@ -151,6 +151,11 @@ impl WearJump {
         self.report = report.clone().with_work_of(&self.report);
     }
 
+    /// Solves, iterations and operator applications.
+    pub fn work(&self) -> [usize; 3] {
+        [self.solves, self.report.iterations, self.report.applications]
+    }
+
     /// Adds the work of tries that were given up.
     pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
         self.solves += solves;

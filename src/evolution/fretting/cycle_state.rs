@@ -12,9 +12,7 @@ use crate::contact::{
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::loops::IncrementStart;
-use crate::evolution::monotone::{
-    ActiveLaws, ProgressSpan, increment_problem, increment_record, solve_and_check,
-};
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::records::Outcome;
 use crate::evolution::step::{ClosedPath, Drive, Tangential};
 use crate::evolution::{Run, state};
@@ -151,8 +149,12 @@ impl CycleState {
 
     /// Adds what a solve took.
     pub fn charge(&mut self, report: &SolveReport) {
-        let spent = [1, report.iterations, report.applications];
-        self.uncharged_work.iter_mut().zip(spent).for_each(|(sum, spent)| *sum += spent);
+        self.charge_work([1, report.iterations, report.applications]);
+    }
+
+    /// Adds solves, iterations and operator applications.
+    pub fn charge_work(&mut self, work: [usize; 3]) {
+        self.uncharged_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
     /// Takes over the state at an end; of the cells that stuck until there, those that did not slip on the way stick.
@@ -309,10 +311,8 @@ impl Run<'_> {
         let fields = state::frame_state(&problem, &it, 0, &worn);
         self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
-        let mut record = increment_record(&step.name, 1, approach, &values);
-        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
-        record.certificate = state::certificate(&checks, approach, balance);
-        record.seconds = clock.elapsed().as_secs_f64();
+        let certificate = state::certificate(&checks, approach, balance);
+        let mut record = self.new_record((1, approach), &values, (&it, certificate), clock);
         self.complete_record(&mut record, &report, (&checks, options.tolerance));
         self.warn_of_spin_moment();
         if self.result.outcome != Outcome::Converged {
@@ -338,23 +338,20 @@ impl Run<'_> {
         ring: &mut CycleState,
         stage: &ProgressSpan,
     ) -> Result<SolveReport> {
-        let (n, half) = (self.prepared.n(), course.reversal_index());
+        let half = course.reversal_index();
         let options = self.stroke_options();
         // Looked at here, the operator would be looked at again and again.
         let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
         let solved = Unknowns::from_state(&ring.contact);
-        let mut reference = ring.contact.gap[half * 3 * n..half * 3 * n + 2 * n].to_vec();
+        let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_SETTLING_CYCLES {
             for end in (half + 1..course.len() + 1).map(|end| end % course.len()).chain(1..half + 1) {
-                let mut it = ContactState::new(n, vec![ring.contact.rigid_motion[end]]);
-                it.mode_amplitudes = vec![ring.contact.mode_amplitudes[end]];
-                it.scaled.copy_from_slice(&ring.contact.scaled[end * 3 * n..(end + 1) * 3 * n]);
-                let place = IncrementStart { reference, it };
+                let place = IncrementStart { reference, ..IncrementStart::at_path_point(&ring.contact, end) };
                 let way = (course, end, loads);
                 let (place, report, _) = self.solve_stroke(way, (worn, &options), place, stage)?;
-                ring.charge(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
+                ring.charge_work([1, 0, 0]);
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // What is reported are the last ends that were solved together.

@@ -5,7 +5,6 @@ use std::time::Instant;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
-use crate::evolution::monotone::increment_record;
 use crate::evolution::records::{JumpRecord, Outcome, Resultants};
 use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
@@ -38,7 +37,7 @@ impl Run<'_> {
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
     pub(super) fn stop_at_frame_edge(&mut self, cycling: &WearStepState, jump: &WearJump, length: f64) {
-        self.discarded_work = [jump.solves, jump.report.iterations, jump.report.applications];
+        self.discarded_work = jump.work();
         self.result.outcome = FRAME_EDGE;
         let unit = cycling.length_unit();
         self.result.warnings.push(format!(
@@ -113,10 +112,8 @@ impl Run<'_> {
             peak_pressure: mean(|e| e.peak_pressure),
             ..ends[0]
         };
-        let mut record = increment_record(&step.name, number, approach, &values);
-        record.contact_touches_edge = state::touches_edge(&self.prepared, it);
-        record.certificate = state::certificate(&jump.checks, approach, balance);
-        record.seconds = clock.elapsed().as_secs_f64();
+        let certificate = state::certificate(&jump.checks, approach, balance);
+        let mut record = self.new_record((number, approach), &values, (it, certificate), clock);
         record.stroke_ends = matches!(cycling.slip_source, SlipSource::ClosedPath(_)).then_some(ends);
         record.jump = Some(JumpRecord {
             length,

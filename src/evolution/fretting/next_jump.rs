@@ -48,7 +48,7 @@ impl Run<'_> {
             return self.finish_worn_out_step(cycling, clock);
         }
         self.update_resolved_cycle(cycling)?;
-        let (mut tries, mut spent) = (0, [0; 3]);
+        let mut tries = 0;
         loop {
             let (length, shortest) = cycling.next_length(cycles);
             if let Some(resolved) = &mut cycling.resolved_cycle {
@@ -75,9 +75,7 @@ impl Run<'_> {
                 && jump.report.stop != StopReason::Interrupted
                 && let Some(refusal) = self.rejection((tolerance, length), (radii, cycling), &jump)
             {
-                let report = &jump.report;
-                let now = [jump.solves, report.iterations, report.applications];
-                spent.iter_mut().zip(now).for_each(|(sum, now)| *sum += now);
+                cycling.cycle.charge_work(jump.work());
                 tries += 1;
                 before.put(cycling);
                 match refusal {
@@ -87,10 +85,9 @@ impl Run<'_> {
                 continue;
             }
             if jump.lost_contact {
-                let wasted = [jump.solves, jump.report.iterations, jump.report.applications];
+                cycling.cycle.charge_work(jump.work());
                 before.put(cycling);
                 jump = self.integrate(Integrator::BackwardEuler, length, cycling, &stage)?;
-                jump.charge_work(wasted);
                 self.result.warnings.push(format!(
                     "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
                      would wear past the end of contact; backward Euler took it: more jumps give a better answer",
@@ -99,8 +96,7 @@ impl Run<'_> {
                     cycling.length_unit()
                 ));
             }
-            jump.charge_work(spent);
-            // The first strokes have no entry of their own.
+            // The first strokes and the jumps that were not taken have no entry of their own.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
             self.warn_of_unstable(cycling, length);
             if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {

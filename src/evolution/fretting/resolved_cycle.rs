@@ -288,7 +288,7 @@ impl Run<'_> {
                     increments: 0,
                     agrees_with_ends: false,
                 };
-                cycling.resolved_cycle = Some(self.error_measurement(cycling, (unknown, &by_ends), slip));
+                cycling.resolved_cycle = Some(self.error_measurement(cycling, (&unknown, &by_ends), slip));
             }
             return Ok(());
         };
@@ -315,16 +315,13 @@ impl Run<'_> {
             |end: usize| ReversalCorrection::between(&refined.wear.reversals[end], &by_ends.reversals[end]);
         let reversal_correction = (used.correction != Correction::Never).then(|| [0, 1].map(at));
         let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
+        let measurement = ResolvedCycle {
+            unresolved_wear_fraction,
+            reversal_correction,
+            ..self.error_measurement(cycling, (&refined, &by_ends), slip)
+        };
         if corrects {
-            self.apply_correction(
-                (cycling, &by_ends),
-                refined,
-                (factors, unresolved_wear_fraction),
-                (before, slip),
-            );
-            if let Some(resolved) = &mut cycling.resolved_cycle {
-                resolved.reversal_correction = reversal_correction;
-            }
+            self.apply_correction((cycling, &by_ends), refined, factors, (before, measurement));
             return Ok(());
         }
         if let Some(before) = before {
@@ -332,21 +329,17 @@ impl Run<'_> {
         }
         cycling.wear_rate.copy_from_slice(&by_ends.rate);
         cycling.dissipation_rate = by_ends.power;
-        cycling.resolved_cycle = Some(ResolvedCycle {
-            unresolved_wear_fraction,
-            reversal_correction,
-            ..self.error_measurement(cycling, (refined, &by_ends), slip)
-        });
+        cycling.resolved_cycle = Some(measurement);
         Ok(())
     }
 
-    /// Takes factors and rates of `cycling` from a resolved cycle.
+    /// Takes factors and rates of `cycling` from a resolved cycle, whose errors without correction are in `measurement`.
     fn apply_correction(
         &mut self,
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
-        RefinedCycle { wear, change, increments, .. }: RefinedCycle,
-        (factors, unresolved_wear_fraction): (Vec<f64>, f64),
-        (before, slip): (Option<ResolvedCycle>, CycleSlip),
+        RefinedCycle { wear, change, .. }: RefinedCycle,
+        factors: Vec<f64>,
+        (before, measurement): (Option<ResolvedCycle>, ResolvedCycle),
     ) {
         let volume = self.volume(&wear.rate);
         let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
@@ -363,26 +356,17 @@ impl Run<'_> {
         cycling.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
         let dissipation_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
         cycling.dissipation_rate = by_ends.power * dissipation_factor;
+        let unresolved = measurement.unresolved_wear_fraction;
         cycling.resolved_cycle = Some(ResolvedCycle {
             corrects: true,
             measured_factors: factors.clone(),
             factors,
             factor_rate,
-            at_cycle,
             dissipation_factor,
-            increments,
-            is_new: true,
-            slip: cycling.cycle.contact.slip.clone(),
-            lag_ratio: slip.lag,
-            wear_depth: self.state.wear_depth.clone(),
-            full_slip: slip.full_slip,
-            normal_force: mean_normal_force(&by_ends.reversals),
             remaining_error: change,
             // Over the wear that the factors stand for.
-            remaining_volume_error: (unresolved_wear_fraction.abs() + drift)
-                / (1.0 - unresolved_wear_fraction).max(f64::EPSILON),
-            unresolved_wear_fraction,
-            reversal_correction: None,
+            remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
+            ..measurement
         });
     }
 
@@ -391,11 +375,11 @@ impl Run<'_> {
     fn error_measurement(
         &self,
         cycling: &WearStepState,
-        (RefinedCycle { wear, change, increments, .. }, by_ends): (RefinedCycle, &CycleWear),
+        (RefinedCycle { wear, change, increments, .. }, by_ends): (&RefinedCycle, &CycleWear),
         slip: CycleSlip,
     ) -> ResolvedCycle {
         let n = by_ends.rate.len();
-        let last: Vec<f64> = wear.rate.iter().zip(&change).map(|(rate, change)| rate * change).collect();
+        let last: Vec<f64> = wear.rate.iter().zip(change).map(|(rate, change)| rate * change).collect();
         let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
@@ -408,7 +392,7 @@ impl Run<'_> {
             factor_rate: vec![0.0; n],
             at_cycle: cycling.completed,
             dissipation_factor: 1.0,
-            increments,
+            increments: *increments,
             is_new: true,
             slip: cycling.cycle.contact.slip.clone(),
             lag_ratio: slip.lag,
