@@ -4,8 +4,8 @@
 
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
-use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{IterationCallback, SolveReport, SolverOptions};
+use super::projected_gradient::{StepRule, run_projected_gradient, step_sizes};
+use super::{SolveControl, SolveReport};
 
 const MAX_STEP_RATIO: f64 = 1e3;
 
@@ -113,16 +113,9 @@ impl StepRule for BarzilaiBorweinRule {
 }
 
 /// Solves from the state in `it`, which holds the best one afterwards.
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
-    problem.evaluate(it);
-    let (normal, tangential) = spectral_bounds(problem, it);
-    let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
+pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+    let shortest = step_sizes(problem, it, 1.0);
     let mut rule =
         BarzilaiBorweinRule { shortest, longest: MAX_STEP_RATIO, current: shortest, use_long_step: false };
-    run_projected_gradient(problem, it, options, &mut rule, watch)
+    run_projected_gradient(problem, it, &mut rule, control)
 }

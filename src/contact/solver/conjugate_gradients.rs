@@ -11,7 +11,7 @@
 
 use super::super::projection::{RigidMotions, StepSizes, project};
 use super::super::{ContactState, Increment, NormalControl, TangentialControl};
-use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{SolveControl, SolveReport};
 
 /// Iterations without a new best residual after which another method has to go on.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
@@ -63,12 +63,7 @@ impl CgWorkspace {
 }
 
 /// Solves from the state in `it`, which holds the last one afterwards.
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
+pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let n = problem.n();
     let mut work = CgWorkspace::new(n);
     let mut report = SolveReport { applications: 2, ..SolveReport::default() };
@@ -78,7 +73,7 @@ pub(super) fn solve(
     let mut fresh = true;
     loop {
         let mut residual = update_active_set(problem, it, &mut work);
-        if residual <= options.tolerance {
+        if residual <= control.options.tolerance {
             // Updates of S p gather rounding.
             report.applications += usize::from(!fresh);
             if fresh {
@@ -91,18 +86,12 @@ pub(super) fn solve(
             residual = problem.natural_residual(it);
         }
         report.residual = residual;
-        if residual.is_nan() || residual <= options.tolerance {
-            report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
-            return report;
-        }
         if residual < best.0 {
             best = (residual, report.iterations);
         }
-        if report.iterations >= options.max_iterations.min(best.1 + MAX_STEPS_WITHOUT_GAIN) {
-            return report;
-        }
-        if watch(report.iterations, residual) {
-            report.stop = StopReason::Interrupted;
+        let limit = control.options.max_iterations.min(best.1 + MAX_STEPS_WITHOUT_GAIN);
+        if let Some(stop) = control.stop_reason(report.iterations, residual, report.iterations >= limit) {
+            report.stop = stop;
             return report;
         }
         let Some(CgStep { products, cut }) = step(problem, it, &mut work) else {

@@ -64,6 +64,48 @@ impl Default for SolverOptions {
 /// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
 pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
+/// When a solve ends.
+struct SolveControl<'a> {
+    options: SolverOptions,
+    /// Iterations before this part of a solve.
+    iterations_before: usize,
+    watch: &'a mut IterationCallback<'a>,
+}
+
+impl<'a> SolveControl<'a> {
+    fn new(options: SolverOptions, watch: &'a mut IterationCallback<'a>) -> Self {
+        Self { options, iterations_before: 0, watch }
+    }
+
+    /// The control of the rest of a solve, after `iterations` of it.
+    fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
+        let max_iterations = self.options.max_iterations.saturating_sub(iterations);
+        SolveControl {
+            options: SolverOptions { max_iterations, ..self.options },
+            iterations_before: self.iterations_before + iterations,
+            watch: self.watch,
+        }
+    }
+
+    /// Calls the callback; whether the solve is to stop.
+    fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
+        (self.watch)(self.iterations_before + iterations, residual)
+    }
+
+    /// Why a solve ends after `iterations` at a residual, if it does; `exhausted`: without more iterations in any case.
+    fn stop_reason(&mut self, iterations: usize, residual: f64, exhausted: bool) -> Option<StopReason> {
+        if residual.is_nan() {
+            Some(StopReason::NotFinite)
+        } else if residual <= self.options.tolerance {
+            Some(StopReason::Converged)
+        } else if exhausted {
+            Some(StopReason::Iterations)
+        } else {
+            self.is_cancelled(iterations, residual).then_some(StopReason::Interrupted)
+        }
+    }
+}
+
 /// A way to solve an increment.
 #[derive(Clone, Copy)]
 enum IncrementSolver {
@@ -87,19 +129,13 @@ impl IncrementSolver {
     }
 
     /// Solves from the tractions and rigid motions in `it`, which holds the best or last state afterwards.
-    fn solve(
-        self,
-        problem: &Increment,
-        it: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
-    ) -> SolveReport {
+    fn solve(self, problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         match self {
-            Self::ConjugateGradients => conjugate_gradients::solve(problem, it, options, watch),
-            Self::GaussSeidel(goal) => gauss_seidel::solve(goal, problem, it, options, watch),
-            Self::Newton => newton::solve(problem, it, options, watch),
-            Self::BarzilaiBorwein => barzilai_borwein::solve(problem, it, options, watch),
-            Self::Uzawa => uzawa::solve(problem, it, options, watch),
+            Self::ConjugateGradients => conjugate_gradients::solve(problem, it, control),
+            Self::GaussSeidel(goal) => gauss_seidel::solve(goal, problem, it, control),
+            Self::Newton => newton::solve(problem, it, control),
+            Self::BarzilaiBorwein => barzilai_borwein::solve(problem, it, control),
+            Self::Uzawa => uzawa::solve(problem, it, control),
         }
     }
 }
@@ -133,10 +169,11 @@ pub fn solve(
     options: &SolverOptions,
     watch: &mut IterationCallback,
 ) -> SolveReport {
+    let mut control = SolveControl::new(*options, watch);
     let report = if pressures_first::is_applicable(problem, options) {
-        pressures_first::solve(problem, it, options, watch, &mut solve_nested)
+        pressures_first::solve(problem, it, &mut control)
     } else {
-        solve_nested(problem, it, options, watch)
+        solve_nested(problem, it, &mut control)
     };
     if report.converged() {
         close_unloaded_gap(problem, it);
@@ -168,36 +205,23 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
 }
 
 /// Solves from coarse to fine cells and on windows, where that is worth it.
-fn solve_nested(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
-    if !coarse_to_fine::is_applicable(problem, options) {
-        return solve_by_sequence(problem, it, options, watch);
+fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+    if !solves_windows(problem.flexibility.grid(), &control.options) {
+        return solve_by_sequence(problem, it, control);
     }
-    let (report, done) = coarse_to_fine::solve(problem, it, options, watch, &mut solve_by_sequence);
+    let (report, done) = coarse_to_fine::solve(problem, it, control);
     if done || report.stop == StopReason::Interrupted {
         return report;
     }
-    let max_iterations = options.max_iterations.saturating_sub(report.iterations);
-    let mut told = |iterations: usize, residual: f64| watch(report.iterations + iterations, residual);
-    let whole = solve_by_sequence(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
-    whole.with_work_of(&report)
+    solve_by_sequence(problem, it, &mut control.rest(report.iterations)).with_work_of(&report)
 }
 
 /// Solves on all cells by the methods of the sequence, one after the other.
-fn solve_by_sequence(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
+fn solve_by_sequence(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut total = SolveReport::default();
-    for (index, solver) in solver_sequence(options.method, problem).into_iter().enumerate() {
-        let max_iterations = options.max_iterations.saturating_sub(total.iterations);
-        if index > 0 && max_iterations == 0 {
+    for (index, solver) in solver_sequence(control.options.method, problem).into_iter().enumerate() {
+        let mut rest = control.rest(total.iterations);
+        if index > 0 && rest.options.max_iterations == 0 {
             break;
         }
         if let IncrementSolver::GaussSeidel(goal) = solver
@@ -205,9 +229,7 @@ fn solve_by_sequence(
         {
             continue;
         }
-        let before = total.iterations;
-        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
-        let report = solver.solve(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+        let report = solver.solve(problem, it, &mut rest);
         total = total.followed_by(solver.name(), report);
         if total.stop != StopReason::Iterations {
             break;

@@ -8,16 +8,12 @@
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
 
 use super::super::{ContactState, Increment, PathPoint, Pressures, TangentialControl};
-use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
+use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_nested};
 use crate::omitted::OmittableWork;
 
 /// Share of the tolerance that each part may use: an error of the pressures is one of the limits as well.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
-
-/// How each part is solved: the increment, the state it is in, its settings, its watch.
-type InnerSolver<'a> =
-    dyn FnMut(&Increment, &mut ContactState, &SolverOptions, &mut IterationCallback) -> SolveReport + 'a;
 
 /// Whether the increment falls apart.
 pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
@@ -41,19 +37,14 @@ pub(super) fn without_friction<'p>(problem: &Increment<'p>) -> Increment<'p> {
 }
 
 /// Solves from the state in `it`.
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-    inner: &mut InnerSolver,
-) -> SolveReport {
+pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let pressed = without_friction(problem);
     let surface = 2 * problem.n();
     let tangential = it.scaled[..surface].to_vec();
     it.scaled[..surface].fill(0.0);
-    let part = SolverOptions { tolerance: PRESSURE_TOLERANCE_SHARE * options.tolerance, ..*options };
-    let first = inner(&pressed, it, &part, watch);
+    let mut part = control.rest(0);
+    part.options.tolerance *= PRESSURE_TOLERANCE_SHARE;
+    let first = solve_nested(&pressed, it, &mut part);
     it.scaled[..surface].copy_from_slice(&tangential);
     if first.stop != StopReason::Converged {
         return first;
@@ -64,13 +55,8 @@ pub(super) fn solve(
         path_points: problem.path_points.clone(),
         ..*problem
     };
-    let max_iterations = options.max_iterations.saturating_sub(first.iterations);
-    let part = SolverOptions {
-        tolerance: TANGENTIAL_TOLERANCE_SHARE * options.tolerance,
-        max_iterations,
-        ..*options
-    };
-    let mut told = |iterations: usize, residual: f64| watch(first.iterations + iterations, residual);
-    let second = inner(&sheared, it, &part, &mut told);
+    let mut part = control.rest(first.iterations);
+    part.options.tolerance *= TANGENTIAL_TOLERANCE_SHARE;
+    let second = solve_nested(&sheared, it, &mut part);
     first.joined_with(second)
 }

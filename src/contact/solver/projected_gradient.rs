@@ -2,7 +2,7 @@
 
 use super::super::projection::{Equilibrium, RigidMotions, StepSizes, project};
 use super::super::{ContactState, Increment, Unknowns};
-use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{SolveControl, SolveReport, StopReason};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {
@@ -20,25 +20,28 @@ const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
 /// Iterations without a new best residual after which the loop goes back to the best state.
 const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 
-/// Upper bounds on the eigenvalues of the normal and tangential blocks of the increment, the wear diagonal and the
-/// coupling of two ends included.
-pub(super) fn spectral_bounds(problem: &Increment, it: &ContactState) -> (f64, f64) {
+/// Evaluates the state; `factor` over upper bounds on the eigenvalues of the normal and tangential blocks of the increment,
+/// the wear diagonal and the coupling of two ends included.
+pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
+    problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
     let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
     let (scales, operator, areas) = (&problem.scales, problem.flexibility, problem.areas);
     let normal = scales.max_normal_eigenvalue(operator, areas);
     let tangential =
         problem.friction_scaling().map_or(0.0, |hat| scales.max_tangential_eigenvalue(operator, areas, &hat));
-    (normal + ends * problem.slip_repeats * diagonal, ends * tangential)
+    StepSizes {
+        normal: factor / (normal + ends * problem.slip_repeats * diagonal),
+        tangential: factor / (ends * tangential),
+    }
 }
 
 /// Runs the loop from the state in `it`; leaves the best state found in it.
 pub(super) fn run_projected_gradient(
     problem: &Increment,
     it: &mut ContactState,
-    options: &SolverOptions,
     rule: &mut dyn StepRule,
-    watch: &mut IterationCallback,
+    control: &mut SolveControl,
 ) -> SolveReport {
     problem.evaluate(it);
     let mut report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
@@ -64,16 +67,17 @@ pub(super) fn run_projected_gradient(
             report.residual = residual;
         }
         let normal = if lost > MAX_STEPS_WITHOUT_EQUILIBRIUM { 0.0 } else { normal };
-        if let Some(stop) = stop_reason(it, options.tolerance, (sliding.is_some(), normal, residual)) {
+        if let Some(stop) = stop_reason(it, control.options.tolerance, (sliding.is_some(), normal, residual))
+        {
             let opens = sliding.is_some_and(|sliding| sliding.separates_bodies);
             report.stop = if opens { StopReason::ContactLost } else { stop };
             report.loss_of_equilibrium = sliding;
             break;
         }
-        if report.iterations >= options.max_iterations {
+        if report.iterations >= control.options.max_iterations {
             break;
         }
-        if watch(report.iterations, residual) {
+        if control.is_cancelled(report.iterations, residual) {
             report.stop = StopReason::Interrupted;
             break;
         }

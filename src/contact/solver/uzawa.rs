@@ -6,8 +6,8 @@
 
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
-use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
-use super::{IterationCallback, SolveReport, SolverOptions};
+use super::projected_gradient::{StepRule, run_projected_gradient, step_sizes};
+use super::{SolveControl, SolveReport};
 
 const RELAXATION: f64 = 1.8;
 
@@ -31,14 +31,7 @@ impl StepRule for Constant {
 }
 
 /// Solves from the state in `it`, which holds the best one afterwards.
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
-    problem.evaluate(it);
-    let (normal, tangential) = spectral_bounds(problem, it);
-    let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
-    run_projected_gradient(problem, it, options, &mut Constant(steps), watch)
+pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+    let mut rule = Constant(step_sizes(problem, it, RELAXATION));
+    run_projected_gradient(problem, it, &mut rule, control)
 }

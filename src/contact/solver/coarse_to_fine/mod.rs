@@ -9,7 +9,7 @@ mod tangential;
 
 use super::super::window::{Window, WindowOperator, WindowProblem};
 use super::super::{ContactState, Increment, Pressures, SlipReference, Unknowns};
-use super::{IterationCallback, Method, SolveReport, SolverOptions, StopReason};
+use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_by_sequence};
 use crate::omitted::OmittableWork;
 
 /// Frames of fewer cells are solved as they are.
@@ -42,47 +42,36 @@ const MAX_WINDOW_SHARE: f64 = 0.75;
 /// Rectangle of cells, first and one past the last along x and y.
 type Rectangle = [[usize; 2]; 2];
 
-/// How windows are solved: the increment, the state it is in, its settings, its watch.
-pub(super) type InnerSolver<'a> =
-    dyn FnMut(&Increment, &mut ContactState, &SolverOptions, &mut IterationCallback) -> SolveReport + 'a;
-
 /// Whether increments with an operator on the cells of `grid` are solved so.
 pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
     let skips = options.skip.allows(OmittableWork::DistantCells);
     skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= MIN_FRAME_CELLS)
 }
 
-/// Whether the increment is worth it.
-pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
-    solves_windows(problem.flexibility.grid(), options)
-}
-
 /// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-    inner: &mut InnerSolver,
+    control: &mut SolveControl,
 ) -> (SolveReport, bool) {
     let frame = problem.flexibility.grid().expect("asked for before");
-    let mut nested = CoarseToFine { problem, options, frame, report: SolveReport::default(), inner };
-    let done = nested.run(it, watch).is_some();
+    let mut nested =
+        CoarseToFine { problem, options: control.options, frame, report: SolveReport::default() };
+    let done = nested.run(it, control).is_some();
     (nested.report, done)
 }
 
-struct CoarseToFine<'s, 'p, 'i> {
+struct CoarseToFine<'s, 'p> {
     problem: &'s Increment<'p>,
-    options: &'s SolverOptions,
+    options: SolverOptions,
     frame: [usize; 2],
     report: SolveReport,
-    inner: &'s mut InnerSolver<'i>,
 }
 
-impl<'p> CoarseToFine<'_, 'p, '_> {
-    fn run(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<()> {
+impl<'p> CoarseToFine<'_, 'p> {
+    fn run(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<()> {
         if self.problem.pressures == Pressures::Given {
-            return self.solve_tangential(it, watch);
+            return self.solve_tangential(it, control);
         }
         let start = Unknowns::from_state(it);
         let balanced = self.problem.path_points.iter().any(|end| end.balance.is_some());
@@ -93,17 +82,17 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
             Some(rectangle) => {
                 let limit = if self.rolls() { STEADY_ROLLING_RESIDUAL } else { COLD_START_RESIDUAL };
                 let is_far = self.is_beyond(limit, self.problem, it, self.all());
-                let found = if is_far { self.coarse(it, watch) } else { None };
+                let found = if is_far { self.coarse(it, control) } else { None };
                 if is_far && found.is_none() {
                     start.restore_into(it);
                 }
                 found.unwrap_or_else(|| expanded(rectangle, WINDOW_MARGIN_CELLS, self.frame))
             }
-            None => self.coarse(it, watch)?,
+            None => self.coarse(it, control)?,
         };
         for _ in 0..MAX_WINDOWS {
             let (window, operator) = self.window(rectangle, 1)?;
-            self.on_window((window, operator), self.options, it, watch)?;
+            self.on_window((window, operator), it, control)?;
             self.problem.evaluate(it);
             self.report.applications += self.problem.applications();
             self.report.residual = self.problem.natural_residual(it);
@@ -167,16 +156,16 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
     }
 
     /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
-    fn coarse(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<Rectangle> {
+    fn coarse(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<Rectangle> {
         let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
         let options =
-            SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..*self.options };
+            SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
             let window = self.window(rectangle, factor)?;
             // Only whether to stop matters here.
-            let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
-            self.on_window(window, &options, it, &mut told)?;
+            let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
+            self.on_window(window, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {
                 return None;
             }
@@ -217,32 +206,27 @@ impl<'p> CoarseToFine<'_, 'p, '_> {
     fn on_window(
         &mut self,
         (window, operator): (Window, WindowOperator),
-        options: &SolverOptions,
         it: &mut ContactState,
-        watch: &mut IterationCallback,
+        control: &mut SolveControl,
     ) -> Option<()> {
         let part = WindowProblem::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        let options =
-            SolverOptions { max_iterations: MAX_WINDOW_ITERATIONS.min(options.max_iterations), ..*options };
-        self.on_part(&part, &mut state, &options, watch);
+        self.on_part(&part, &mut state, MAX_WINDOW_ITERATIONS, control);
         part.write_back(&state, it);
         Some(())
     }
 
-    /// Solves a part from the `state` in it.
+    /// Solves a part from the `state` in it, in `most` iterations.
     fn on_part(
         &mut self,
         part: &WindowProblem,
         state: &mut ContactState,
-        options: &SolverOptions,
-        watch: &mut IterationCallback,
+        most: usize,
+        control: &mut SolveControl,
     ) {
-        let left = self.options.max_iterations.saturating_sub(self.report.iterations);
-        let options = SolverOptions { max_iterations: left.min(options.max_iterations), ..*options };
-        let before = self.report.iterations;
-        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
-        let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);
+        let mut rest = control.rest(self.report.iterations);
+        rest.options.max_iterations = rest.options.max_iterations.min(most);
+        let report = solve_by_sequence(&part.problem(self.problem), state, &mut rest);
         self.report = report.with_work_of(&self.report);
     }
 }

@@ -8,7 +8,7 @@
 
 use super::super::super::ContactState;
 use super::super::super::window::{Window, WindowProblem};
-use super::super::{IterationCallback, SolverOptions};
+use super::super::{SolveControl, SolverOptions};
 use super::{
     CoarseToFine, MAX_WINDOW_ITERATIONS, Rectangle, STEADY_ROLLING_RESIDUAL, WINDOW_MARGIN_CELLS,
     contact_rectangle, expanded,
@@ -17,12 +17,12 @@ use super::{
 /// Natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-3;
 
-impl CoarseToFine<'_, '_, '_> {
+impl CoarseToFine<'_, '_> {
     /// Solves on the cells in contact.
     pub(super) fn solve_tangential(
         &mut self,
         it: &mut ContactState,
-        watch: &mut IterationCallback,
+        control: &mut SolveControl,
     ) -> Option<()> {
         // Rolling material comes from beside the contact.
         let rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS, self.frame);
@@ -35,10 +35,10 @@ impl CoarseToFine<'_, '_, '_> {
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
         let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
         while factor > 1 {
-            self.coarse_correction((&part, &mut state), (rectangle, factor), it, watch)?;
+            self.coarse_correction((&part, &mut state), (rectangle, factor), it, control)?;
             factor /= 2;
         }
-        self.on_part(&part, &mut state, self.options, watch);
+        self.on_part(&part, &mut state, usize::MAX, control);
         part.write_back(&state, it);
         Some(())
     }
@@ -49,7 +49,7 @@ impl CoarseToFine<'_, '_, '_> {
         (part, state): (&WindowProblem, &mut ContactState),
         (rectangle, factor): (Rectangle, usize),
         it: &mut ContactState,
-        watch: &mut IterationCallback,
+        control: &mut SolveControl,
     ) -> Option<()> {
         let (window, operator) = self.window(rectangle, factor)?;
         let mut coarse = WindowProblem::new(self.problem, window, operator)?;
@@ -62,12 +62,12 @@ impl CoarseToFine<'_, '_, '_> {
             add_coarse_defect((&part.window, state), (&mut coarse, &change));
         }
         let before = change.scaled.clone();
-        let max_iterations = MAX_WINDOW_ITERATIONS.min(self.options.max_iterations);
-        let tolerance = COARSE_TOLERANCE.max(self.options.tolerance);
-        let options = SolverOptions { tolerance, max_iterations, ..*self.options };
+        let options =
+            SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         // Only whether to stop matters here.
-        let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
-        self.on_part(&coarse, &mut change, &options, &mut told);
+        let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
+        let mut part_control = SolveControl::new(options, &mut told);
+        self.on_part(&coarse, &mut change, MAX_WINDOW_ITERATIONS, &mut part_control);
         if !self.report.converged() {
             return Some(());
         }

@@ -13,7 +13,7 @@ mod sweeps;
 use super::super::{
     ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Unknowns,
 };
-use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{SolveControl, SolveReport, StopReason};
 use crate::flexibility::EntryAccess;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::linalg::memory;
@@ -83,19 +83,17 @@ pub(super) fn solve(
     goal: SweepGoal,
     problem: &Increment,
     it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
+    control: &mut SolveControl,
 ) -> SolveReport {
     if goal != SweepGoal::StartNewton {
-        return sweep(problem, it, options, watch);
+        return sweep(problem, it, control);
     }
-    let start = SolverOptions {
-        tolerance: START_TOLERANCE.max(options.tolerance),
-        max_iterations: MAX_START_SWEEPS.min(options.max_iterations),
-        ..*options
-    };
-    let mut report = sweep(problem, it, &start, watch);
-    if report.stop == StopReason::Converged && report.residual > options.tolerance {
+    let tolerance = control.options.tolerance;
+    let mut start = control.rest(0);
+    start.options.tolerance = START_TOLERANCE.max(tolerance);
+    start.options.max_iterations = MAX_START_SWEEPS.min(start.options.max_iterations);
+    let mut report = sweep(problem, it, &mut start);
+    if report.stop == StopReason::Converged && report.residual > tolerance {
         report.stop = StopReason::Iterations;
     }
     SolveReport { handover_reason: report.handover_reason.or(Some("a start")), ..report }
@@ -129,12 +127,7 @@ fn inapplicable_reason(problem: &Increment) -> Option<&'static str> {
 }
 
 /// Sweeps from the state in `it`, which holds the last one afterwards.
-fn sweep(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
+fn sweep(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     problem.evaluate(it);
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     let residual = problem.natural_residual(it);
@@ -149,7 +142,7 @@ fn sweep(
             report.handover_reason = Some("too many cells for their entries");
             return report;
         };
-        if let Some(stop) = run(&mut sweeps, it, options, (watch, &mut report)) {
+        if let Some(stop) = run(&mut sweeps, it, control, &mut report) {
             report.stop = stop;
             let worse = report.residual.is_nan() || report.residual > residual;
             if worse && !matches!(stop, StopReason::Converged | StopReason::Interrupted) {
@@ -168,10 +161,10 @@ fn sweep(
 fn run(
     sweeps: &mut Sweeps,
     it: &mut ContactState,
-    options: &SolverOptions,
-    (watch, report): (&mut IterationCallback, &mut SolveReport),
+    control: &mut SolveControl,
+    report: &mut SolveReport,
 ) -> Option<StopReason> {
-    let problem = sweeps.problem;
+    let (problem, options) = (sweeps.problem, control.options);
     let mut goal = 0.5 * options.tolerance;
     let (mut least, mut since) = (f64::INFINITY, 0);
     loop {
@@ -184,7 +177,7 @@ fn run(
                 StopReason::Iterations
             });
         }
-        if watch(report.iterations, report.residual) {
+        if control.is_cancelled(report.iterations, report.residual) {
             sweeps.store(it);
             report.residual = problem.natural_residual(it);
             return Some(StopReason::Interrupted);

@@ -16,7 +16,7 @@ mod unknowns;
 
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein;
-use super::{IterationCallback, SolveReport, SolverOptions, StopReason};
+use super::{SolveControl, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -63,7 +63,7 @@ fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
 /// A solve in progress.
 struct NewtonSolve<'s, 'p> {
     problem: &'s Increment<'p>,
-    options: &'s SolverOptions,
+    options: SolverOptions,
     report: SolveReport,
     krylov: Gmres,
     linear: LinearModel<'p>,
@@ -73,45 +73,34 @@ struct NewtonSolve<'s, 'p> {
 }
 
 /// Solves from the state in `it`, which holds the best one afterwards.
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut ContactState,
-    options: &SolverOptions,
-    watch: &mut IterationCallback,
-) -> SolveReport {
+pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     problem.evaluate(it);
     let linear = LinearModel { flexibility: problem.flexibility, zeros: vec![0.0; 3 * problem.n()] };
     let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
-    let solve =
-        NewtonSolve { problem, options, report, krylov, linear, workspace, start: Unknowns::from_state(it) };
-    if rolls { solve.run_rolling(it, watch) } else { solve.run(it, watch) }
+    let (options, start) = (control.options, Unknowns::from_state(it));
+    let solve = NewtonSolve { problem, options, report, krylov, linear, workspace, start };
+    if rolls { solve.run_rolling(it, control) } else { solve.run(it, control) }
 }
 
 impl NewtonSolve<'_, '_> {
-    fn run(mut self, it: &mut ContactState, watch: &mut IterationCallback) -> SolveReport {
+    fn run(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
         let (mut first, mut best, mut worse) = (true, f64::INFINITY, 0);
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
-            if residual.is_nan() || residual <= self.options.tolerance {
-                self.report.stop =
-                    if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
-                return self.report;
-            }
-            if self.report.iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES {
-                return self.report;
-            }
-            if watch(self.report.iterations, residual) {
-                self.report.stop = StopReason::Interrupted;
+            let iterations = self.report.iterations;
+            let exhausted = iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES;
+            if let Some(stop) = control.stop_reason(iterations, residual, exhausted) {
+                self.report.stop = stop;
                 return self.report;
             }
             if residual > near && (first || failures > 0) {
-                if self.fall_back_to_gradient(it, RESTART_RESIDUAL, usize::MAX, watch) {
+                if self.fall_back_to_gradient(it, RESTART_RESIDUAL, usize::MAX, control) {
                     return self.report;
                 }
                 continue;
@@ -133,7 +122,7 @@ impl NewtonSolve<'_, '_> {
             if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
-            if self.fall_back_to_gradient(it, self.options.tolerance, repair, watch) {
+            if self.fall_back_to_gradient(it, self.options.tolerance, repair, control) {
                 return self.report;
             }
             repair *= 2;
@@ -146,13 +135,12 @@ impl NewtonSolve<'_, '_> {
         it: &mut ContactState,
         tolerance: f64,
         most: usize,
-        watch: &mut IterationCallback,
+        control: &mut SolveControl,
     ) -> bool {
-        let left = self.options.max_iterations - self.report.iterations;
-        let options = SolverOptions { tolerance, max_iterations: most.min(left), ..*self.options };
-        let before = self.report.iterations;
-        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
-        let report = barzilai_borwein::solve(self.problem, it, &options, &mut told);
+        let mut rest = control.rest(self.report.iterations);
+        let left = rest.options.max_iterations;
+        rest.options = SolverOptions { tolerance, max_iterations: most.min(left), ..rest.options };
+        let report = barzilai_borwein::solve(self.problem, it, &mut rest);
         self.report.add_work_of(&report);
         self.report.residual = report.residual;
         match report.stop {
@@ -162,7 +150,7 @@ impl NewtonSolve<'_, '_> {
             // A loose tolerance is not enough to say that there is no equilibrium, and the way there may matter.
             StopReason::GrossSliding | StopReason::ContactLost if tolerance > self.options.tolerance => {
                 self.start.restore_into(it);
-                self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, watch)
+                self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
             }
             stop => {
                 (self.report.stop, self.report.loss_of_equilibrium) = (stop, report.loss_of_equilibrium);

@@ -5,7 +5,7 @@
 
 use super::super::super::{ContactState, Increment, Unknowns};
 use super::super::pressures_first::without_friction;
-use super::super::{IterationCallback, SolveReport, StopReason, solve_by_sequence};
+use super::super::{SolveControl, SolveReport, StopReason, solve_by_sequence};
 use super::NewtonSolve;
 
 /// Steps in a row that need not lower the residual.
@@ -19,9 +19,9 @@ const MAX_ROLLING_STEPS: usize = 60;
 
 impl NewtonSolve<'_, '_> {
     /// Solves from the evaluated state in `it`, which holds the best one afterwards.
-    pub(super) fn run_rolling(mut self, it: &mut ContactState, watch: &mut IterationCallback) -> SolveReport {
+    pub(super) fn run_rolling(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         if self.problem.friction.is_some() && it.scaled.iter().all(|traction| *traction == 0.0) {
-            self.solve_frictionless_start(it, watch);
+            self.solve_frictionless_start(it, control);
         }
         let mut trial = it.clone();
         let (mut best, mut least) = (Unknowns::from_state(it), f64::INFINITY);
@@ -29,21 +29,14 @@ impl NewtonSolve<'_, '_> {
         for step in 0.. {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
-            if residual.is_nan() || residual <= self.options.tolerance {
-                self.report.stop =
-                    if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
-                return self.report;
-            }
             in_vain += 1;
             if residual < least {
                 best.copy_from(it);
                 (least, in_vain) = (residual, 0);
             }
-            if step >= MAX_ROLLING_STEPS.min(self.options.max_iterations) {
-                break;
-            }
-            if watch(self.report.iterations, residual) {
-                self.report.stop = StopReason::Interrupted;
+            let exhausted = step >= MAX_ROLLING_STEPS.min(self.options.max_iterations);
+            if let Some(stop) = control.stop_reason(self.report.iterations, residual, exhausted) {
+                self.report.stop = stop;
                 break;
             }
             self.step(it, &mut trial);
@@ -54,6 +47,9 @@ impl NewtonSolve<'_, '_> {
             }
             std::mem::swap(it, &mut trial);
         }
+        if matches!(self.report.stop, StopReason::Converged | StopReason::NotFinite) {
+            return self.report;
+        }
         best.restore_into(it);
         self.problem.evaluate(it);
         self.report.applications += self.problem.applications();
@@ -62,10 +58,10 @@ impl NewtonSolve<'_, '_> {
     }
 
     /// The pressures without friction, to begin with.
-    fn solve_frictionless_start(&mut self, it: &mut ContactState, watch: &mut IterationCallback) {
+    fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
         // Nothing is worn off while a state is steady.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
-        let report = solve_by_sequence(&pressed, it, self.options, watch);
+        let report = solve_by_sequence(&pressed, it, control);
         self.report.add_work_of(&report);
         self.report.applications += self.problem.applications();
         self.problem.evaluate(it);
