@@ -3,15 +3,14 @@
 use serde_json::Value;
 
 use super::progress::format_duration;
-use super::run::{print_error, show_failure};
+use super::run::show_failure;
 use super::table::{align_columns, five_digits};
-use super::{SceneArgs, exit, print_diagnostics, to_stdout, with_severity};
+use super::{CommandResult, SceneArgs, exit, flexibility_cache, print_diagnostics, to_stdout, with_severity};
 use crate::adaptive::AccuracySearch;
 use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
     Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
 };
-use crate::fem::FlexibilityCache;
 use crate::geometry::format_direction;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
@@ -21,23 +20,13 @@ use crate::scene::spec::frame::FramePoints;
 use crate::simulation::{self, mesh_motion};
 
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
-pub(super) fn check(arguments: &SceneArgs) -> u8 {
-    let mut plan = match arguments.plan() {
-        Ok(plan) => plan,
-        Err(mistakes) => return print_diagnostics(&mistakes),
-    };
-    plan.flexibility_cache = match FlexibilityCache::of_environment() {
-        Ok(cache) => cache,
-        Err(error) => return print_error(&error),
-    };
+pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
+    let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
+    plan.flexibility_cache = flexibility_cache(false)?;
     let looked = || Ok((estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
-    match looked() {
-        Ok((forecast, notes, search)) => {
-            to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
-            exit::DONE
-        }
-        Err(failure) => show_failure(&plan, &failure),
-    }
+    let (forecast, notes, search) = looked().map_err(|failure| show_failure(&plan, &failure))?;
+    to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
+    Ok(exit::DONE)
 }
 
 /// The plan as a person reads it.

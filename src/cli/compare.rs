@@ -6,14 +6,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::progress::{ProgressDisplay, format_duration};
-use super::run::{explain_reason, print_error, show_failure};
-use super::table::{align_columns, five_digits, status_label, without_round_off};
-use super::{CompareArgs, exit, print_diagnostics, signal, to_stderr, to_stdout, with_severity};
+use super::run::{explain_reason, show_failure};
+use super::table::{align_columns, counted, five_digits, status_label, without_round_off};
+use super::{
+    CommandResult, CompareArgs, exit, flexibility_cache, print_diagnostics, print_error, signal, to_stderr,
+    to_stdout, with_severity,
+};
 use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::compare::step_ends::{StepEndStates, VariantStates};
 use crate::compare::{Variant, variants};
 use crate::error::{Error, Result};
-use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::output::output_dir::{OutputDir, file_error, write_atomically};
 use crate::output::peak_memory::{peak_bytes, restart_peak};
@@ -25,19 +27,14 @@ use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
-pub(super) fn compare(arguments: &CompareArgs) -> u8 {
+pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
     let beside = || arguments.scene.scene.with_extension("compare");
     let directory = arguments.out.clone().unwrap_or_else(beside);
-    let plan = match read_plan(arguments) {
-        Ok(plan) => plan,
-        Err(code) => return code,
-    };
-    let (frame, variants) = match variants(&plan, &arguments.variants) {
-        Ok(found) => found,
-        Err(failure) => return show_failure(&plan, &failure),
-    };
+    let plan = read_plan(arguments)?;
+    let (frame, variants) =
+        variants(&plan, &arguments.variants).map_err(|failure| show_failure(&plan, &failure))?;
     let named = !arguments.variants.is_empty() || plan.compare.variants.is_some();
     let mut comparison = Comparison {
         program: env!("CARGO_PKG_NAME"),
@@ -83,21 +80,14 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     }
     let differences = comparison.compared_steps();
     let ends = VariantStates { frame: &frame, ends: &ends, differences: &differences };
-    if let Err(error) = write(&comparison, &ends, &directory) {
-        return print_error(&error);
-    }
+    write(&comparison, &ends, &directory).map_err(|error| print_error(&error))?;
     if !arguments.quiet || !computed {
-        let n = comparison.variants.len();
-        let plural = if n == 1 { "variant" } else { "variants" };
+        let count = counted(comparison.variants.len(), "variant");
         let total = format_duration(started.elapsed().as_secs_f64());
         let place = directory.join("compare.json");
-        to_stdout(&format!(
-            "{}\n{n} {plural} in {total}\nresults: {}\n",
-            describe(&comparison),
-            place.display()
-        ));
+        to_stdout(&format!("{}\n{count} in {total}\nresults: {}\n", describe(&comparison), place.display()));
     }
-    worst
+    Ok(worst)
 }
 
 /// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
@@ -109,9 +99,7 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
         );
         return Err(print_diagnostics(&Diagnostics::from_error(&plan.document, "accuracy", &error)));
     }
-    if !arguments.no_cache {
-        plan.flexibility_cache = FlexibilityCache::of_environment().map_err(|error| print_error(&error))?;
-    }
+    plan.flexibility_cache = flexibility_cache(arguments.no_cache)?;
     Ok(plan)
 }
 

@@ -25,8 +25,9 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::error::WARNING_PREFIX;
 pub use crate::error::exit;
+use crate::error::{Error, WARNING_PREFIX};
+use crate::fem::FlexibilityCache;
 use crate::scene::variant::DiscretisationPair;
 use crate::scene::{self, Diagnostics, Plan};
 use crate::simulation::job::THREAD_STACK_BYTES;
@@ -110,6 +111,20 @@ struct RunArgs {
     quiet: bool,
 }
 
+/// Exit code of a command; `Err` if the command ended early, after its message was printed.
+type CommandResult = Result<u8, u8>;
+
+/// The user's cache of flexibility matrices; `None` if an option or the environment excludes it.
+///
+/// # Errors
+/// The exit code, after an error was printed.
+fn flexibility_cache(excluded: bool) -> Result<Option<FlexibilityCache>, u8> {
+    if excluded {
+        return Ok(None);
+    }
+    FlexibilityCache::of_environment().map_err(|error| print_error(&error))
+}
+
 /// A relative error.
 fn parse_relative_error(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
@@ -159,7 +174,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });
-    ExitCode::from(code.unwrap_or(exit::FAILED))
+    ExitCode::from(match code {
+        Ok(Ok(code) | Err(code)) => code,
+        Err(_) => exit::FAILED,
+    })
 }
 
 /// What is printed when the program itself is wrong.
@@ -175,14 +193,14 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
 }
 
 /// Does `work` as [`run_in_thread_pool`], with signals caught before there are threads.
-fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     signal::install();
     run_in_thread_pool(threads, work)
 }
 
 /// Does `work` on one of the `threads` (as many as there are cores if not given): work handed over from another one would wait
 /// for it each time.
-fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     // Fails only if a pool exists already, which then has the number of the first call.
     let _ = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
@@ -195,6 +213,12 @@ fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) ->
 fn print_diagnostics(mistakes: &Diagnostics) -> u8 {
     to_stderr(&render::render(mistakes));
     exit::INPUT
+}
+
+/// Prints an error; its exit code.
+fn print_error(error: &Error) -> u8 {
+    to_stderr(&format!("error: {error}\n"));
+    error.exit_code()
 }
 
 /// A message of a run as it is printed: one that puts results in doubt says so itself.

@@ -1,20 +1,19 @@
 //! `orthowear refine`: runs a scene and writes the sizes of the next mesh for gmsh.
 
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::progress::ProgressDisplay;
-use super::run::{explain_reason, print_error, show_failure};
-use super::{SceneArgs, exit, print_diagnostics, signal, to_stderr, to_stdout};
+use super::run::{explain_reason, show_failure};
+use super::{CommandResult, SceneArgs, exit, print_diagnostics, print_error, signal, to_stderr, to_stdout};
 use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
 use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
-use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
+use crate::output::atomic_file::write_atomically_with;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
 use crate::output::body_peaks::ErrorRecord;
 use crate::scene::Plan;
@@ -91,24 +90,18 @@ impl Observer for StepTractions<'_> {
 }
 
 /// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
-pub(super) fn refine(arguments: &RefineArgs) -> u8 {
+pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     let stop = signal::install();
-    let mut plan = match arguments.scene.plan() {
-        Ok(plan) => plan,
-        Err(mistakes) => return print_diagnostics(&mistakes),
-    };
-    let bodies =
-        match keep_steps_to_run(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
-            Ok(bodies) => bodies,
-            Err(error) => return print_error(&error),
-        };
+    let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
+    keep_steps_to_run(&mut plan, arguments).map_err(|error| print_error(&error))?;
+    let bodies = bodies_to_refine(&plan, arguments).map_err(|error| print_error(&error))?;
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let study = match simulation::build(&plan, &mut |event| progress.on_event(event), stop) {
         Ok(study) => study,
-        Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
+        Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return Err(exit::INTERRUPTED),
         Err(failure) => {
             progress.end();
-            return show_failure(&plan, &failure);
+            return Err(show_failure(&plan, &failure));
         }
     };
     let mut ends = StepTractions { tractions: Vec::new(), progress, stop };
@@ -118,19 +111,22 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
         Ok(Outcome::Converged) => {}
         Ok(Outcome::NotConverged(why)) => {
             to_stderr(&format!("not converged: {}\n", explain_reason(Some(why))));
-            return exit::NOT_CONVERGED;
+            return Err(exit::NOT_CONVERGED);
         }
-        Ok(Outcome::Interrupted) => return exit::INTERRUPTED,
-        Err(error) if error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
-        Err(error) => return print_error(&error),
+        Ok(Outcome::Interrupted) => return Err(exit::INTERRUPTED),
+        Err(error) => return Err(print_unless_interrupted(&error)),
     }
-    match write_fields(&plan, &study, (arguments, &bodies), &ends.tractions) {
-        Ok(text) if arguments.quiet => drop(text),
-        Ok(text) => to_stdout(&text),
-        Err(error) if error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
-        Err(error) => return print_error(&error),
+    let text = write_fields(&plan, &study, (arguments, &bodies), &ends.tractions)
+        .map_err(|error| print_unless_interrupted(&error))?;
+    if !arguments.quiet {
+        to_stdout(&text);
     }
-    exit::DONE
+    Ok(exit::DONE)
+}
+
+/// Prints an error, unless it is an interruption; its exit code.
+fn print_unless_interrupted(error: &Error) -> u8 {
+    if error.kind() == ErrorKind::Interrupted { error.exit_code() } else { print_error(error) }
 }
 
 /// Leaves the steps that are run.
@@ -220,7 +216,8 @@ fn write_fields(
         }
         let field = size_field(mesh, &estimates, &wanted)?;
         let source = plan.bodies[*index].as_fe().map_or("", |fe| fe.mesh_name.as_str());
-        write_size_file(file, mesh, &field, &comment(plan, source, &field))?;
+        let comment = comment(plan, source, &field);
+        write_atomically_with(file, |out| write_size_field(out, mesh, &field.nodal, &comment))?;
         text.push_str(&format!(
             "{key}: {} elements now; an error of {:.2} % needs about {:.0} elements of size {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
              GEO -o NEW.msh{GMSH_SIZE_OPTIONS}\n",
@@ -259,20 +256,4 @@ fn comment(plan: &Plan, source: &str, field: &SizeField) -> Vec<String> {
         "Size fields control tetrahedral meshes (and triangle meshes before extrusion); transfinite and extruded cells ignore them."
             .to_owned(),
     ]
-}
-
-/// Writes under a temporary name first, so that a failure leaves what was there.
-fn write_size_file(file: &Path, mesh: &Mesh, field: &SizeField, comment: &[String]) -> Result<()> {
-    let temporary = file.with_extension("pos.incoming");
-    let failed = |error: std::io::Error| Error::resources(format!("{}: {error}", file.display()));
-    let written = std::fs::File::create(&temporary).and_then(|created| {
-        let mut out = BufWriter::new(created);
-        write_size_field(&mut out, mesh, &field.nodal, comment)?;
-        out.flush()?;
-        std::fs::rename(&temporary, file)
-    });
-    written.map_err(|error| {
-        let _ = std::fs::remove_file(&temporary);
-        failed(error)
-    })
 }

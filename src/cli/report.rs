@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::run::print_error as refuse;
-use super::{exit, to_stderr, to_stdout};
+use super::{CommandResult, exit, print_error, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::report::{REPORT, Report, is_report};
 
@@ -19,8 +18,8 @@ pub(super) struct ReportArgs {
 }
 
 /// Writes the page of a directory of results; the exit code.
-pub(super) fn report(arguments: &ReportArgs) -> u8 {
-    write_report(arguments).unwrap_or_else(|error| refuse(&error))
+pub(super) fn report(arguments: &ReportArgs) -> CommandResult {
+    write_report(arguments).map_err(|error| print_error(&error))
 }
 
 fn write_report(arguments: &ReportArgs) -> Result<u8> {

@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use super::accuracy::describe;
 use super::progress::{ProgressDisplay, format_duration};
-use super::{RunArgs, exit, print_diagnostics, resume, signal, table, to_stderr, to_stdout, with_severity};
+use super::{
+    CommandResult, RunArgs, exit, flexibility_cache, print_diagnostics, print_error, resume, signal, table,
+    to_stderr, to_stdout, with_severity,
+};
 use crate::adaptive;
 use crate::error::{Error, Result};
-use crate::fem::FlexibilityCache;
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
 use crate::output::recorder::ProgressEvent;
@@ -22,14 +24,12 @@ use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resum
 use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
 
 /// Computes a scene and writes its results; the exit code.
-pub(super) fn run(arguments: &RunArgs) -> u8 {
+pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| default_output_directory(&arguments.scene.scene));
-    let mut plan = match arguments.scene.plan() {
-        Ok(plan) => plan,
-        Err(mistakes) => return reject_scene(&mistakes, arguments, &directory),
-    };
+    let plan = arguments.scene.plan();
+    let mut plan = plan.map_err(|mistakes| reject_scene(&mistakes, arguments, &directory))?;
     if let Some(relative) = arguments.accuracy {
         let wanted = AccuracyPlan {
             relative,
@@ -40,22 +40,14 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     }
     let mut summary = job::new_summary(&plan);
     summary.timings.add("scene", started.elapsed().as_secs_f64());
-    let (output, checkpoints) = match open_output(&plan, arguments, &directory, &mut summary) {
-        Ok(Some(begun)) => begun,
-        Ok(None) => {
-            if !arguments.quiet {
-                to_stdout(&already_converged(&summary, &directory));
-            }
-            return exit::DONE;
+    let opened = open_output(&plan, arguments, &directory, &mut summary);
+    let Some((output, checkpoints)) = opened.map_err(|error| print_error(&error))? else {
+        if !arguments.quiet {
+            to_stdout(&already_converged(&summary, &directory));
         }
-        Err(error) => return print_error(&error),
+        return Ok(exit::DONE);
     };
-    if !arguments.no_cache {
-        plan.flexibility_cache = match FlexibilityCache::of_environment() {
-            Ok(cache) => cache,
-            Err(error) => return print_error(&error),
-        };
-    }
+    plan.flexibility_cache = flexibility_cache(arguments.no_cache)?;
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let mut nobody = NullObserver;
     let on_progress = &mut |event: ProgressEvent| progress.on_event(event);
@@ -82,7 +74,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         let why = explain_reason(summary.reason.as_deref());
         to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
     }
-    code
+    Ok(code)
 }
 
 /// The output directory and the checkpoints of a run that begins, or goes on; `None` if it has ended.
@@ -130,11 +122,6 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
 /// `<scene>.out` beside the scene.
 fn default_output_directory(scene: &Path) -> PathBuf {
     scene.with_extension("out")
-}
-
-pub(super) fn print_error(error: &Error) -> u8 {
-    to_stderr(&format!("error: {error}\n"));
-    error.exit_code()
 }
 
 /// Prints the mistakes and leaves a summary of the failure, where the scene at least is a file.

@@ -7,12 +7,14 @@ use clap::{Args, ValueEnum};
 
 use super::max_memory::{MaxMemory, parse_max_memory};
 use super::progress::{ProgressDisplay, format_duration};
-use super::run::{explain_reason, print_error};
+use super::run::explain_reason;
 use super::run_numbers::RunNumbers;
 use super::table::{align_columns, counted, five_digits, status_label};
-use super::{exit, print_diagnostics, signal, slurm, to_stderr, to_stdout, with_severity};
+use super::{
+    CommandResult, exit, flexibility_cache, print_diagnostics, print_error, signal, slurm, to_stderr,
+    to_stdout, with_severity,
+};
 use crate::error::{Error, Result};
-use crate::fem::FlexibilityCache;
 use crate::output::summary::Status;
 use crate::sweep::run::{StudyOutcome, StudyRunner};
 use crate::sweep::share::Concurrency;
@@ -70,15 +72,11 @@ enum ScriptKind {
 const MAX_TABLE_ROWS: usize = 60;
 
 /// Runs a scene for all combinations of values, side by side; the worst exit code of the runs.
-pub(super) fn study(arguments: &StudyArgs) -> u8 {
+pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
-    let mut sweep = match sweep::read(&arguments.study, &arguments.overrides) {
-        Ok(sweep) => sweep,
-        Err(files) => {
-            return files.iter().map(print_diagnostics).max().unwrap_or(exit::INPUT);
-        }
-    };
+    let mut sweep = sweep::read(&arguments.study, &arguments.overrides)
+        .map_err(|files| files.iter().map(print_diagnostics).max().unwrap_or(exit::INPUT))?;
     if !arguments.quiet {
         sweep.notes.iter().for_each(|note| to_stderr(&format!("{note}\n")));
     }
@@ -86,22 +84,14 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     let directory = arguments.out.clone().unwrap_or_else(|| arguments.study.with_extension("study"));
     if arguments.emit.is_some() {
         to_stdout(&slurm::script(arguments, &sweep, &directory));
-        return exit::DONE;
+        return Ok(exit::DONE);
     }
-    let cache = if arguments.no_cache { Ok(None) } else { FlexibilityCache::of_environment() };
-    let cache = match cache {
-        Ok(cache) => cache,
-        Err(error) => return print_error(&error),
-    };
+    let cache = flexibility_cache(arguments.no_cache)?;
     let resume = arguments.resume;
     let job = StudyRunner { sweep: &sweep, directory: &directory, cache: cache.as_ref(), stop, resume };
-    let wanted = match selected_runs(arguments, &sweep) {
-        Ok(wanted) => wanted,
-        Err(error) => return print_error(&error),
-    };
-    if let Err(error) = if arguments.collect { job.find_directory() } else { job.make_directory() } {
-        return print_error(&error);
-    }
+    let wanted = selected_runs(arguments, &sweep).map_err(|error| print_error(&error))?;
+    let ready = if arguments.collect { job.find_directory() } else { job.make_directory() };
+    ready.map_err(|error| print_error(&error))?;
     let (ended, shared) = if arguments.collect {
         (job.collect(), None)
     } else {
@@ -119,14 +109,12 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     let table = if arguments.only.is_some() {
         None
     } else {
-        match job.write(&result) {
-            Ok(()) => Some(directory.join("study.json")),
-            Err(error) => return print_error(&error),
-        }
+        job.write(&result).map_err(|error| print_error(&error))?;
+        Some(directory.join("study.json"))
     };
     if arguments.quiet {
         unconverged_lines(&result, &wanted).iter().for_each(|line| to_stderr(line));
-        return code;
+        return Ok(code);
     }
     let mut text = describe(&sweep, &result, &wanted);
     text.push_str(&format!("\n{}", counted(wanted.len(), "run")));
@@ -155,7 +143,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         )),
     }
     to_stdout(&text);
-    code
+    Ok(code)
 }
 
 /// How runs go side by side.
