@@ -12,10 +12,6 @@ use crate::mesh::faces::SurfaceFace;
 /// Middle nodes closer to the middle than this share of the edge are taken to lie in it.
 const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
-/// Corners of the reference triangle and square.
-const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-
 /// Corners of the facets among the face's nodes; 8 is the middle of a quadrangle.
 const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
@@ -33,8 +29,8 @@ pub(super) struct Facet {
 
 /// Reference coordinates of a face's nodes, and of the middle of a quadrangle.
 fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
-    let corners: &[[f64; 2]] = if kind.n_corners() == 3 { &TRIANGLE } else { &SQUARE };
-    let n = corners.len();
+    let n = kind.n_corners();
+    let corners = &kind.face_reference_nodes()[..n];
     let mut nodes = corners.to_vec();
     nodes.extend((0..n).map(|i| middle(corners[i], corners[(i + 1) % n])));
     nodes.push([0.0, 0.0]);

@@ -21,11 +21,7 @@ pub(super) fn outline_loops<'a>(
     for face in faces {
         let n = face.kind.n_corners();
         let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
-        let corners: &[[f64; 2]] = if n == 3 {
-            &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-        } else {
-            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        };
+        let corners = &face.kind.face_reference_nodes()[..n];
         let at = |xi: [f64; 2]| -> [f64; 2] {
             let x = face.kind.face_values(xi).iter().zip(&nodes).map(|(value, node)| node * *value).sum();
             let local = patch.local(&x);

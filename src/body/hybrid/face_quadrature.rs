@@ -41,11 +41,7 @@ impl FaceRules {
         distance: &dyn Fn(&Point) -> f64,
         ratio: f64,
     ) -> Vec<FacePoint> {
-        let corners: &[[f64; 2]] = if face.kind.n_corners() == 3 {
-            &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-        } else {
-            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        };
+        let corners = &face.kind.face_reference_nodes()[..face.kind.n_corners()];
         let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
         let mut points = Vec::new();
         let part = FacePart { kind: face.kind, nodes: &nodes, corners: corners.to_vec() };
