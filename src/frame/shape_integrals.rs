@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use super::clip::twice_signed_area;
 use crate::element::ElementKind;
 use crate::element::MAX_FACE_NODES;
+use crate::geometry::bounds;
 use crate::quadrature::gauss_legendre;
 
 /// A facet seen along n: three or four corners in the plane, counter-clockwise, and where they lie in the reference
@@ -92,8 +93,7 @@ impl ProjectedFacet {
             let at = |k: usize| corners[(i + k) % self.n];
             twice_signed_area(at(0), at(1), at(2))
         });
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        turns.for_each(|turn| (least, most) = (least.min(turn), most.max(turn)));
+        let [least, most] = bounds(turns);
         match () {
             () if most <= 1e-9 * scale => Facing::Away,
             () if least > 0.0 => Facing::Towards,

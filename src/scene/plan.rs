@@ -396,12 +396,9 @@ impl BodyPlan {
 
     /// Whether it says where its fibres run.
     pub fn has_fibre(&self) -> bool {
-        match self {
-            Self::Fe(fe) => fe.has_fibre,
-            Self::Be(be) => be.meshed.has_fibre,
-            Self::HalfSpace(elastic) => elastic.fibre.is_some(),
-            Self::TruncatedHalfSpace(body) => body.material.fibre.is_some(),
-            Self::Rigid => false,
+        match self.as_meshed() {
+            Some(meshed) => meshed.has_fibre,
+            None => self.material().is_some_and(|elastic| elastic.fibre.is_some()),
         }
     }
 

@@ -9,6 +9,7 @@ use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use super::spec::body::NearField;
 use crate::evolution::step::{Normal, Tangential};
 use crate::frame::GapShape;
+use crate::geometry::bounds;
 use crate::material::{PlacedMaterial, Stiffness};
 
 /// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.
@@ -53,14 +54,11 @@ fn least(values: [f64; 3]) -> f64 {
 /// Materials of a body by name, each once.
 fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
     let mut found: Vec<(&str, &Stiffness)> = match body {
-        BodyPlan::Rigid => Vec::new(),
-        BodyPlan::HalfSpace(elastic) => vec![(&elastic.name, &elastic.stiffness)],
-        BodyPlan::TruncatedHalfSpace(body) => vec![(&body.material.name, &body.material.stiffness)],
-        BodyPlan::Be(be) => vec![(&be.meshed.material.name, &be.meshed.material.stiffness)],
         BodyPlan::Fe(fe) => {
             let placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
             placed.map(|PlacedMaterial { name, stiffness, .. }| (name.as_str(), stiffness)).collect()
         }
+        _ => body.material().iter().map(|elastic| (elastic.name.as_str(), &elastic.stiffness)).collect(),
     };
     found.sort_by_key(|(name, _)| *name);
     found.dedup_by_key(|(name, _)| *name);
@@ -164,9 +162,7 @@ fn radius(plan: &Plan) -> Option<f64> {
 
 /// Radius, displacements and forces against the frame and its cells.
 fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
-    let approach = (plan.steps.iter())
-        .filter_map(|step| if let Some(Normal::Approach(d)) = step.normal { Some(d) } else { None })
-        .fold(0.0, f64::max);
+    let approach = plan.max_prescribed_approach().unwrap_or(0.0);
     let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
     let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
         (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
@@ -235,12 +231,10 @@ fn extent(fe: &MeshedBodyPlan, group: Option<&str>) -> Option<[f64; 3]> {
         Some(group) => fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?,
         None => (0..fe.mesh.n_points()).collect(),
     };
-    let points = nodes.iter().map(|&node| fe.mesh.points[node]);
-    let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let (low, high) = points.fold(start, |(low, high), x| {
-        (std::array::from_fn(|k| low[k].min(x[k])), std::array::from_fn(|k| f64::max(high[k], x[k])))
-    });
-    Some(std::array::from_fn(|k| high[k] - low[k]))
+    Some([0, 1, 2].map(|k| {
+        let [low, high] = bounds(nodes.iter().map(|&node| fe.mesh.points[node][k]));
+        high - low
+    }))
 }
 
 /// Meshes against the frame and the displacements.
@@ -270,11 +264,7 @@ fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
                 ));
             }
         }
-        let approach = plan.steps.iter().filter_map(|step| match step.normal {
-            Some(Normal::Approach(d)) => Some(d),
-            _ => None,
-        });
-        let approach = approach.fold(0.0, f64::max);
+        let approach = plan.max_prescribed_approach().unwrap_or(0.0);
         if approach > 0.3 * height {
             notes.push(format!(
                 "the approach is {approach:.4e}, more than 30 % of the smallest dimension of the mesh of {key}, {height:.4e}"

@@ -325,15 +325,11 @@ fn distance_to_others(
     let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
     // The box around an element, in the axes of the patch.
     let distance = |i: usize| {
-        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-        for &node in mesh.cell_nodes(regions.cells()[i]) {
-            let local = patch.local(&mesh.points[node].into());
-            for (range, x) in bounds.iter_mut().zip(local.iter()) {
-                *range = [range[0].min(*x), range[1].max(*x)];
-            }
-        }
-        let nearest = |axis: usize| 0.0_f64.clamp(bounds[axis][0], bounds[axis][1]);
-        patch.distance(&Point::new(nearest(0), nearest(1), bounds[2][1].min(0.0)))
+        let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
+        let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();
+        let [x, y, z] = [0, 1, 2].map(|axis| bounds(locals.iter().map(|local| local[axis])));
+        let nearest = |[low, high]: [f64; 2]| 0.0_f64.clamp(low, high);
+        patch.distance(&Point::new(nearest(x), nearest(y), z[1].min(0.0)))
     };
     others.map(distance).fold(f64::INFINITY, f64::min)
 }

@@ -9,7 +9,7 @@ use super::bodies::find_material;
 use super::materials::Materials;
 use super::orientations;
 use crate::fem;
-use crate::geometry::fibre_axes;
+use crate::geometry::{bounds, fibre_axes};
 use crate::material::{Orientation, PlacedMaterial, Ply, RegionMaterial};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::document::join_key;
@@ -162,10 +162,7 @@ impl BodyContext<'_> {
             }
         };
         let nodes = cells.iter().flat_map(|&cell| self.mesh.cell_nodes(cell));
-        let [low, high] = nodes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &node| {
-            let z = self.mesh.points[node][2];
-            [low.min(z), high.max(z)]
-        });
+        let [low, high] = bounds(nodes.map(|&node| self.mesh.points[node][2]));
         (low < high).then_some([low, high])
     }
 }
