@@ -2,12 +2,9 @@
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
-use crate::fem::RigidBodyModes;
+use crate::fem::{RigidBodyModes, SUBSPACE_TOLERANCE, translations_in};
 use crate::frame::ContactFrame;
 use crate::geometry::Side;
-
-/// Share of a unit vector outside a space below which it lies in it.
-const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
 /// A motion that the supports of a body leave free, as the contact sees it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +30,7 @@ pub struct UnconstrainedModes {
 }
 
 /// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, of the body at `side` of `frame`.
-pub(super) fn relative_motion(
+pub(crate) fn relative_motion(
     (free, j): (&RigidBodyModes, usize),
     frame: &ContactFrame,
     side: Side,
@@ -46,12 +43,7 @@ pub(super) fn relative_motion(
 /// Orthonormal translations (frame's x, y, n) in the space of relative `motions`; lengths are measured by `size`.
 pub fn unconstrained_translations(motions: &[[f64; 6]], size: f64) -> Vec<Vector3<f64>> {
     let Some(projector) = projector(motions, size) else { return Vec::new() };
-    // A translation is free if the projection on the free motions leaves it as it is.
-    let shifts = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
-    (0..3)
-        .filter(|&i| shifts.eigenvalues[i] > 1.0 - SUBSPACE_TOLERANCE)
-        .map(|i| shifts.eigenvectors.column(i).into_owned())
-        .collect()
+    translations_in(&projector)
 }
 
 /// Whether two sets of motions have one in common.

@@ -45,5 +45,6 @@ pub use recovery::{
 };
 pub(crate) use recovery::{FaceAverages, FaceContribution, exposures, surface_stress_points};
 pub use rigid_body_modes::{RigidBodyModes, find_rigid_body_modes};
+pub(crate) use rigid_body_modes::{SUBSPACE_TOLERANCE, translations_in};
 pub use spec::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Support};
 pub use symmetry::symmetry_component;

@@ -14,6 +14,9 @@ use crate::linalg::ordering::NodeGraph;
 /// one another than a millionth of the body do not hold a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
+/// Share of a unit vector outside a space below which it lies in it.
+pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
+
 /// The rigid motions of a body that its supports leave free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyModes {
@@ -52,7 +55,9 @@ impl RigidBodyModes {
             .collect();
         let rotations: Vec<Vector3<f64>> =
             basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
-        let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
+        let projector = basis.iter().fold(Matrix6::zeros(), |sum, motion| sum + motion * motion.transpose());
+        let translations =
+            direction_names(&translations_in(&projector), ["translation", "translation along"]);
         let names =
             translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
         Self { names, centre, size, basis }
@@ -198,12 +203,11 @@ fn modes_of_part(
     RigidBodyModes::unconstrained(points, part, held.chain(bedded.copied()))
 }
 
-/// The translations, without rotation, in the space of some orthonormal motions.
-fn pure_translations(basis: &[Vector6<f64>]) -> Vec<Vector3<f64>> {
-    let projector = basis.iter().fold(Matrix6::zeros(), |sum, motion| sum + motion * motion.transpose());
+/// The orthonormal translations, without rotation, in the space of motions with this orthogonal projector: those that it leaves as they are.
+pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
     let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
     (0..3)
-        .filter(|&i| eigen.eigenvalues[i] > 1.0 - 1e-9)
+        .filter(|&i| eigen.eigenvalues[i] > 1.0 - SUBSPACE_TOLERANCE)
         .map(|i| eigen.eigenvectors.column(i).into_owned())
         .collect()
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::body::rigid_body_modes::{have_common_motion, unconstrained_translations};
+use crate::body::rigid_body_modes::{have_common_motion, relative_motion, unconstrained_translations};
 use crate::coupling::Coupling;
 use crate::error::Error;
 use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
@@ -48,7 +48,8 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     for (index, key) in BODY_KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {
             refuse_friction_on_unconstrained_be(plan, index, &motions)?;
-            let relative = relative(&motions, index, frame);
+            let relative = |j: usize| relative_motion((&motions, j), frame, SIDES[index]);
+            let relative = (0..motions.n_modes()).map(relative).collect();
             floating.push((index, motions, relative));
         }
     }
@@ -140,19 +141,6 @@ pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let entry = steps[..=index].iter().filter(first).count() - 1;
     let key = if steps[index].history_row.is_some() { "history" } else { key };
     format!("steps.{entry}.{key}")
-}
-
-/// Motions of body 2 relative to body 1 in the frame's axes at its origin.
-fn relative(motions: &RigidBodyModes, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
-    let axes = frame.axes;
-    (0..motions.n_modes())
-        .map(|j| {
-            let [shift, turn] = motions
-                .motion_about(&frame.origin, j)
-                .map(|global| axes.to_local(&global) * SIDES[index].gap_sign());
-            [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
-        })
-        .collect()
 }
 
 /// The key by which `step` controls a rotation.
