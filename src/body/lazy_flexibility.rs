@@ -36,12 +36,6 @@ struct FormedRows {
     added_cells: Vec<Vec<usize>>,
 }
 
-impl FormedRows {
-    fn new(cells: Vec<bool>, flexibility: CondensedFlexibility) -> RwLock<Self> {
-        RwLock::new(Self { cells, flexibility, verified: AtomicBool::new(false), added_cells: Vec::new() })
-    }
-}
-
 impl LazyFlexibility {
     /// The operator on the `cells` for which it holds; `nodal` is the flexibility of the nodes that they touch, the contact
     /// nodes of `body`.
@@ -55,7 +49,9 @@ impl LazyFlexibility {
         nodal: &SymmetricDense,
     ) -> Result<Self> {
         let flexibility = CondensedFlexibility::new(whole.restrict(&cells), |i, j| nodal.at(i, j))?;
-        Ok(Self { whole, body, formed: FormedRows::new(cells, flexibility) })
+        let formed =
+            FormedRows { cells, flexibility, verified: AtomicBool::new(false), added_cells: Vec::new() };
+        Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
     /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes; without the

@@ -30,8 +30,7 @@ use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
 pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
-    let beside = || arguments.scene.scene.with_extension("compare");
-    let directory = arguments.out.clone().unwrap_or_else(beside);
+    let directory = arguments.out.clone().unwrap_or_else(|| arguments.scene.scene.with_extension("compare"));
     let plan = read_plan(arguments)?;
     let (frame, variants) =
         variants(&plan, &arguments.variants).map_err(|failure| show_failure(&plan, &failure))?;
@@ -173,10 +172,6 @@ impl VariantRunner<'_> {
     }
 }
 
-fn differences_file(number: usize) -> String {
-    format!("differences_{number:04}.vtu")
-}
-
 fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
     fs::create_dir_all(directory)
@@ -191,7 +186,7 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
     }
     let mut files = Vec::new();
     for (index, step) in ends.steps().into_iter().enumerate() {
-        let name = differences_file(index + 1);
+        let name = format!("differences_{:04}.vtu", index + 1);
         let mut bytes = Vec::new();
         ends.difference_grid(step)?.write(&mut bytes)?;
         write_atomically(&directory.join(&name), &bytes)?;

@@ -12,6 +12,7 @@ use crate::body::ErrorEstimation;
 use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
+use crate::geometry::bounds;
 use crate::mesh::gmsh::write_size_field;
 use crate::output::atomic_file::write_atomically_with;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
@@ -216,6 +217,7 @@ fn write_fields(
         }
         let field = size_field(mesh, &estimates, &wanted)?;
         let source = plan.bodies[*index].as_fe().map_or("", |fe| fe.mesh_name.as_str());
+        let [smallest, largest] = bounds(field.nodal.iter().copied().filter(|size| *size > 0.0));
         let comment = comment(plan, source, &field);
         write_atomically_with(file, |out| write_size_field(out, mesh, &field.nodal, &comment))?;
         text.push_str(&format!(
@@ -224,8 +226,8 @@ fn write_fields(
             field.elements,
             100.0 * field.error,
             field.next_elements,
-            smallest_size(&field),
-            field.nodal.iter().copied().fold(0.0, f64::max),
+            smallest,
+            largest,
             file.display(),
             file.display(),
         ));
@@ -235,10 +237,6 @@ fn write_fields(
 
 /// Options that keep gmsh from mixing sizes of the .geo into those of the field.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
-
-fn smallest_size(field: &SizeField) -> f64 {
-    field.nodal.iter().copied().filter(|size| *size > 0.0).fold(f64::INFINITY, f64::min)
-}
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {
     let displacement = output.body.recover(tractions)?.displacement;

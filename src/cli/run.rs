@@ -1,6 +1,6 @@
 //! `orthowear run`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use super::accuracy::describe;
@@ -27,7 +27,7 @@ use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
 pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
-    let directory = arguments.out.clone().unwrap_or_else(|| default_output_directory(&arguments.scene.scene));
+    let directory = arguments.out.clone().unwrap_or_else(|| arguments.scene.scene.with_extension("out"));
     let plan = arguments.scene.plan();
     let mut plan = plan.map_err(|mistakes| reject_scene(&mistakes, arguments, &directory))?;
     if let Some(relative) = arguments.accuracy {
@@ -117,11 +117,6 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
         summary.title,
         results.display()
     )
-}
-
-/// `<scene>.out` beside the scene.
-fn default_output_directory(scene: &Path) -> PathBuf {
-    scene.with_extension("out")
 }
 
 /// Prints the mistakes and leaves a summary of the failure, where the scene at least is a file.

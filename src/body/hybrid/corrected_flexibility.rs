@@ -48,10 +48,6 @@ impl CorrectedFlexibility {
             on_grid.add_product(far, planes.clone(), (tractions, gap), work);
         }
     }
-
-    fn normal(&self, pressure: &[f64], gap: &mut [f64]) {
-        self.add_far(2..3, pressure, gap);
-    }
 }
 
 impl Flexibility for CorrectedFlexibility {
@@ -66,7 +62,7 @@ impl Flexibility for CorrectedFlexibility {
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         self.near.apply_normal(pressure, normal_gap);
-        self.normal(pressure, normal_gap);
+        self.add_far(2..3, pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {

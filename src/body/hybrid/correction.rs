@@ -179,7 +179,20 @@ impl Correction {
     /// # Errors
     /// If a force does not act on a face of the mesh.
     pub fn at_mesh_nodes(&self, model: &FeModel, at: &PatchForces) -> Result<DenseMatrix> {
-        at_forces(model, at, &self.fields)
+        let n = at.n_columns();
+        let mut displacement = DenseMatrix::zeros(n, self.fields.n_columns())?;
+        let locator = PatchFaceLocator::new(model.mesh(), at);
+        for (i, point) in at.points.iter().enumerate() {
+            let weights = locator.weights(*point)?;
+            for column in 0..self.fields.n_columns() {
+                let values = self.fields.column(column);
+                let sum =
+                    |c: usize| weights.iter().map(|&(node, weight)| weight * values[3 * node + c]).sum();
+                let local = at.patch.axes.to_local(&Point::from([0, 1, 2].map(sum)));
+                displacement.values_mut()[column * n + 3 * i..][..3].copy_from_slice(local.as_slice());
+            }
+        }
+        Ok(displacement)
     }
 }
 
@@ -263,21 +276,4 @@ fn expand_to_all_dofs(
         prescribed.iter().zip(held).for_each(|(&dof, value)| values[dof] = *value);
     }
     Ok(all)
-}
-
-/// Displacement of the mesh where the forces act, in the axes of the patch.
-fn at_forces(model: &FeModel, forces: &PatchForces, fields: &DenseMatrix) -> Result<DenseMatrix> {
-    let n = 3 * forces.points.len();
-    let mut at = DenseMatrix::zeros(n, fields.n_columns())?;
-    let locator = PatchFaceLocator::new(model.mesh(), forces);
-    for (i, point) in forces.points.iter().enumerate() {
-        let weights = locator.weights(*point)?;
-        for column in 0..fields.n_columns() {
-            let values = fields.column(column);
-            let sum = |c: usize| weights.iter().map(|&(node, weight)| weight * values[3 * node + c]).sum();
-            let local = forces.patch.axes.to_local(&Point::from([0, 1, 2].map(sum)));
-            at.values_mut()[column * n + 3 * i..][..3].copy_from_slice(local.as_slice());
-        }
-    }
-    Ok(at)
 }

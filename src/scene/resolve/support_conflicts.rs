@@ -3,10 +3,8 @@
 use std::collections::HashMap;
 
 use super::Resolver;
-use crate::geometry::{format_number, format_point};
+use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
-
-const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Reports each support that prescribes another displacement at a node than one before it; their number.
 pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
