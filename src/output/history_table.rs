@@ -4,55 +4,65 @@ use std::fmt::Write as _;
 
 use crate::error::{Error, Result};
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
+use Cell::{Count, Flag, Missing, Number, Text};
 
-/// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
-pub const HISTORY_COLUMNS: [&str; 46] = [
-    "name",
-    "increment",
-    "approach",
-    "shift_x",
-    "shift_y",
-    "rotation_x",
-    "rotation_y",
-    "twist",
-    "normal_force",
-    "tangential_force_x",
-    "tangential_force_y",
-    "moment_x",
-    "moment_y",
-    "moment_n",
-    "contact_area",
-    "stick_area",
-    "peak_pressure",
-    "contact_touches_edge",
-    "worn_volume",
-    "worn_volume_error",
-    "worn_volume_by_energy",
-    "worn_volume_body1",
-    "worn_volume_body2",
-    "max_wear_depth",
-    "wear_depth_error",
-    "cycles_done",
-    "distance_slid",
-    "dissipation",
-    "natural_residual",
-    "min_gap",
-    "max_cone_violation",
-    "normal_gap_energy",
-    "tangential_gap_energy",
-    "operator_defect",
-    "energy_balance",
-    "iterations",
-    "operator_applications",
-    "seconds",
-    "converged",
-    "rolling_creepage_along",
-    "rolling_creepage_left",
-    "rolling_spin",
-    "rolling_distance",
-    "jump_length",
-    "jump_solves",
-    "jump_rejected",
+/// A cell of `history.csv`.
+enum Cell<'a> {
+    Text(&'a str),
+    Number(f64),
+    Count(u64),
+    Flag(bool),
+    Missing,
+}
+
+/// Columns of `history.csv`: the names of `summary.steps`, vectors by component; the cell of an entry.
+const HISTORY_COLUMNS: [(&str, fn(&IncrementRecord) -> Cell); 46] = [
+    ("name", |r| Text(&r.name)),
+    ("increment", |r| Count(r.increment as u64)),
+    ("approach", |r| Number(r.approach)),
+    ("shift_x", |r| Number(r.shift[0])),
+    ("shift_y", |r| Number(r.shift[1])),
+    ("rotation_x", |r| Number(r.rotation[0])),
+    ("rotation_y", |r| Number(r.rotation[1])),
+    ("twist", |r| Number(r.twist)),
+    ("normal_force", |r| Number(r.normal_force)),
+    ("tangential_force_x", |r| Number(r.tangential_force[0])),
+    ("tangential_force_y", |r| Number(r.tangential_force[1])),
+    ("moment_x", |r| Number(r.moment[0])),
+    ("moment_y", |r| Number(r.moment[1])),
+    ("moment_n", |r| Number(r.moment[2])),
+    ("contact_area", |r| Number(r.contact_area)),
+    ("stick_area", |r| Number(r.stick_area)),
+    ("peak_pressure", |r| Number(r.peak_pressure)),
+    ("contact_touches_edge", |r| Flag(r.contact_touches_edge)),
+    ("worn_volume", |r| Number(r.worn_volume)),
+    ("worn_volume_error", |r| Number(r.worn_volume_error)),
+    ("worn_volume_by_energy", |r| r.worn_volume_by_energy.map_or(Missing, Number)),
+    ("worn_volume_body1", |r| Number(r.worn_volume_by_body[0])),
+    ("worn_volume_body2", |r| Number(r.worn_volume_by_body[1])),
+    ("max_wear_depth", |r| Number(r.max_wear_depth)),
+    ("wear_depth_error", |r| Number(r.wear_depth_error)),
+    ("cycles_done", |r| Count(r.cycles_done)),
+    ("distance_slid", |r| Number(r.distance_slid)),
+    ("dissipation", |r| Number(r.dissipation)),
+    ("natural_residual", |r| Number(r.certificate.natural_residual)),
+    ("min_gap", |r| Number(r.certificate.min_gap)),
+    ("max_cone_violation", |r| Number(r.certificate.max_cone_violation)),
+    ("normal_gap_energy", |r| Number(r.certificate.normal_gap_energy)),
+    ("tangential_gap_energy", |r| Number(r.certificate.tangential_gap_energy)),
+    ("operator_defect", |r| r.certificate.operator_defect.map_or(Missing, Number)),
+    ("energy_balance", |r| Number(r.certificate.energy_balance)),
+    ("iterations", |r| Count(r.iterations as u64)),
+    ("operator_applications", |r| Count(r.operator_applications as u64)),
+    ("seconds", |r| Number(r.seconds)),
+    ("converged", |r| Flag(r.converged)),
+    ("rolling_creepage_along", |r| r.rolling.map_or(Missing, |rolling| Number(rolling.creepage[0]))),
+    ("rolling_creepage_left", |r| r.rolling.map_or(Missing, |rolling| Number(rolling.creepage[1]))),
+    ("rolling_spin", |r| r.rolling.map_or(Missing, |rolling| Number(rolling.spin))),
+    ("rolling_distance", |r| r.rolling.map_or(Missing, |rolling| Number(rolling.distance))),
+    ("jump_length", |r| r.jump.map_or(Missing, |jump| Number(jump.length))),
+    ("jump_solves", |r| r.jump.map_or(Missing, |jump| Count(jump.solves as u64))),
+    ("jump_rejected", |r| r.jump.map_or(Missing, |jump| Count(jump.rejected as u64))),
 ];
 
 /// The table as text: a header, then one row per record; numbers read back to the same bits.
@@ -60,7 +70,7 @@ pub const HISTORY_COLUMNS: [&str; 46] = [
 /// # Errors
 /// Numerical, if a number is not finite.
 pub fn history_csv(records: &[IncrementRecord]) -> Result<String> {
-    let mut text = HISTORY_COLUMNS.join(",") + "\n";
+    let mut text = HISTORY_COLUMNS.map(|(name, _)| name).join(",") + "\n";
     for (row, record) in records.iter().enumerate() {
         write_row(&mut text, record).map_err(|error| {
             error.context(format!("history.csv, row {}, step \"{}\"", row + 1, record.name))
@@ -92,82 +102,25 @@ pub fn loops_csv(loops: &[FrettingLoop]) -> Result<String> {
     Ok(text)
 }
 
-fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
-    let c = &r.certificate;
-    let before = [
-        r.approach,
-        r.shift[0],
-        r.shift[1],
-        r.rotation[0],
-        r.rotation[1],
-        r.twist,
-        r.normal_force,
-        r.tangential_force[0],
-        r.tangential_force[1],
-        r.moment[0],
-        r.moment[1],
-        r.moment[2],
-        r.contact_area,
-        r.stick_area,
-        r.peak_pressure,
-    ];
-    let wear = [r.worn_volume_by_body[0], r.worn_volume_by_body[1], r.max_wear_depth, r.wear_depth_error];
-    let checks = [
-        r.distance_slid,
-        r.dissipation,
-        c.natural_residual,
-        c.min_gap,
-        c.max_cone_violation,
-        c.normal_gap_energy,
-        c.tangential_gap_energy,
-    ];
-    let mut cells = vec![quoted(&r.name), r.increment.to_string()];
-    numbers(&mut cells, &before)?;
-    cells.push(r.contact_touches_edge.to_string());
-    numbers(&mut cells, &[r.worn_volume, r.worn_volume_error])?;
-    push_optional(&mut cells, r.worn_volume_by_energy.map(|volume| [volume]))?;
-    numbers(&mut cells, &wear)?;
-    cells.push(r.cycles_done.to_string());
-    numbers(&mut cells, &checks)?;
-    push_optional(&mut cells, c.operator_defect.map(|defect| [defect]))?;
-    numbers(&mut cells, &[c.energy_balance])?;
-    cells.extend([r.iterations.to_string(), r.operator_applications.to_string()]);
-    numbers(&mut cells, &[r.seconds])?;
-    cells.push(r.converged.to_string());
-    let rolling = r.rolling.map(|roll| [roll.creepage[0], roll.creepage[1], roll.spin, roll.distance]);
-    push_optional(&mut cells, rolling)?;
-    match &r.jump {
-        Some(jump) => {
-            numbers(&mut cells, &[jump.length])?;
-            cells.extend([jump.solves.to_string(), jump.rejected.to_string()]);
+fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
+    for (i, (name, cell)) in HISTORY_COLUMNS.iter().enumerate() {
+        if i > 0 {
+            text.push(',');
         }
-        None => cells.extend([const { String::new() }; 3]),
+        *text += &match cell(record) {
+            Text(text) => quoted(text),
+            Number(value) if !value.is_finite() => {
+                return Err(Error::numerical(format!("`{name}` is {value}, not a finite number")));
+            }
+            // The shortest text that reads back to the same bits, with an exponent where it is long.
+            Number(value) => format!("{value:?}"),
+            Count(count) => count.to_string(),
+            Flag(flag) => flag.to_string(),
+            Missing => String::new(),
+        };
     }
-    writeln!(text, "{}", cells.join(",")).expect("writing to a string does not fail");
+    text.push('\n');
     Ok(())
-}
-
-fn numbers(cells: &mut Vec<String>, values: &[f64]) -> Result<()> {
-    for value in values {
-        if !value.is_finite() {
-            return Err(Error::numerical(format!(
-                "`{}` is {value}, not a finite number",
-                HISTORY_COLUMNS[cells.len()]
-            )));
-        }
-        // The shortest text that reads back to the same bits, with an exponent where it is long.
-        cells.push(format!("{value:?}"));
-    }
-    Ok(())
-}
-
-/// Numbers that not every entry has: empty cells where they are missing.
-fn push_optional<const N: usize>(cells: &mut Vec<String>, values: Option<[f64; N]>) -> Result<()> {
-    let Some(values) = values else {
-        cells.extend([const { String::new() }; N]);
-        return Ok(());
-    };
-    numbers(cells, &values)
 }
 
 /// A name as a CSV cell (RFC 4180): quoted where it holds a comma, a quote or a line end.
@@ -201,7 +154,8 @@ mod tests {
         let cells: Vec<&str> = rest.split(',').collect();
         assert_eq!(cells.len() + 2, HISTORY_COLUMNS.len());
         assert_eq!(cells[0].parse::<f64>().unwrap().to_bits(), (0.1_f64 + 0.2).to_bits());
-        let at = |name: &str| cells[HISTORY_COLUMNS.iter().position(|column| *column == name).unwrap() - 2];
+        let at =
+            |name: &str| cells[HISTORY_COLUMNS.iter().position(|(column, _)| *column == name).unwrap() - 2];
         assert_eq!(at("seconds").parse::<f64>().unwrap(), 1e-7);
         assert!(
             ["operator_defect", "rolling_spin", "rolling_distance", "worn_volume_by_energy", "jump_solves"]
@@ -240,7 +194,7 @@ mod tests {
             ("jump_solves", 7.0),
             ("jump_rejected", 2.0),
         ] {
-            let column = HISTORY_COLUMNS.iter().position(|column| *column == name).unwrap();
+            let column = HISTORY_COLUMNS.iter().position(|(column, _)| *column == name).unwrap();
             assert_eq!(cells[column].parse::<f64>().unwrap(), value, "{name}");
         }
     }
