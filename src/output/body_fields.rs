@@ -121,19 +121,17 @@ fn frame_surface(
     let displacement = cells.average_at_points(&frame.areas, &field.displacement);
     let mut grid = cells.grid();
     displace(&mut grid.points, &displacement);
-    grid.point_data = vec![
-        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
-        DataArray::tuples(
-            "traction",
-            GLOBAL_COMPONENTS,
-            cells.average_at_points(&frame.areas, tractions).concat(),
-        ),
-    ];
-    grid.cell_data = vec![
-        DataArray::tuples("displacement", GLOBAL_COMPONENTS, field.displacement.concat()),
-        DataArray::tuples("traction", GLOBAL_COMPONENTS, tractions.concat()),
-    ];
+    grid.point_data = surface_arrays(&displacement, &cells.average_at_points(&frame.areas, tractions));
+    grid.cell_data = surface_arrays(&field.displacement, tractions);
     Ok(grid)
+}
+
+/// Displacement and traction at points or cells.
+fn surface_arrays(displacement: &[[f64; 3]], traction: &[[f64; 3]]) -> Vec<DataArray> {
+    vec![
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
+        DataArray::tuples("traction", GLOBAL_COMPONENTS, traction.concat()),
+    ]
 }
 
 fn mesh_surface(
@@ -151,14 +149,8 @@ fn mesh_surface(
     let displacement: Vec<[f64; 3]> = points.iter().map(|point| field.displacement[point.node]).collect();
     grid.points = points.iter().map(|point| mesh.points[point.node]).collect();
     displace(&mut grid.points, &displacement);
-    grid.point_data = vec![
-        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
-        DataArray::tuples(
-            "traction",
-            GLOBAL_COMPONENTS,
-            points.iter().flat_map(|point| at_nodes[point.node]).collect(),
-        ),
-    ];
+    let traction: Vec<[f64; 3]> = points.iter().map(|point| at_nodes[point.node]).collect();
+    grid.point_data = surface_arrays(&displacement, &traction);
     if let Some(stress) = &field.stress {
         let surface = SurfaceStress::new(mesh, &faces, stress, &at_nodes);
         let (on_surface, tangential): (Vec<[f64; 6]>, Vec<f64>) =

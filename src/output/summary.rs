@@ -73,7 +73,7 @@ impl Default for Units {
 }
 
 /// How a run ended, as `summary.json` says it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// All steps converged.
@@ -81,6 +81,7 @@ pub enum Status {
     /// A step did not converge or physics was lost; the entries so far hold.
     NotConverged,
     /// The run could not go on: wrong input, resources, or an unexpected failure.
+    #[default]
     Failed,
     /// A signal stopped the run.
     Interrupted,
@@ -154,7 +155,7 @@ impl From<&Grid> for FrameRecord {
 }
 
 /// What a run computed and how it ended: the fields of `summary.json` (docs/results.md).
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// Name of the program.
     pub program: &'static str,
@@ -226,26 +227,8 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION"),
             title: title.to_owned(),
             scene_sha256: scene_sha256.to_owned(),
-            scene: None,
             units,
-            status: Status::Failed,
-            reason: None,
-            error: None,
-            frame: None,
-            mesh_moves: None,
-            steps: Vec::new(),
-            bodies: Vec::new(),
-            skipped: Vec::new(),
-            loops: Vec::new(),
-            condensation: Vec::new(),
-            boundary_elements: Vec::new(),
-            truncations: Vec::new(),
-            near_fields: Vec::new(),
-            accuracy: None,
-            timings: Timings::default(),
-            peak_memory_bytes: 0,
-            warnings: Vec::new(),
-            files: Vec::new(),
+            ..Self::default()
         }
     }
 
