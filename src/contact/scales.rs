@@ -88,7 +88,7 @@ impl ContactScales {
 
     /// Largest eigenvalue of S_nn, mm/MPa, by a few power iterations when it is first asked for.
     pub(super) fn max_normal_eigenvalue(&self, operator: &dyn Flexibility, areas: &[f64]) -> f64 {
-        *self.normal.get_or_init(|| largest_normal(operator, areas))
+        *self.normal.get_or_init(|| power_iterations(areas, 1, |p, gap| operator.apply_normal(p, gap)))
     }
 
     /// Largest eigenvalue of M S_tt M in the same way.
@@ -135,15 +135,15 @@ fn weighted_norm(areas: &[f64], v: &[f64]) -> f64 {
     if unit > 0.0 && unit.is_finite() { unit * squares(unit).sqrt() } else { sum.sqrt() }
 }
 
-fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {
-    let n = areas.len();
-    let mut v = start(n);
-    let mut image = vec![0.0; n];
+/// Largest eigenvalue by a few power iterations of an operator on some planes.
+fn power_iterations(areas: &[f64], planes: usize, mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
+    let mut v = start(planes * areas.len());
+    let mut image = vec![0.0; v.len()];
     let mut lambda = 0.0;
     for _ in 0..POWER_ITERATIONS {
         let norm = weighted_norm(areas, &v);
         v.iter_mut().for_each(|x| *x /= norm);
-        operator.apply_normal(&v, &mut image);
+        apply(&v, &mut image);
         lambda = weighted_norm(areas, &image);
         std::mem::swap(&mut v, &mut image);
     }
@@ -152,28 +152,21 @@ fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {
 
 fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &FrictionScaling) -> f64 {
     let n = areas.len();
-    let mut v = start(2 * n);
     let part = operator.tangential();
     let mut physical = vec![0.0; 3 * n];
-    let mut image = vec![0.0; 3 * n];
-    let mut lambda = 0.0;
-    for _ in 0..POWER_ITERATIONS {
-        let norm = weighted_norm(areas, &v);
+    let mut gap = vec![0.0; 3 * n];
+    power_iterations(areas, 2, |hatted, slip| {
         for i in 0..n {
-            let q = hat.physical_traction([v[i] / norm, v[n + i] / norm]);
-            physical[i] = q[0];
-            physical[n + i] = q[1];
+            let q = hat.physical_traction([hatted[i], hatted[n + i]]);
+            (physical[i], physical[n + i]) = (q[0], q[1]);
         }
         match part {
-            Some(part) => part.apply_tangential(&physical[..2 * n], &mut image[..2 * n]),
-            None => operator.apply(&physical, &mut image),
+            Some(part) => part.apply_tangential(&physical[..2 * n], &mut gap[..2 * n]),
+            None => operator.apply(&physical, &mut gap),
         }
         for i in 0..n {
-            let s = hat.scaled_slip([image[i], image[n + i]]);
-            v[i] = s[0];
-            v[n + i] = s[1];
+            let s = hat.scaled_slip([gap[i], gap[n + i]]);
+            (slip[i], slip[n + i]) = (s[0], s[1]);
         }
-        lambda = weighted_norm(areas, &v);
-    }
-    lambda
+    })
 }
