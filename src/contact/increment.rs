@@ -224,12 +224,7 @@ impl Increment<'_> {
     }
 
     /// Local gap in cell `i` by a rigid motion along x, y, n and along the floating motions.
-    pub(super) fn rigid_gap(
-        &self,
-        i: usize,
-        motion: [f64; 3],
-        floating: &[f64; MAX_RIGID_MODES],
-    ) -> [f64; 3] {
+    pub fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
             Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),

@@ -239,13 +239,18 @@ impl<'a> Run<'a> {
 
     /// Notes that the run can be taken up from here, and tells the observer.
     fn record_rollback_point(&mut self, moment: CheckpointEvent) -> Result<()> {
+        self.set_rollback_point();
+        self.report_checkpoint(moment)
+    }
+
+    /// Makes the present state the rollback point.
+    fn set_rollback_point(&mut self) {
         self.rollback_point.state.clone_from(&self.state);
         self.rollback_point.held = self.controls;
         self.rollback_point.formed = self.prepared.formed_cells().len();
         self.rollback_point.records = self.result.records.len();
         self.rollback_point.warnings = self.result.warnings.len();
         self.rollback_point.loops = self.result.fretting_loops.len();
-        self.report_checkpoint(moment)
     }
 
     /// Tells the observer that the run can be taken up from here.
@@ -315,9 +320,6 @@ impl<'a> Run<'a> {
                 snapshot.step_index + 1
             )));
         }
-        for cells in &snapshot.formed_cells {
-            self.prepared.form_flexibility(cells)?;
-        }
         let RunCheckpoint {
             step_index,
             progress,
@@ -329,13 +331,13 @@ impl<'a> Run<'a> {
             timings,
             fretting_loops,
         } = snapshot;
-        self.rollback_point.formed = formed_cells.len();
-        (self.rollback_point.records, self.rollback_point.warnings, self.rollback_point.loops) =
-            (records.len(), warnings.len(), fretting_loops.len());
-        (self.rollback_point.state, self.rollback_point.held) = (state.clone(), controls);
+        for cells in &formed_cells {
+            self.prepared.form_flexibility(cells)?;
+        }
         (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
         self.result.fretting_loops = fretting_loops;
+        self.set_rollback_point();
         Ok(())
     }
 }

@@ -160,20 +160,6 @@ impl<'a> PreparedModel<'a> {
         sum
     }
 
-    /// Motion of body 2 in the tangential plane of cell `i` (its own x, y; mm) for the rigid motion `rigid` along the frame's x, y, n
-    /// and the amounts `floating` of the further motions.
-    pub fn tangential_motion(&self, i: usize, rigid: [f64; 3], floating: &[f64]) -> [f64; 2] {
-        let local = match &self.rigid_axes {
-            None => Vector3::from(rigid),
-            Some(axes) => axes[i] * Vector3::from(rigid),
-        };
-        let n = self.n();
-        [0, 1].map(|plane| {
-            let further = self.mode_gaps.iter().zip(floating);
-            further.fold(local[plane], |sum, (gap, amount)| sum + amount * gap[plane * n + i])
-        })
-    }
-
     /// Rotation of body 2 relative to body 1 about x, y, n, radians.
     pub fn rotation(&self, floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -225,15 +211,9 @@ impl<'a> PreparedModel<'a> {
     pub fn form_flexibility(&self, cells: &[usize]) -> Result<Arc<ContactScales>> {
         self.model.flexibility.form_rows(cells)?;
         self.formed_cells.lock().expect("no panic while the list is held").push(cells.to_vec());
-        Ok(self.update_scales())
-    }
-
-    fn update_scales(&self) -> Arc<ContactScales> {
-        let model = self.model;
-        let scales = ContactScales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
-        let scales = Arc::new(scales);
+        let scales = Arc::new(ContactScales::new(self.model.flexibility.as_ref(), self.ellipse.as_ref()));
         *self.scales.lock().expect("no panic while the scales are held") = scales.clone();
-        scales
+        Ok(scales)
     }
 
     pub fn n(&self) -> usize {

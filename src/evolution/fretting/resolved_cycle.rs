@@ -460,14 +460,10 @@ impl Run<'_> {
         for end in 0..ends {
             let before = (end + ends - 1) % ends;
             let moved = [0, 1, 2].map(|k| it.rigid_motion[end][k] - it.rigid_motion[before][k]);
-            let turned: Vec<f64> = it.mode_amplitudes[end]
-                .iter()
-                .zip(&it.mode_amplitudes[before])
-                .map(|(now, before)| now - before)
-                .collect();
+            let turned = std::array::from_fn(|k| it.mode_amplitudes[end][k] - it.mode_amplitudes[before][k]);
             let stroke = moved[0].hypot(moved[1]);
             for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
-                let motion = self.prepared.tangential_motion(i, moved, &turned);
+                let motion = problem.rigid_gap(i, moved, &turned);
                 let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                 let lag = (motion[0] - slip[0]).hypot(motion[1] - slip[1]);
                 let force = areas[i] * it.tractions[end * 3 * n + 2 * n + i];
