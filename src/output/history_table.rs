@@ -15,8 +15,11 @@ enum Cell<'a> {
     Missing,
 }
 
-/// Columns of `history.csv`: the names of `summary.steps`, vectors by component; the cell of an entry.
-const HISTORY_COLUMNS: [(&str, fn(&IncrementRecord) -> Cell); 46] = [
+/// A column of `history.csv`: its name, and the cell of an entry.
+type Column = (&'static str, fn(&IncrementRecord) -> Cell);
+
+/// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
+const HISTORY_COLUMNS: [Column; 46] = [
     ("name", |r| Text(&r.name)),
     ("increment", |r| Count(r.increment as u64)),
     ("approach", |r| Number(r.approach)),
