@@ -56,13 +56,12 @@ pub(super) fn find_material(
         } else if names.is_empty() {
             mend = format!("add a table [{}]", join_key("materials", name));
         }
-        r.report(
+        return r.refuse(
             &format!("{key}.material"),
             format!("the material `{name}` is not defined"),
             "not defined",
             mend,
         );
-        return None;
     };
     let ElasticMaterial { stiffness, isotropic, .. } = found.clone()?;
     Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
@@ -297,32 +296,27 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
     let path = r.file(&place, name);
     if path.is_dir() {
         let message = format!("{} is a folder, not a mesh file", path.display());
-        r.report(
+        return r.refuse(
             &place,
             message,
             "a folder",
             format!("name the file in it{}", mesh_files_in_folder(&path.join("x"))),
         );
-        return None;
     }
     if !path.is_file() {
         let message = format!("there is no mesh file {}", path.display());
         let mend =
             format!("paths are relative to the folder of the scene file{}", mesh_files_in_folder(&path));
-        r.report(&place, message, "no such file", mend);
-        return None;
+        return r.refuse(&place, message, "no such file", mend);
     }
     match gmsh::read(&path) {
         Ok(mesh) => Some(mesh),
-        Err(error) => {
-            r.report(
-                &place,
-                error.to_string(),
-                "this file",
-                "orthowear reads .msh files of gmsh, versions 2.2 and 4.1",
-            );
-            None
-        }
+        Err(error) => r.refuse(
+            &place,
+            error.to_string(),
+            "this file",
+            "orthowear reads .msh files of gmsh, versions 2.2 and 4.1",
+        ),
     }
 }
 

@@ -67,8 +67,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
             let key = if both.is_some() { format!("{key}.force_amplitude") } else { key.to_owned() };
             let mend = "`amplitude` is the displacement amplitude (±) of body 2, `force_amplitude` the amplitude (±) \
                         of the tangential force";
-            r.report(&key, message, label, mend);
-            return None;
+            return r.refuse(&key, message, label, mend);
         }
     };
     let across = match (cycles.path, cycles.amplitude2) {
@@ -77,18 +76,16 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
         (CyclePath::Line, Some(_)) => {
             let message = "`amplitude2` is the second semi-axis of an elliptic path, but the path is a line";
             let mend = "add path = \"ellipse\", or remove it";
-            r.report(&format!("{key}.amplitude2"), message, "needs path = \"ellipse\"", mend);
-            return None;
+            return r.refuse(&format!("{key}.amplitude2"), message, "needs path = \"ellipse\"", mend);
         }
         (CyclePath::Ellipse, None) => {
             let message = "an elliptic path has two semi-axes, but `amplitude2` is missing";
-            r.report(
+            return r.refuse(
                 &format!("{key}.path"),
                 message,
                 "lacks `amplitude2`",
                 "add `amplitude2`, the semi-axis perpendicular to `angle`",
             );
-            return None;
         }
     };
     let usual = if cycles.path == CyclePath::Ellipse { DEFAULT_ELLIPSE_INCREMENTS } else { 1 };

@@ -29,8 +29,8 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
             let azimuth = azimuth.to_radians();
             if normal == [0.0; 3] {
                 let mend = "the direction from body 1 to body 2, e.g. [0.0, 0.0, 1.0]";
-                r.report("frame.normal", "the normal [0, 0, 0] has no direction", "no direction", mend);
-                return None;
+                let message = "the normal [0, 0, 0] has no direction";
+                return r.refuse("frame.normal", message, "no direction", mend);
             }
             let body = frame_body(r, body, bodies)?;
             let points = points.unwrap_or_else(|| default_frame_points(bodies, body));
@@ -110,8 +110,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     match (wanted, faces) {
         (None, [None, None]) => {
             let message = "frame.kind = \"mesh\" needs a meshed body, but neither body has a mesh";
-            r.report("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
-            None
+            r.refuse("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells")
         }
         (None, [Some(a), Some(b)]) => Some(usize::from(b < a)),
         (None, [a, _]) => Some(usize::from(a.is_none())),
@@ -119,13 +118,12 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
             let index = usize::from(body == 2);
             if faces[index].is_none() {
                 let message = format!("the frame takes the faces of body {body}, which has no mesh");
-                r.report(
+                return r.refuse(
                     "frame.body",
                     message,
                     "no mesh",
                     format!("write body = {}, or kind = \"grid\"", 3 - body),
                 );
-                return None;
             }
             Some(index)
         }
@@ -166,8 +164,8 @@ pub(super) fn resolve_gap(
             let meshed = bodies.iter().flatten().any(|body| body.as_meshed().is_some());
             if !meshed && bodies.iter().all(Option::is_some) {
                 let message = "the gap comes from the meshes, but neither body has one";
-                r.report("gap.kind", message, "no mesh", "name a shape, e.g. kind = \"sphere\" with radius");
-                return None;
+                let mend = "name a shape, e.g. kind = \"sphere\" with radius";
+                return r.refuse("gap.kind", message, "no mesh", mend);
             }
             GapShape::Mesh.into()
         }
@@ -185,19 +183,16 @@ fn ellipsoid(
     match (radii, semi_axes) {
         (Some(_), Some(_)) => {
             let message = "an ellipsoid is given by `radii` or `semi_axes`, not both";
-            r.report("gap.semi_axes", message, "together with `radii`", "remove one of the two");
-            None
+            r.refuse("gap.semi_axes", message, "together with `radii`", "remove one of the two")
         }
         (None, None) => {
             let mend = "add `radii`: the radii of curvature along the two axes, or `semi_axes` = [a, b, c]";
-            r.report("gap", "`gap` lacks `radii`", "lacks `radii`", mend);
-            None
+            r.refuse("gap", "`gap` lacks `radii`", "lacks `radii`", mend)
         }
         (Some(_), None) if exact => {
             let message = "two radii of curvature do not define an exact ellipsoid";
             let mend = "give `semi_axes` = [a, b, c] (radii a^2 / c, b^2 / c) instead of `radii`, or leave out `exact`";
-            r.report("gap.exact", message, "needs `semi_axes`", mend);
-            None
+            r.refuse("gap.exact", message, "needs `semi_axes`", mend)
         }
         (Some(radii), None) => Some(GapShape::Ellipsoid { radii, angle }),
         (None, Some(semi_axes)) => Some(GapShape::SemiAxes { semi_axes, angle }),
@@ -220,21 +215,19 @@ fn heights(
                 format!("the file of heights {} cannot be used: {}", path.display(), error.message());
             let mend = "a CSV file of numbers (one line per index along x, one column per index along y) or a .npy file of a \
                         2-D array";
-            r.report("gap.file", message, "this file", mend);
-            return None;
+            return r.refuse("gap.file", message, "this file", mend);
         }
     };
     let shape = array.shape;
     if let Some(bad) = array.values.iter().position(|value| value.abs() > MAGNITUDE_RANGE[1]) {
         let (row, column) = (bad / shape[1] + 1, bad % shape[1] + 1);
         let message = format!("the height in row {row}, column {column} is {:e}", array.values[bad]);
-        r.report(
+        return r.refuse(
             "gap.file",
             message,
             "this file",
             format!("heights must not exceed {:e} in magnitude", MAGNITUDE_RANGE[1]),
         );
-        return None;
     }
     if let (None, Some(FramePlan::Grid { cells, .. })) = (spacing, frame)
         && *cells != shape
@@ -243,13 +236,12 @@ fn heights(
             "the file has {} lines of {} values, the frame {} x {} cells",
             shape[0], shape[1], cells[0], cells[1]
         );
-        r.report(
+        return r.refuse(
             "gap.file",
             message,
             "one value per cell",
             "match frame.cells, or give `spacing` to interpolate",
         );
-        return None;
     }
     Some(HeightTable { values: array.values, shape, spacing, angle })
 }

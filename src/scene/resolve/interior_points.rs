@@ -127,14 +127,12 @@ fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<
         (PointCounts::Line(_), Some(_)) => {
             let message = "`points` is one number, but a rectangle needs two";
             let mend = "points = [along, across], or leave out `across` for a line";
-            r.report(&format!("{key}.points"), message, "one number", mend);
-            return None;
+            return r.refuse(&format!("{key}.points"), message, "one number", mend);
         }
         (PointCounts::Rectangle(_), None) => {
             let message = "`points` are two numbers, but there is no `across`";
             let mend = "give the third corner, `across`, or one number of points for a line";
-            r.report(&format!("{key}.points"), message, "two numbers", mend);
-            return None;
+            return r.refuse(&format!("{key}.points"), message, "two numbers", mend);
         }
     };
     let least = if inside.across.is_some() { counts[0].min(counts[1]) } else { counts[0] };

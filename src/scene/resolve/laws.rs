@@ -172,8 +172,7 @@ fn law_fibre(
             if !has_fibre[index] {
                 let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
-                r.report(&format!("{section}.body"), message, "has no fibre", mend);
-                return None;
+                return r.refuse(&format!("{section}.body"), message, "has no fibre", mend);
             }
             index
         }
@@ -182,19 +181,17 @@ fn law_fibre(
         (None, [false, false]) => {
             let message = format!("{section}.law = \"frp\" needs a fibre, but neither body has one");
             let mend = "add fibre = { tilt = 0.0, azimuth = 0.0 } to the fibre-reinforced body";
-            r.report(&format!("{section}.law"), message, "needs a fibre", mend);
-            return None;
+            return r.refuse(&format!("{section}.law"), message, "needs a fibre", mend);
         }
         (None, [true, true]) => {
             let message =
                 format!("both bodies have a fibre direction; {section} does not say which one to use");
-            r.report(
+            return r.refuse(
                 &format!("{section}.law"),
                 message,
                 "which body?",
                 format!("add `body = 1` or `body = 2` to [{section}]"),
             );
-            return None;
         }
     };
     refuse_inclined_frame(r, ground, section)?;
@@ -238,8 +235,7 @@ fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str
          or use law \"{}\"",
         if section == "wear" { "orthotropic" } else { "elliptic" }
     );
-    r.report(&format!("{section}.law"), message, "frame is not a plane z = 0", help);
-    None
+    r.refuse(&format!("{section}.law"), message, "frame is not a plane z = 0", help)
 }
 
 /// The mean fibre of a meshed body under the frame, refused where it varies.
@@ -261,8 +257,7 @@ fn fibre_under_frame(
             index + 1
         );
         let mend = format!("set the direction to use: {section}.fibre = {{ tilt = .., azimuth = .. }}");
-        r.report(&format!("{section}.law"), message, "which direction?", mend);
-        return None;
+        return r.refuse(&format!("{section}.law"), message, "which direction?", mend);
     }
     r.notes.push(format!(
         "{section} uses the mean fibre direction of body {} under the frame: tilt {:.2}, azimuth {:.2} degrees{}",

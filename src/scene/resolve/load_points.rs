@@ -35,13 +35,12 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
         Ok(text) => text,
         Err(error) => {
             let message = format!("the load history {} cannot be read: {error}", path.display());
-            r.report(
+            return r.refuse(
                 &format!("{key}.file"),
                 message,
                 "this file",
                 "give a CSV file; its path is relative to the folder of the scene file",
             );
-            return None;
         }
     };
     let mut lines: Vec<(usize, &str)> = data_lines(&text).collect();

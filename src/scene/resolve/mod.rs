@@ -47,6 +47,18 @@ impl<'a> Resolver<'a> {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
+    /// Collects a mistake at `key` that leaves no value.
+    pub fn refuse<T>(
+        &mut self,
+        key: &str,
+        message: impl Into<String>,
+        label: &str,
+        mend: impl Into<String>,
+    ) -> Option<T> {
+        self.report(key, message, label, mend);
+        None
+    }
+
     /// The value of `result`; its error is reported at `key`.
     pub fn accept<T>(
         &mut self,

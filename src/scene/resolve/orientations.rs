@@ -37,8 +37,7 @@ pub(super) fn resolve(
     if ways.iter().filter(|given| **given).count() > 1 {
         let message = "the fibre direction is defined in more than one way";
         let mend = "give `tilt` and `azimuth`, or `field` and `file`, or `cylindrical`";
-        r.report(key, message, "more than one way", mend);
-        return None;
+        return r.refuse(key, message, "more than one way", mend);
     }
     if let Some(cylindrical) = &direction.cylindrical {
         return winding(r, &format!("{key}.cylindrical"), cylindrical);
@@ -66,8 +65,7 @@ fn winding(r: &mut Resolver, key: &str, winding: &CylindricalWinding) -> Option<
             let found =
                 if angle.is_some() { "both `angle` and `layers`" } else { "neither `angle` nor `layers`" };
             let mend = "give one `angle` from the axis, or `layers = [{ r = [.., ..], angle = .. }]`";
-            r.report(key, format!("the winding has {found}"), "one of the two", mend);
-            return None;
+            return r.refuse(key, format!("the winding has {found}"), "one of the two", mend);
         }
     };
     let winding = Winding::new(winding.axis.vector(), winding.origin, layers);
@@ -96,8 +94,7 @@ fn from_fields(
         if let Some(word) = closest(name, &names) {
             mend = format!("did you mean \"{word}\"? {mend}");
         }
-        r.report(key, format!("{source} has no field \"{name}\""), "no such field", mend);
-        return None;
+        return r.refuse(key, format!("{source} has no field \"{name}\""), "no such field", mend);
     };
     match field_axes(field, source, mesh) {
         Ok((axes, unknown)) => {
@@ -113,13 +110,12 @@ fn from_fields(
         }
         Err(error) => {
             let message = format!("the field \"{name}\" of {source}: {}", error.message());
-            r.report(
+            r.refuse(
                 key,
                 message,
                 "this field",
                 "the field needs 3 components (direction of axis 1) or 9 (directions of axes 1, 2 and 3)",
-            );
-            None
+            )
         }
     }
 }
@@ -157,13 +153,12 @@ fn from_file(
         let fields = match gmsh::read_fields(&path) {
             Ok(fields) => fields,
             Err(error) => {
-                r.report(
+                return r.refuse(
                     &format!("{key}.file"),
                     error.to_string(),
                     "this file",
                     "paths are relative to the folder of the scene file",
                 );
-                return None;
             }
         };
         let name = match (field, fields.as_slice()) {
@@ -172,21 +167,20 @@ fn from_file(
             (None, _) => {
                 let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
                 let mend = format!("add `field`, one of {}", quoted_list(&names, "\""));
-                r.report(
+                return r.refuse(
                     &format!("{key}.file"),
                     format!("{file} has {} fields", names.len()),
                     "which field?",
                     mend,
                 );
-                return None;
             }
         };
         return from_fields(r, key, &name, &fields, &path.display().to_string(), mesh);
     }
     if field.is_some() {
         let message = format!("`field` applies to .msh files only; {file} is not one");
-        r.report(&format!("{key}.field"), message, "not applicable", "remove `field`, or name a .msh file");
-        return None;
+        let mend = "remove `field`, or name a .msh file";
+        return r.refuse(&format!("{key}.field"), message, "not applicable", mend);
     }
     from_table(r, &format!("{key}.file"), &path, mesh)
 }
@@ -198,8 +192,12 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) => {
-            r.report(key, format!("the file {} cannot be read: {error}", path.display()), "this file", mend);
-            return None;
+            return r.refuse(
+                key,
+                format!("the file {} cannot be read: {error}", path.display()),
+                "this file",
+                mend,
+            );
         }
     };
     let [all, solids] = numbers(mesh);

@@ -118,14 +118,13 @@ impl BodyContext<'_> {
             all.extend(all.clone().into_iter().rev());
         }
         let Some([low, high]) = self.z_range(group) else {
-            r.report(
+            return r.refuse(
                 key,
                 "no elements are left for this layup: the group is empty, or every element belongs to a region with \
                  its own `material`, `fibre` or `layup`",
                 "no elements",
                 "remove the layup, or remove `material`, `fibre` and `layup` from the regions that should have it",
             );
-            return None;
         };
         let bottom = layup.bottom.unwrap_or(low);
         let mut z = bottom;
