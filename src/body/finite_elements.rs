@@ -57,42 +57,35 @@ impl FeBody {
         worn: Option<Arc<Mesh>>,
     ) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, (contact, side), frame, resources, worn).context(|| name)
-    }
-
-    fn build(
-        spec: FeSpec,
-        (contact, side): (&str, Side),
-        frame: &ContactFrame,
-        resources: &CondensationResources,
-        worn: Option<Arc<Mesh>>,
-    ) -> Result<Self> {
-        let initial_mesh = spec.mesh.clone();
-        let faces = group_faces(&initial_mesh, contact)?;
-        let map = FaceMap::new(frame, &initial_mesh, &faces, side)?;
-        let mean_heights = map.mean_heights(frame, &initial_mesh);
-        let spec = FeSpec { mesh: worn.unwrap_or_else(|| initial_mesh.clone()), ..spec };
-        let surface = MeshedSurface { mesh: initial_mesh, faces, side, mean_heights, curved_gap: false };
-        let model = FeModel::with_memory_limit(spec, &resources.memory)?;
-        let candidates = frame.candidates.clone();
-        let formed = candidates.as_ref().map(|cells| map.restrict(cells));
-        let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
-        let free_gap = condensed.model().has_own_loads().then(|| free_gap(&condensed, &map, side));
-        let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-        let rigid_body_modes = rigid_body_modes(&condensed, &map, side, frame);
-        let condensed = Arc::new(condensed);
-        Ok(Self {
-            side,
-            condensed,
-            map,
-            candidates,
-            surface,
-            free_gap,
-            rigid_body_modes,
-            taken: false,
-            limits,
-            recovery,
-        })
+        let build = || {
+            let initial_mesh = spec.mesh.clone();
+            let faces = group_faces(&initial_mesh, contact)?;
+            let map = FaceMap::new(frame, &initial_mesh, &faces, side)?;
+            let mean_heights = map.mean_heights(frame, &initial_mesh);
+            let spec = FeSpec { mesh: worn.unwrap_or_else(|| initial_mesh.clone()), ..spec };
+            let surface = MeshedSurface { mesh: initial_mesh, faces, side, mean_heights, curved_gap: false };
+            let model = FeModel::with_memory_limit(spec, &resources.memory)?;
+            let candidates = frame.candidates.clone();
+            let formed = candidates.as_ref().map(|cells| map.restrict(cells));
+            let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
+            let free_gap = condensed.model().has_own_loads().then(|| free_gap(&condensed, &map, side));
+            let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
+            let rigid_body_modes = rigid_body_modes(&condensed, &map, side, frame);
+            let condensed = Arc::new(condensed);
+            Ok(Self {
+                side,
+                condensed,
+                map,
+                candidates,
+                surface,
+                free_gap,
+                rigid_body_modes,
+                taken: false,
+                limits,
+                recovery,
+            })
+        };
+        build().context(|| name)
     }
 
     /// The weights of the recovery, made when they are first needed.

@@ -73,65 +73,61 @@ impl BeBody {
         frame: &ContactFrame,
         (cache, memory): (Option<&Cache>, &MemoryLimit),
     ) -> Result<Self> {
-        Self::build(spec, (contact, side), frame, (cache, memory)).context(|| spec.name.clone())
-    }
-
-    fn build(
-        spec: &BeSpec,
-        (contact, side): (&str, Side),
-        frame: &ContactFrame,
-        (cache, memory): (Option<&Cache>, &MemoryLimit),
-    ) -> Result<Self> {
-        let faces = spec.faces(contact)?;
-        refuse_crossing(&spec.mesh, &faces, contact)?;
-        let (elements, number, (kernel_error, cache_warning)) = spec.elements(cache)?;
-        let map = build_face_map(spec, (&elements, &number), (frame, side), &faces)?;
-        let known = spec.nodal_conditions(&elements, &number)?;
-        refuse_held(&map, &known, &elements)?;
-        let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
-        memory.ensure_available(spec.bytes(map.nodes().len())?, &what, Self::MEMORY_ADVICE)?;
-        let free = elements.free_motions(&known.held)?;
-        let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
-        let problem = BoundaryValueProblem {
-            elements: &elements,
-            domain: Domain::Interior,
-            displacement_known: &known.held,
-            boundary_values: &known.values,
-            loaded: map.nodes(),
-            free_motions: free.as_ref(),
-            mean_displacement: &mean,
+        let build = || {
+            let faces = spec.faces(contact)?;
+            refuse_crossing(&spec.mesh, &faces, contact)?;
+            let (elements, number, (kernel_error, cache_warning)) = spec.elements(cache)?;
+            let map = build_face_map(spec, (&elements, &number), (frame, side), &faces)?;
+            let known = spec.nodal_conditions(&elements, &number)?;
+            refuse_held(&map, &known, &elements)?;
+            let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
+            memory.ensure_available(spec.bytes(map.nodes().len())?, &what, Self::MEMORY_ADVICE)?;
+            let free = elements.free_motions(&known.held)?;
+            let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
+            let problem = BoundaryValueProblem {
+                elements: &elements,
+                domain: Domain::Interior,
+                displacement_known: &known.held,
+                boundary_values: &known.values,
+                loaded: map.nodes(),
+                free_motions: free.as_ref(),
+                mean_displacement: &mean,
+            };
+            let solution = problem.solve(Par::rayon(0))?;
+            let all = elements.areas();
+            let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
+            let nodal =
+                |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
+            let smooth = Symmetrization::new(&map, frame, &areas, nodal);
+            let asymmetry = smooth.asymmetry();
+            refuse_negative(3 * areas.len(), &nodal)?;
+            let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
+            let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
+            let mean_heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.mean_heights(frame, &spec.mesh);
+            let surface =
+                MeshedSurface { mesh: spec.mesh.clone(), faces, side, mean_heights, curved_gap: false };
+            let mut body = Self {
+                side,
+                surface,
+                weight: known.weight.clone(),
+                map,
+                solution,
+                areas,
+                flexibility: Some(flexibility),
+                free_gap: None,
+                rigid_body_modes: None,
+                asymmetry,
+                kernel_error,
+                cache_warning,
+                limit: None,
+                elements,
+            };
+            let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
+            body.free_gap = (!at_rest).then(|| body.own_gap());
+            body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
+            Ok(body)
         };
-        let solution = problem.solve(Par::rayon(0))?;
-        let all = elements.areas();
-        let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
-        let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
-        let smooth = Symmetrization::new(&map, frame, &areas, nodal);
-        let asymmetry = smooth.asymmetry();
-        refuse_negative(3 * areas.len(), &nodal)?;
-        let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
-        let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
-        let mean_heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.mean_heights(frame, &spec.mesh);
-        let surface = MeshedSurface { mesh: spec.mesh.clone(), faces, side, mean_heights, curved_gap: false };
-        let mut body = Self {
-            side,
-            surface,
-            weight: known.weight.clone(),
-            map,
-            solution,
-            areas,
-            flexibility: Some(flexibility),
-            free_gap: None,
-            rigid_body_modes: None,
-            asymmetry,
-            kernel_error,
-            cache_warning,
-            limit: None,
-            elements,
-        };
-        let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
-        body.free_gap = (!at_rest).then(|| body.own_gap());
-        body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
-        Ok(body)
+        build().context(|| spec.name.clone())
     }
 
     /// Gap change of displacements of the nodes.

@@ -68,66 +68,61 @@ impl HybridBody {
         resources: &CondensationResources,
     ) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, (contact, side), frame, site, resources).context(|| name)
-    }
-
-    fn build(
-        spec: FeSpec,
-        (contact, side): (&str, Side),
-        frame: &ContactFrame,
-        site: &HalfSpaceFit,
-        resources: &CondensationResources,
-    ) -> Result<Self> {
-        let memory = &resources.memory;
-        let grid = frame.grid.ok_or_else(|| Error::input("a half-space under a mesh needs a grid frame"))?;
-        let mesh = spec.mesh.clone();
-        let faces = group_faces(&mesh, contact)?;
-        let map = FaceMap::new(frame, &mesh, &faces, side)?;
-        let mean_heights = map.mean_heights(frame, &mesh);
-        let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
-        let green = SurfaceGreen::new(&in_frame, side)?;
-        let model = FeModel::with_memory_limit(spec, memory)?;
-        let recovery = StressRecovery::new(&model)?;
-        let (near, cache_warning) = PatchHalfSpace::new(site, resources)?;
-        let (correction, indicators) =
-            polynomial_order::adaptive_correction(&model, &recovery, &near, memory)?;
-        let far_field = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
-        let (mut free_gap, mut applied_load_error) = (None, None);
-        if let Some(own) = &correction.applied_loads {
-            let forces = near.forces(indicators.nodes);
-            let stress = recovery.stress(&model, &own.displacement)?;
-            let recovered = (&**recovery.points(), &stress[..]);
-            let displacement = AppliedLoadDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
-            let cells = (&grid, frame.grid_indices.as_deref());
-            free_gap = Some(displacement.gap(&far_field, cells, (&near.field, side))?);
-            applied_load_error = Some(polynomial_order::applied_load_error(
-                (&model, &recovery),
-                (&forces, &correction),
-                (&own.displacement, &stress),
-                displacement.support_work(),
-            )?);
-        }
-        let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
-        Ok(Self {
-            side,
-            green,
-            far_field,
-            correction,
-            indicators,
-            grid,
-            grid_indices: frame.grid_indices.clone(),
-            patch: site.patch,
-            stiffness: site.stiffness.clone(),
-            field: near.field,
-            cache_warning,
-            recovery,
-            model,
-            limits: BTreeMap::new(),
-            surface: MeshedSurface { mesh, faces, side, mean_heights, curved_gap: true },
-            free_gap,
-            applied_load_error,
-            on_surface,
-        })
+        let build = || {
+            let memory = &resources.memory;
+            let grid =
+                frame.grid.ok_or_else(|| Error::input("a half-space under a mesh needs a grid frame"))?;
+            let mesh = spec.mesh.clone();
+            let faces = group_faces(&mesh, contact)?;
+            let map = FaceMap::new(frame, &mesh, &faces, side)?;
+            let mean_heights = map.mean_heights(frame, &mesh);
+            let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
+            let green = SurfaceGreen::new(&in_frame, side)?;
+            let model = FeModel::with_memory_limit(spec, memory)?;
+            let recovery = StressRecovery::new(&model)?;
+            let (near, cache_warning) = PatchHalfSpace::new(site, resources)?;
+            let (correction, indicators) =
+                polynomial_order::adaptive_correction(&model, &recovery, &near, memory)?;
+            let far_field = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
+            let (mut free_gap, mut applied_load_error) = (None, None);
+            if let Some(own) = &correction.applied_loads {
+                let forces = near.forces(indicators.nodes);
+                let stress = recovery.stress(&model, &own.displacement)?;
+                let recovered = (&**recovery.points(), &stress[..]);
+                let displacement =
+                    AppliedLoadDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
+                let cells = (&grid, frame.grid_indices.as_deref());
+                free_gap = Some(displacement.gap(&far_field, cells, (&near.field, side))?);
+                applied_load_error = Some(polynomial_order::applied_load_error(
+                    (&model, &recovery),
+                    (&forces, &correction),
+                    (&own.displacement, &stress),
+                    displacement.support_work(),
+                )?);
+            }
+            let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
+            Ok(Self {
+                side,
+                green,
+                far_field,
+                correction,
+                indicators,
+                grid,
+                grid_indices: frame.grid_indices.clone(),
+                patch: site.patch,
+                stiffness: site.stiffness.clone(),
+                field: near.field,
+                cache_warning,
+                recovery,
+                model,
+                limits: BTreeMap::new(),
+                surface: MeshedSurface { mesh, faces, side, mean_heights, curved_gap: true },
+                free_gap,
+                applied_load_error,
+                on_surface,
+            })
+        };
+        build().context(|| name)
     }
 
     /// How good its correction is.
