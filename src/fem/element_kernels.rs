@@ -148,41 +148,27 @@ fn as_node_array<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values.try_into().expect("as many nodes as the kind has")
 }
 
-fn forces_and_energy<const N: usize>(
-    points: &[MappedPoint<N>],
+/// The state under `strains` at the mapped points of a rule, by the displacement interpolation.
+fn state_of_strains<const N: usize>(
+    rule: &[ReferencePoint<N>],
+    mapped: &[MappedPoint<N>],
     strains: &[Vector6<f64>],
     c: &Matrix6<f64>,
-) -> (Vec<Vector6<f64>>, f64, Vec<[f64; 3]>) {
-    let mut forces = vec![[0.0; 3]; N];
-    let mut energy = 0.0;
-    let mut stresses = Vec::with_capacity(points.len());
-    for (point, strain) in points.iter().zip(strains) {
+) -> ElementState {
+    let mut state =
+        ElementState { points: Vec::with_capacity(mapped.len()), energy: 0.0, forces: vec![[0.0; 3]; N] };
+    for ((sample, point), strain) in rule.iter().zip(mapped).zip(strains) {
         let stress = c * strain;
-        energy += 0.5 * point.volume * stress.dot(strain);
-        for (force, g) in forces.iter_mut().zip(&point.gradients) {
+        state.energy += 0.5 * point.volume * stress.dot(strain);
+        for (force, g) in state.forces.iter_mut().zip(&point.gradients) {
             for (component, sum) in force.iter_mut().enumerate() {
                 *sum += unit_strain(g, component).iter().map(|&(row, v)| v * stress[row]).sum::<f64>()
                     * point.volume;
             }
         }
-        stresses.push(stress);
+        state.points.push(PointStress { values: sample.values.to_vec(), volume: point.volume, stress });
     }
-    (stresses, energy, forces)
-}
-
-fn point_stresses<const N: usize>(
-    samples: &[ReferencePoint<N>],
-    mapped: &[MappedPoint<N>],
-    stresses: &[Vector6<f64>],
-) -> Vec<PointStress> {
-    let points = samples.iter().zip(mapped).zip(stresses);
-    points
-        .map(|((sample, point), stress)| PointStress {
-            values: sample.values.to_vec(),
-            volume: point.volume,
-            stress: *stress,
-        })
-        .collect()
+    state
 }
 
 /// Stress, energy and forces of an element for nodal displacements `u`.
@@ -220,9 +206,7 @@ impl ElementVisitor for StateKernel<'_> {
         let mapped: Vec<MappedPoint<N>> =
             rules.stiffness.iter().map(|sample| map_point(nodes, sample)).collect::<Result<_, _>>()?;
         let strains: Vec<Vector6<f64>> = mapped.iter().map(|point| strain(point, u)).collect();
-        let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, self.c);
-        let points = point_stresses(&rules.stiffness, &mapped, &stresses);
-        Ok(ElementState { points, energy, forces })
+        Ok(state_of_strains(&rules.stiffness, &mapped, &strains, self.c))
     }
 }
 
@@ -245,12 +229,11 @@ fn mixed_state(
             strains.iter_mut().zip(enhanced).for_each(|(sum, part)| *sum += part);
         }
     }
-    let (stresses, energy, mut forces) = forces_and_energy(&mapped, &strains, c);
+    let mut state = state_of_strains(&rules.stiffness, &mapped, &strains, c);
     if let Some(mean) = mean {
-        mean.correct_forces(&mapped, &stresses, &mut forces);
+        mean.correct_forces(&mapped, &mut state);
     }
-    let points = point_stresses(&rules.stiffness, &mapped, &stresses);
-    Ok(ElementState { points, energy, forces })
+    Ok(state)
 }
 
 /// Stress of the displacement interpolation alone at the points of a rule; not for hexahedra with enhanced strains or mean

@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::element_kernels::unit_strain;
+use super::element_kernels::{ElementState, unit_strain};
 use super::integration_points::MappedPoint;
 
 /// What the mean dilatation adds to each normal strain at an integration point, by node and component.
@@ -42,16 +42,11 @@ impl MeanDilatation {
         }
     }
 
-    /// Adds to the nodal forces of `stresses` at the integration points.
-    pub fn correct_forces(
-        &self,
-        mapped: &[MappedPoint<8>; 8],
-        stresses: &[Vector6<f64>],
-        forces: &mut [[f64; 3]],
-    ) {
-        for ((point, stress), change) in mapped.iter().zip(stresses).zip(&self.corrections) {
-            let pull = (stress[0] + stress[1] + stress[2]) * point.volume;
-            for (force, c) in forces.iter_mut().flatten().zip(change.iter().flatten()) {
+    /// Adds to the nodal forces of the stresses at the integration points.
+    pub fn correct_forces(&self, mapped: &[MappedPoint<8>; 8], state: &mut ElementState) {
+        for ((point, found), change) in mapped.iter().zip(&state.points).zip(&self.corrections) {
+            let pull = (found.stress[0] + found.stress[1] + found.stress[2]) * point.volume;
+            for (force, c) in state.forces.iter_mut().flatten().zip(change.iter().flatten()) {
                 *force += c * pull;
             }
         }
