@@ -81,10 +81,7 @@ fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> F
     let n = 3 * face.nodes.len();
     let mut packed = vec![0.0; n * (n + 1) / 2];
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 2)) {
-        let stiffness = match bedding {
-            FoundationStiffness::Normal(k) => area * area.transpose() * (k / area.norm()),
-            FoundationStiffness::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
-        };
+        let stiffness = bedding.over_area(&area);
         let mut at = 0;
         for i in 0..n {
             for j in 0..=i {

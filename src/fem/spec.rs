@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -63,6 +64,14 @@ impl FoundationStiffness {
         match self {
             Self::Normal(k) => std::slice::from_ref(k),
             Self::Components(k) => k,
+        }
+    }
+
+    /// Times an area with the area vector `area`, as a matrix, N/mm.
+    pub(crate) fn over_area(self, area: &Vector3<f64>) -> Matrix3<f64> {
+        match self {
+            Self::Normal(k) => area * area.transpose() * (k / area.norm()),
+            Self::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
         }
     }
 }

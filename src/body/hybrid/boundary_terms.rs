@@ -199,7 +199,7 @@ impl Fields {
                 self.flux[i] += traction;
                 let (value, mut traction) = (axes * field.value, axes * traction);
                 if let Some(bedding) = bedding {
-                    traction += bed(*bedding, &point.area) * value;
+                    traction += bedding.over_area(&point.area) * value;
                 }
                 put(&value, (p, i), &mut self.displacements);
                 put(&traction, (p, i), &mut self.tractions);
@@ -236,13 +236,5 @@ impl Fields {
             work.add_transposed_product(1.0, &part(true), &self.displacements);
         }
         Ok(work)
-    }
-}
-
-/// Traction of a foundation per displacement, times the area, against it.
-fn bed(bedding: FoundationStiffness, area: &Point) -> Matrix3<f64> {
-    match bedding {
-        FoundationStiffness::Normal(k) => area * area.transpose() * (k / area.norm()),
-        FoundationStiffness::Components(k) => Matrix3::from_diagonal(&Point::from(k)) * area.norm(),
     }
 }
