@@ -64,10 +64,8 @@ impl FaceMap {
     /// # Errors
     /// If a face is folded as seen along a cell's normal, or a cell is not covered exactly once by the faces.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
-        let space = FacetIndex::new(mesh, faces, side);
-        let found: Vec<CellCoverage> =
-            (0..frame.n_cells()).into_par_iter().map(|cell| space.cover(frame, cell)).collect();
-        Self::from_covers(frame, found, (side, faces))
+        let own_node = |face: usize, local: usize| vec![(faces[face].nodes[local], 1.0)];
+        Self::with_basis(frame, mesh, (side, faces), own_node)
     }
 
     /// The same for functions on the faces other than their shape functions, which are numbered in place of nodes: `parts` gives the
@@ -84,14 +82,6 @@ impl FaceMap {
         let space = FacetIndex::new(mesh, faces, side);
         let cover = |cell: usize| space.cover_of(frame, cell, &parts);
         let found: Vec<CellCoverage> = (0..frame.n_cells()).into_par_iter().map(cover).collect();
-        Self::from_covers(frame, found, (side, faces))
-    }
-
-    fn from_covers(
-        frame: &ContactFrame,
-        found: Vec<CellCoverage>,
-        (side, faces): (Side, &[SurfaceFace]),
-    ) -> Result<Self> {
         refuse_uncovered(frame, &found, (side, faces))?;
         let mut nodes: Vec<usize> = found.iter().flat_map(|c| c.weights.iter().map(|w| w.0)).collect();
         nodes.sort_unstable();
