@@ -23,7 +23,8 @@ pub struct CondensedFlexibility {
     map: FaceMap,
     nodal: PackedSymmetric,
     normal: NormalOperator,
-    scratch: Mutex<Scratch>,
+    /// Forces and displacements of the contact nodes, `[3 n_c]`.
+    scratch: Mutex<[Vec<f64>; 2]>,
     /// Tractions and gaps of the full normal path, `[3, N]`.
     planes: Mutex<[Vec<f64>; 2]>,
 }
@@ -34,11 +35,6 @@ enum NormalOperator {
     SharedNormal(PackedSymmetric),
     /// By the full operator.
     Full,
-}
-
-struct Scratch {
-    forces: Vec<f64>,
-    displacements: Vec<f64>,
 }
 
 impl CondensedFlexibility {
@@ -58,9 +54,9 @@ impl CondensedFlexibility {
             NormalOperator::Full
         };
         let n_cells = if common { 0 } else { 3 * map.n_cells() };
-        let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
+        let scratch = Mutex::new([vec![0.0; 3 * n_nodes], vec![0.0; 3 * n_nodes]]);
         let planes = Mutex::new([vec![0.0; n_cells], vec![0.0; n_cells]]);
-        Ok(Self { map, nodal, normal, scratch: Mutex::new(scratch), planes })
+        Ok(Self { map, nodal, normal, scratch, planes })
     }
 
     /// The map between the contact nodes and the cells.
@@ -121,7 +117,7 @@ impl Flexibility for CondensedFlexibility {
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
-        let Scratch { forces, displacements, .. } = &mut *scratch;
+        let [forces, displacements] = &mut *scratch;
         self.map.apply_transpose(tractions, forces);
         self.nodal.multiply(forces, displacements);
         self.map.apply(displacements, gap);
@@ -138,7 +134,7 @@ impl Flexibility for CondensedFlexibility {
             return;
         };
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
-        let Scratch { forces, displacements, .. } = &mut *scratch;
+        let [forces, displacements] = &mut *scratch;
         let n_nodes = reduced.n();
         self.map.integrate_to_nodes(pressure, &mut forces[..n_nodes]);
         reduced.multiply(&forces[..n_nodes], &mut displacements[..n_nodes]);

@@ -89,10 +89,8 @@ impl ProgressDisplay {
     fn end_stage(&mut self) {
         let Some((name, start)) = self.stage.take() else { return };
         let line = format!("{name:20} {}", format_duration(start.elapsed().as_secs_f64()));
-        match &self.bar {
-            Some(bar) => bar.println(line),
-            None if self.lines && start.elapsed() >= MIN_REPORTED_STAGE => to_stderr(&format!("{line}\n")),
-            None => {}
+        if self.bar.is_some() || start.elapsed() >= MIN_REPORTED_STAGE {
+            self.message(&line);
         }
     }
 

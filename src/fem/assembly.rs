@@ -1,6 +1,5 @@
 //! Assembly of the stiffness of the free dofs, and of the forces that prescribed displacements exert on them.
 
-use nalgebra::Matrix6;
 use rayon::prelude::*;
 
 use super::dof_map::DofMap;
@@ -39,11 +38,6 @@ impl ElementContext<'_> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
 
-    /// Stiffness tensor of the element `i`, global axes.
-    pub fn stiffness_tensor(&self, i: usize) -> Matrix6<f64> {
-        self.regions.stiffness(i)
-    }
-
     /// Stiffness of the element `i`, lower triangle by rows.
     pub fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
         cancel::check()?;
@@ -53,7 +47,7 @@ impl ElementContext<'_> {
         element_stiffness(
             kind,
             &self.node_coordinates(cell),
-            &self.stiffness_tensor(i),
+            &self.regions.stiffness(i),
             self.formulation,
             self.rules,
             &mut packed,

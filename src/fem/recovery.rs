@@ -98,7 +98,7 @@ fn evaluate_element(elements: ElementContext, i: usize, displacement: &[[f64; 3]
         kind,
         &elements.node_coordinates(cell),
         &u,
-        &elements.stiffness_tensor(i),
+        &elements.regions.stiffness(i),
         elements.formulation,
         elements.rules,
     )

@@ -103,7 +103,7 @@ impl StressRecovery {
         stress: &[[f64; 6]],
     ) -> Result<CellError> {
         let elements = model.elements();
-        let compliance = compliance(&elements.stiffness_tensor(i));
+        let compliance = compliance(&elements.regions.stiffness(i));
         let points = self.points().points_of_cell(i);
         let mut cell = CellError::default();
         for point in energy_points(elements, i, displacement, self.rules())? {

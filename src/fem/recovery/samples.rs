@@ -64,7 +64,7 @@ fn point_stresses(
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
     let (kind, points) = (elements.mesh.kind(cell), elements.node_coordinates(cell));
-    let c = elements.stiffness_tensor(i);
+    let c = elements.regions.stiffness(i);
     let states = match rule {
         Some(rule) => stresses_at(kind, &points, &nodal, &c, rule),
         None => {
