@@ -17,7 +17,7 @@ use orthowear::scene::Plan;
 use orthowear::simulation::SceneError;
 use orthowear::simulation::job;
 use orthowear::simulation::resume::CheckpointSettings;
-use orthowear::simulation::segments::{RunOptions, keep_files};
+use orthowear::simulation::segments::RunOptions;
 
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
@@ -116,14 +116,7 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
                     line.send(Message::Progress(stage.to_owned(), done, residual));
                 }
             };
-            let job = RunOptions {
-                frame: None,
-                on_progress,
-                observer: &mut watcher,
-                stop: &line.stop,
-                checkpoints,
-                on_end: &mut keep_files,
-            };
+            let job = RunOptions { checkpoints, ..RunOptions::new(on_progress, &mut watcher, &line.stop) };
             adaptive::run(&plan, output, &mut summary, job).err()
         }
     };

@@ -110,12 +110,8 @@ impl AccuracyRun<'_, '_, '_> {
             true
         };
         let job = RunOptions {
-            frame: None,
-            on_progress,
-            observer: &mut *self.job.observer,
-            stop: self.job.stop,
-            checkpoints: None,
-            on_end: &mut complete,
+            on_end: Some(&mut complete),
+            ..RunOptions::new(on_progress, &mut *self.job.observer, self.job.stop)
         };
         let ended = run_simulation(&plan, None, &mut own, job);
         match ended {
@@ -167,12 +163,8 @@ impl AccuracyRun<'_, '_, '_> {
             written || !converged
         };
         let job = RunOptions {
-            frame: None,
-            on_progress,
-            observer: &mut *self.job.observer,
-            stop: self.job.stop,
-            checkpoints: None,
-            on_end: &mut complete,
+            on_end: Some(&mut complete),
+            ..RunOptions::new(on_progress, &mut *self.job.observer, self.job.stop)
         };
         let code = run_simulation(&plan, output, self.summary, job);
         self.written = written.then_some(levels);

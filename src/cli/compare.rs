@@ -24,7 +24,7 @@ use crate::output::summary::{Status, Summary};
 use crate::output::vtu::pvd_collection;
 use crate::report::remove_stale_report;
 use crate::scene::{Diagnostics, Plan};
-use crate::simulation::segments::{RunOptions, keep_files, run_simulation};
+use crate::simulation::segments::{RunOptions, run_simulation};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
@@ -150,14 +150,8 @@ impl VariantRunner<'_> {
             }
             ProgressEvent::Message(text) => self.progress.message(&format!("{label}: {text}")),
         };
-        let job = RunOptions {
-            frame: Some(self.frame),
-            on_progress,
-            observer: &mut ends,
-            stop: self.stop,
-            checkpoints: None,
-            on_end: &mut keep_files,
-        };
+        let job =
+            RunOptions { frame: Some(self.frame), ..RunOptions::new(on_progress, &mut ends, self.stop) };
         let code = run_simulation(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {
             to_stderr(&format!("{}: ", variant.name));
             show_failure(self.plan, &failure)

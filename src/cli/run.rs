@@ -21,7 +21,7 @@ use crate::scene::{self, Diagnostics, Plan};
 use crate::simulation::SceneError;
 use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
-use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
+use crate::simulation::segments::{NullObserver, RunOptions};
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> CommandResult {
@@ -51,15 +51,8 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let mut nobody = NullObserver;
     let on_progress = &mut |event: ProgressEvent| progress.on_event(event);
-    let on_end = &mut keep_files;
-    let job = RunOptions {
-        frame: None,
-        on_progress,
-        observer: &mut nobody,
-        stop,
-        checkpoints: Some(checkpoints),
-        on_end,
-    };
+    let job =
+        RunOptions { checkpoints: Some(checkpoints), ..RunOptions::new(on_progress, &mut nobody, stop) };
     let code = adaptive::run(&plan, Some(output), &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));

@@ -34,19 +34,27 @@ pub struct RunOptions<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<CheckpointSettings>,
-    /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
-    pub on_end: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
+    /// Called once with the entries when the run ends, before its summary is written. Returns whether to keep the run's files;
+    /// `None` keeps them.
+    pub on_end: Option<OnEnd<'a>>,
 }
 
-impl RunOptions<'_> {
+/// What is done when a run ends: [`RunOptions::on_end`].
+type OnEnd<'a> = &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool;
+
+impl<'a> RunOptions<'a> {
+    /// A run on its own frame, without checkpoints, whose files are kept.
+    pub fn new(
+        on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
+        observer: &'a mut dyn Observer,
+        stop: &'a AtomicBool,
+    ) -> Self {
+        Self { frame: None, on_progress, observer, stop, checkpoints: None, on_end: None }
+    }
+
     fn maker(&mut self) -> SimulationBuilder<'_> {
         SimulationBuilder { frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
     }
-}
-
-/// Completes nothing.
-pub fn keep_files(_: &[IncrementRecord], _: &mut Summary) -> bool {
-    true
 }
 
 /// Hears nothing.
@@ -211,7 +219,7 @@ fn run_segments<'p>(
         };
         let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
             Ok(room) => room,
-            Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), summary),
+            Err(error) => return conclude(recorder, job.on_end.as_mut(), Err(error), summary),
         };
         job.observer.on_frame(&study.model().frame);
         let mut watched =
@@ -230,7 +238,7 @@ fn run_segments<'p>(
             Ok(way) => (way, result),
             Err(failure) => (None, failed(result, failure)),
         };
-        let Some(way) = way else { return conclude(recorder, &mut *job.on_end, result, summary) };
+        let Some(way) = way else { return conclude(recorder, job.on_end.as_mut(), result, summary) };
         let grows = matches!(way, Continuation::GrownFrame(_));
         if !grows {
             summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
@@ -258,7 +266,7 @@ fn run_segments<'p>(
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
                 recorder.has_checkpoint_files =
                     parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
-                return conclude(recorder, &mut *job.on_end, result, summary);
+                return conclude(recorder, job.on_end.as_mut(), result, summary);
             }
         }
     }
@@ -283,7 +291,7 @@ fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<Ru
 /// Completes the summary and writes what there is.
 fn conclude(
     recorder: Recorder<'_>,
-    complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
+    on_end: Option<&mut OnEnd<'_>>,
     result: Result<RunResult>,
     summary: &mut Summary,
 ) -> std::result::Result<u8, SceneError> {
@@ -295,7 +303,7 @@ fn conclude(
         result.outcome
     });
     summary.set_outcome(&outcome);
-    let kept = complete(recorder.records(), summary);
+    let kept = on_end.is_none_or(|on_end| on_end(recorder.records(), summary));
     let code = exit_code(&outcome);
     let doubted = code == exit::DONE && summary.status == Status::NotConverged;
     let code = if doubted { exit::NOT_CONVERGED } else { code };
@@ -385,14 +393,8 @@ checkpoint = { seconds = 1e-9 }
         std::fs::write(&path, SCENE).unwrap();
         assert_eq!(plan.document.sha256, scene::read(&path, &[]).unwrap().document.sha256);
         let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
-        let job = RunOptions {
-            frame: None,
-            on_progress: &mut |_| {},
-            observer: &mut frames,
-            stop: &stop,
-            checkpoints: None,
-            on_end: &mut keep_files,
-        };
+        let on_progress = &mut |_: ProgressEvent| {};
+        let job = RunOptions::new(on_progress, &mut frames, &stop);
         let mut summary = crate::simulation::job::new_summary(&plan);
         assert_eq!(run_simulation(&plan, None, &mut summary, job).unwrap(), exit::DONE);
         assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
@@ -419,14 +421,9 @@ checkpoint = { seconds = 1e-9 }
         let out = folder.path().join("out");
         let mut summary = crate::simulation::job::new_summary(&plan);
         let (stop, checkpoints) = (AtomicBool::new(false), CheckpointSettings::for_new_run(&plan).unwrap());
-        let job = RunOptions {
-            frame: None,
-            on_progress: &mut |_| {},
-            observer: &mut Breaks(3),
-            stop: &stop,
-            checkpoints: Some(checkpoints),
-            on_end: &mut keep_files,
-        };
+        let (on_progress, mut breaks) = (&mut |_: ProgressEvent| {}, Breaks(3));
+        let job =
+            RunOptions { checkpoints: Some(checkpoints), ..RunOptions::new(on_progress, &mut breaks, &stop) };
         let failure =
             run_simulation(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
         let text = failure.error.to_string();

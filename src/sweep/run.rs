@@ -10,13 +10,14 @@ use crate::error::{Error, Result, exit};
 use crate::estimate::estimate;
 use crate::fem::FlexibilityCache;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
+use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
 use crate::scene::{self, Plan};
 use crate::simulation::SceneError;
 use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
-use crate::simulation::segments::{NullObserver, RunOptions, keep_files};
+use crate::simulation::segments::{NullObserver, RunOptions};
 use crate::sweep::plots::pictures;
 use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::table::{StudyResult, StudyRun};
@@ -182,13 +183,11 @@ impl StudyRunner<'_> {
                 checkpoints.from = Some(resumed);
             }
         }
+        let on_progress = &mut |_: ProgressEvent| {};
+        let mut nobody = NullObserver;
         let job = RunOptions {
-            frame: None,
-            on_progress: &mut |_| {},
-            observer: &mut NullObserver,
-            stop: self.stop,
             checkpoints: Some(checkpoints),
-            on_end: &mut keep_files,
+            ..RunOptions::new(on_progress, &mut nobody, self.stop)
         };
         run(&plan, Some(output), summary, job)
     }
