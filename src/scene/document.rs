@@ -88,19 +88,18 @@ pub struct Document {
 
 impl Document {
     /// A document without content yet.
-    pub fn new(path: &Path, text: String, bytes: &[u8], overrides: &[String]) -> Self {
+    pub fn new(path: &Path, text: String, overrides: &[String]) -> Self {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
             _ => PathBuf::from("."),
         };
-        let end = text.len();
         Self {
             file: path.display().to_string(),
             folder,
-            text,
             overrides: overrides.to_vec(),
-            root: TomlNode { source: ValueSource::File(0..end), value: TomlValue::Table(Vec::new()) },
-            sha256: fingerprint(bytes, overrides),
+            root: TomlNode { source: ValueSource::File(0..text.len()), value: TomlValue::Table(Vec::new()) },
+            sha256: fingerprint(&text, overrides),
+            text,
         }
     }
 
@@ -187,10 +186,10 @@ pub(super) fn join_key(key: &str, name: &str) -> String {
     if name.contains('.') { format!("{key}{dot}\"{name}\"") } else { format!("{key}{dot}{name}") }
 }
 
-/// SHA-256 of the bytes of a scene, followed by each override on a line of its own.
-fn fingerprint(bytes: &[u8], overrides: &[String]) -> String {
+/// SHA-256 of the text of a scene, followed by each override on a line of its own.
+fn fingerprint(text: &str, overrides: &[String]) -> String {
     let mut hash = Sha256::new();
-    hash.update(bytes);
+    hash.update(text);
     for line in overrides {
         hash.update(b"\n--set ");
         hash.update(line.as_bytes());

@@ -44,8 +44,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
 /// # Errors
 /// As [`read`].
 pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan, Diagnostics> {
-    let bytes = text.clone().into_bytes();
-    plan_from_document(parse::parse_document(path, (text, &bytes), overrides)?)
+    plan_from_document(parse::parse_document(path, text, overrides)?)
 }
 
 /// The plan of a document.

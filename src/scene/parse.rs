@@ -23,30 +23,26 @@ const MAX_SCENE_BYTES: u64 = 16 << 20;
 /// If the file cannot be read, is not UTF-8 or not TOML, or an override is malformed: all such mistakes.
 pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diagnostics> {
     let bytes = read_bytes(path).map_err(|message| file_error(path, message))?;
-    let text = match String::from_utf8(bytes.clone()) {
-        Ok(text) => text,
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
-            return Err(file_error(
-                path,
-                format!("line {line} (byte {at}) is not UTF-8 text: save the scene with UTF-8 encoding"),
-            ));
-        }
-    };
-    parse_document(path, (text, &bytes), overrides)
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
+        let message =
+            format!("line {line} (byte {at}) is not UTF-8 text: save the scene with UTF-8 encoding");
+        file_error(path, message)
+    })?;
+    parse_document(path, text, overrides)
 }
 
-/// The document of a scene's text, which are the `bytes` of the file at `path`.
+/// The document of the `text` of the scene file at `path`.
 ///
 /// # Errors
 /// As [`read_document`].
 pub(super) fn parse_document(
     path: &Path,
-    (text, bytes): (String, &[u8]),
+    text: String,
     overrides: &[String],
 ) -> Result<Document, Diagnostics> {
-    let mut document = Document::new(path, text, bytes, overrides);
+    let mut document = Document::new(path, text, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
     let mut mistakes: Vec<Diagnostic> =
         errors.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
@@ -78,7 +74,7 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
 
 /// A mistake that has no place in the text.
 fn file_error(path: &Path, message: String) -> Diagnostics {
-    let document = Document::new(path, String::new(), &[], &[]);
+    let document = Document::new(path, String::new(), &[]);
     let mistakes = Diagnostics::new(&document, vec![Diagnostic::at(&document, "", message)]);
     Diagnostics { sha256: String::new(), ..mistakes }
 }

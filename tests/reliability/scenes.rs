@@ -216,7 +216,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
 
 /// The plan without its document, and without what is free on the machine just now.
 pub fn bare(mut plan: Plan) -> Plan {
-    plan.document = Document::new(Path::new("scene"), String::new(), &[], &[]);
+    plan.document = Document::new(Path::new("scene"), String::new(), &[]);
     plan.document.folder.clear();
     plan.memory_limit = MemoryLimit::of_scene(1 << 30);
     plan
