@@ -52,9 +52,7 @@ fn as_fe_keys(body: BeBody) -> FeBody {
     let fibre = body.fibre.map(|fibre| FibreDirection {
         tilt: Some(fibre.tilt),
         azimuth: Some(fibre.azimuth),
-        field: None,
-        file: None,
-        cylindrical: None,
+        ..FibreDirection::default()
     });
     FeBody {
         material: body.material,

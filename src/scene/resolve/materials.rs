@@ -67,16 +67,16 @@ fn material_users(r: &Resolver, name: &str) -> String {
         if is_named(&format!("{body}.material")) {
             places.push(body.to_owned());
         }
-        for group in r.names(&format!("{body}.regions")) {
-            if is_named(&format!("{}.material", join_key(&format!("{body}.regions"), &group))) {
+        let regions = format!("{body}.regions");
+        let mut owners = vec![body.to_owned()];
+        for group in r.names(&regions) {
+            let region = join_key(&regions, &group);
+            if is_named(&format!("{region}.material")) {
                 places.push(format!("group \"{group}\" of {body}"));
             }
+            owners.push(region);
         }
-        for layup in std::iter::once(format!("{body}.layup")).chain(
-            r.names(&format!("{body}.regions"))
-                .iter()
-                .map(|g| format!("{}.layup", join_key(&format!("{body}.regions"), g))),
-        ) {
+        for layup in owners.iter().map(|owner| format!("{owner}.layup")) {
             let plies = format!("{layup}.plies");
             let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));
             places.extend(named.map(|i| format!("ply {} of {layup}", i + 1)));

@@ -7,7 +7,7 @@ use super::frame::{Positive, PositiveCount};
 
 /// Direction of material axis 1 in a meshed body: the same everywhere (`tilt`, `azimuth`), by element (`field`,
 /// `file`), or around an axis (`cylindrical`).
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreDirection {
     /// Angle out of the surface, degrees.
@@ -101,7 +101,7 @@ pub struct Layup {
     /// z of the lower face of the lowest ply; default: lowest node of the elements.
     pub bottom: Option<f64>,
     /// Number of repetitions of the sequence `plies`, at most 100000.
-    #[serde(default = "once")]
+    #[serde(default = "super::one")]
     #[schemars(range(min = 1, max = 100_000))]
     pub repeat: PositiveCount,
     /// Whether the stack is followed by its mirror image (symmetric laminate).
@@ -120,8 +120,4 @@ pub struct LayupPly {
     pub angle: f64,
     /// Name of its material; default the body's.
     pub material: Option<String>,
-}
-
-fn once() -> PositiveCount {
-    PositiveCount(1)
 }

@@ -26,7 +26,7 @@ pub enum Frame {
         #[serde(default)]
         periodic: [bool; 2],
         /// Whether the frame is enlarged when the worn contact reaches its edge; if false, the run stops there (exit code 3).
-        #[serde(default = "enlarged")]
+        #[serde(default = "super::yes")]
         grow: bool,
     },
     /// The contact group of a meshed body, divided into cells by its mesh.
@@ -47,10 +47,6 @@ pub enum Frame {
         #[serde(default = "upward")]
         normal: [f64; 3],
     },
-}
-
-fn enlarged() -> bool {
-    true
 }
 
 fn upward() -> [f64; 3] {
