@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Matrix6};
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
+use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
@@ -214,6 +215,11 @@ fn material_and_axes(
         .axes(tag, &corners)
         .map_err(|error| Error::input(format!("element {tag} of {}: {}", mesh.source, error.message())))?;
     Ok((index, axes))
+}
+
+/// The graph of the nodes that lie in the same cells.
+pub(super) fn node_graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
+    NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
 }
 
 /// The corners of a cell, mm.

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::element_materials::ElementMaterials;
+use super::element_materials::{ElementMaterials, node_graph};
 use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
 use super::integration_points::{ElementDefect, map_point};
 use super::spec::FeSpec;
@@ -45,7 +45,7 @@ pub(crate) fn move_mesh(
     memory: &MemoryLimit,
 ) -> Result<Mesh> {
     let regions = ElementMaterials::new(spec)?;
-    let graph = graph(&spec.mesh, &regions.cells);
+    let graph = node_graph(&spec.mesh, &regions.cells);
     let mut points = spec.mesh.points.clone();
     let along =
         |component: usize| motion_constraints(spec, &regions, contact, &axes.0.column(component).into());
@@ -100,11 +100,6 @@ enum MotionConstraint {
     WithinFace,
     /// It does not, for it lies on an outer face across the axis.
     WithinPlane,
-}
-
-/// Nodes that lie in the same element.
-fn graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
-    NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
 }
 
 /// What keeps nodes from moving along `axis`, `[n_points]`: a support, or that they lie on an outer face or where the material
@@ -298,7 +293,7 @@ mod tests {
             assert!(given.contains(&None));
             let cells: Vec<CellRef> = mesh.volume_cells().collect();
             let found =
-                solve_laplace(&mesh, &cells, &graph(&mesh, &cells), &given, &MemoryLimit::of_machine())
+                solve_laplace(&mesh, &cells, &node_graph(&mesh, &cells), &given, &MemoryLimit::of_machine())
                     .unwrap();
             for (value, point) in found.iter().zip(&mesh.points) {
                 assert!((value - linear(point)).abs() < 1e-12, "{value} at {point:?}");

@@ -9,7 +9,7 @@ use super::assembly::{ElementContext, assemble, n_stiffness_entries};
 use super::condensation_method::CondensationMethod;
 use super::condensed::{CondensationResources, CondensedBody};
 use super::dof_map::DofMap;
-use super::element_materials::ElementMaterials;
+use super::element_materials::{ElementMaterials, node_graph};
 use super::element_rules::RuleSet;
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use super::foundation::{self, FoundationFace};
@@ -79,10 +79,7 @@ impl FeModel {
         let regions = ElementMaterials::new(&spec)?;
         let dof_map = DofMap::new(&spec, &regions)?;
         let mesh = &spec.mesh;
-        let graph = NodeGraph::from_elements(
-            mesh.n_points(),
-            regions.cells.iter().map(|&cell| mesh.cell_nodes(cell)),
-        );
+        let graph = node_graph(mesh, &regions.cells);
         let bytes = assembly_bytes(dof_map.n_free(), n_stiffness_entries(&dof_map, &graph));
         let what = format!("assembling {} unknowns", dof_map.n_free());
         memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
@@ -94,18 +91,12 @@ impl FeModel {
         let foundations = foundation::foundation_faces(&spec)?;
         loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
         let (mut stiffness, prescribed_dof_forces) = assemble(elements, &foundations, (&dof_map, &graph))?;
-        let generalised_inverse = free
-            .map(|motions| {
-                GeneralisedInverse::new(
-                    motions,
-                    &mesh.points,
-                    &node_volumes(&spec, &regions, &rules),
-                    &dof_map,
-                )
-            })
-            .transpose()?;
-        if let Some(floating) = &generalised_inverse {
+        let mut generalised_inverse = None;
+        if let Some(motions) = free {
+            let volumes = node_volumes(&spec, &regions, &rules);
+            let floating = GeneralisedInverse::new(motions, &mesh.points, &volumes, &dof_map)?;
             floating.add_grounding_springs(&mut stiffness);
+            generalised_inverse = Some(floating);
         }
         let FeSpec { name, mesh, formulation, body_force, .. } = spec;
         Ok(Self {

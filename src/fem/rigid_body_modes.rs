@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use super::dof_map::DofMap;
-use super::element_materials::ElementMaterials;
+use super::element_materials::{ElementMaterials, node_graph};
 use super::foundation::{RestrainedDirection, restrained_directions};
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
@@ -114,8 +114,7 @@ impl RigidBodyModes {
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;
-    let cells = regions.cells.iter().map(|&cell| spec.mesh.cell_nodes(cell));
-    rigid_body_modes_of_dofs(spec, &dofs, &NodeGraph::from_elements(spec.mesh.n_points(), cells))
+    rigid_body_modes_of_dofs(spec, &dofs, &node_graph(&spec.mesh, &regions.cells))
 }
 
 /// As [`find_rigid_body_modes`], of numbered dofs.

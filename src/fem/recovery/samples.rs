@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
+use super::evaluate_element;
 use super::patch::PolynomialSpace;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::assembly::ElementContext;
-use crate::fem::element_kernels::{PointStress, element_state, stresses_at};
+use crate::fem::element_kernels::{PointStress, stresses_at};
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
 /// Stress at a point of an element.
@@ -61,25 +62,29 @@ fn point_stresses(
     u: &[[f64; 3]],
     rule: Option<&Vec<RulePoint<3>>>,
 ) -> Result<Vec<PointStress>> {
+    let Some(rule) = rule else { return Ok(evaluate_element(elements, i, u)?.points) };
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
     let (kind, points) = (elements.mesh.kind(cell), elements.node_coordinates(cell));
-    let c = elements.regions.stiffness(i);
-    let states = match rule {
-        Some(rule) => stresses_at(kind, &points, &nodal, &c, rule),
-        None => {
-            element_state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points)
-        }
-    };
-    states.map_err(|unsound| elements.defect_error(cell, unsound))
+    stresses_at(kind, &points, &nodal, &elements.regions.stiffness(i), rule)
+        .map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-fn sample(elements: ElementContext, i: usize, point: PointStress) -> StressSample {
+/// The same with the positions of the points.
+fn samples_at(
+    elements: ElementContext,
+    i: usize,
+    u: &[[f64; 3]],
+    rule: Option<&Vec<RulePoint<3>>>,
+) -> Result<Vec<StressSample>> {
     let nodes = elements.mesh.cell_nodes(elements.regions.cells[i]);
     let points = &elements.mesh.points;
-    let coordinate =
-        |c: usize| nodes.iter().zip(&point.values).map(|(&node, value)| points[node][c] * value).sum();
-    StressSample { position: std::array::from_fn(coordinate), volume: point.volume, stress: point.stress }
+    let sample = |point: PointStress| {
+        let coordinate =
+            |c: usize| nodes.iter().zip(&point.values).map(|(&node, value)| points[node][c] * value).sum();
+        StressSample { position: [0, 1, 2].map(coordinate), volume: point.volume, stress: point.stress }
+    };
+    Ok(point_stresses(elements, i, u, rule)?.into_iter().map(sample).collect())
 }
 
 /// Stress of element `i` at its integration points.
@@ -88,8 +93,7 @@ pub(super) fn integration_point_samples(
     i: usize,
     u: &[[f64; 3]],
 ) -> Result<Vec<StressSample>> {
-    let states = point_stresses(elements, i, u, None)?;
-    Ok(states.into_iter().map(|point| sample(elements, i, point)).collect())
+    samples_at(elements, i, u, None)
 }
 
 /// Stress of element `i` where it is one order more accurate than elsewhere: of a linear element the mean, at the
@@ -100,11 +104,11 @@ pub(super) fn superconvergent_samples(
     u: &[[f64; 3]],
     rules: &RecoveryRules,
 ) -> Result<Vec<StressSample>> {
-    if let Some(rule) = rules.superconvergent.get(&elements.mesh.kind(elements.regions.cells[i])) {
-        let states = point_stresses(elements, i, u, Some(rule))?;
-        return Ok(states.into_iter().map(|point| sample(elements, i, point)).collect());
+    let rule = rules.superconvergent.get(&elements.mesh.kind(elements.regions.cells[i]));
+    let points = samples_at(elements, i, u, rule)?;
+    if rule.is_some() {
+        return Ok(points);
     }
-    let points = integration_point_samples(elements, i, u)?;
     let volume: f64 = points.iter().map(|point| point.volume).sum();
     let mut mean = StressSample { position: [0.0; 3], volume, stress: Vector6::zeros() };
     for point in points {
