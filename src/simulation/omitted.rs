@@ -53,14 +53,19 @@ pub(crate) fn expected_omitted_work(
     let operator =
         OperatorOmissions { grid: grid.is_some(), windows: solves_windows(grid, &options), uncoupled };
     let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
-    let mut all = skipped;
-    all.extend(candidate_cells::omitted_work(frame));
-    all.extend(omitted_distant_entries(plan, frame));
-    all.extend(omitted_fields(plan));
-    all.extend(growth::omitted_work(plan));
-    all.extend(mesh_motion::omitted_work(plan));
-    all.extend(of_contact);
-    Ok(all)
+    skipped.extend(omitted_by_plan(plan, frame));
+    skipped.extend(of_contact);
+    Ok(skipped)
+}
+
+/// What plan and frame omit, whatever the operators are, in the order of the ledger.
+pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedWork> {
+    let mut skipped: Vec<OmittedWork> = candidate_cells::omitted_work(frame).into_iter().collect();
+    skipped.extend(omitted_distant_entries(plan, frame));
+    skipped.extend(omitted_fields(plan));
+    skipped.extend(growth::omitted_work(plan));
+    skipped.extend(mesh_motion::omitted_work(plan));
+    skipped
 }
 
 /// Whether the flexibility of both bodies is one operator on a grid: finite and boundary elements, periodic frames, sums of two operators and the
@@ -77,7 +82,7 @@ pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel;
 }
 
 /// Matrices of half-spaces that are compressed.
-pub(super) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
+fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
     let tolerance = plan.solver.compression_tolerance;
     (half_space && is_compressed(plan, frame)).then(|| {
@@ -92,7 +97,7 @@ pub(super) fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Opti
 }
 
 /// Fields that nobody asked for.
-pub(super) fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
+fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
     if plan.interior_requests.is_empty() && plan.bodies.iter().any(without_mesh) {
@@ -127,14 +132,9 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     meshed.map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why)).collect()
 }
 
-/// Whether fields are written that need the factors of meshed bodies.
-fn writes_body_fields(plan: &Plan) -> bool {
-    plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg)
-}
-
 /// Whether meshed bodies are solved with after they are condensed, though they have no loads.
 pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame) -> bool {
-    writes_body_fields(plan) || frame.candidates.is_some()
+    plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
 /// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs it.

@@ -112,10 +112,8 @@ fn initial_gap(
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {
-            let fe = plan.bodies[index].as_meshed();
-            *heights = fe
-                .map(|fe| Ok::<_, SceneError>(face_map(fe, index, frame)?.mean_heights(frame, &fe.mesh)))
-                .transpose()?;
+            let Some(fe) = plan.bodies[index].as_meshed() else { continue };
+            *heights = Some(face_map(fe, index, frame)?.mean_heights(frame, &fe.mesh));
         }
     }
     if heights.iter().any(Option::is_some) {

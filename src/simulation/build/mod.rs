@@ -36,11 +36,9 @@ use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::build::settings::{operators, options};
 use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::growth::{self, FrameGrowth};
-use crate::simulation::mesh_motion::{self, WornMeshes};
-use crate::simulation::omitted::{
-    needs_factor_after_condensation, omitted_distant_entries, omitted_factorisation, omitted_fields,
-};
+use crate::simulation::growth::FrameGrowth;
+use crate::simulation::mesh_motion::WornMeshes;
+use crate::simulation::omitted::{needs_factor_after_condensation, omitted_by_plan, omitted_factorisation};
 use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces;
 
@@ -169,11 +167,7 @@ pub fn build_with<'p>(
         warnings.extend(near_fields.iter().filter_map(own));
     }
     let mut skipped = coupled.skipped;
-    skipped.extend(candidate_cells::omitted_work(&frame));
-    skipped.extend(omitted_distant_entries(plan, &frame));
-    skipped.extend(omitted_fields(plan));
-    skipped.extend(growth::omitted_work(plan));
-    skipped.extend(mesh_motion::omitted_work(plan));
+    skipped.extend(omitted_by_plan(plan, &frame));
     let mut condensation = Vec::new();
     let mut boundary_elements = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {

@@ -129,6 +129,17 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
+/// Whether `plane` of body `own` is a plane of symmetry that the other body has, too, or a rigid one; `planes`: those of both bodies.
+fn is_shared_symmetry(
+    plan: &Plan,
+    planes: &[Vec<SupportPlane>; 2],
+    own: usize,
+    plane: &SupportPlane,
+) -> bool {
+    let other = partner(&plan.bodies[1 - own], &planes[1 - own], plane);
+    matches!(other, OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry)
+}
+
 /// The body whose nodes are the cells of the frame, with the frame's axes.
 fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
     match plan.frame {
@@ -168,10 +179,9 @@ pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
 pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
-    for (own, other) in [(0, 1), (1, 0)] {
+    for own in 0..2 {
         for plane in &planes[own] {
-            let shared = matches!(partner(&plan.bodies[other], &planes[other], plane), OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry);
-            found[plane.component] |= shared && plane.bounds(frame);
+            found[plane.component] |= is_shared_symmetry(plan, &planes, own, plane) && plane.bounds(frame);
         }
     }
     found
@@ -194,12 +204,10 @@ pub(super) fn refuse_closed_contact(
 ) -> Result<(), SceneError> {
     let n = frame.axes.normal();
     let planes = plan.bodies.each_ref().map(support_planes);
-    let shared = |own: usize, plane: &SupportPlane| {
-        let other = partner(&plan.bodies[1 - own], &planes[1 - own], plane);
-        matches!(other, OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry)
-    };
     let closes = |own: usize, plane: &SupportPlane| {
-        n[plane.component].abs() > ROUNDING_SHARE && shared(own, plane) && plane.bounds(frame)
+        n[plane.component].abs() > ROUNDING_SHARE
+            && is_shared_symmetry(plan, &planes, own, plane)
+            && plane.bounds(frame)
     };
     let closing = (0..2).find_map(|own| planes[own].iter().find(|plane| closes(own, plane)));
     let Some(plane) = closing else { return Ok(()) };
