@@ -18,16 +18,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::frame::PositiveCount;
 use crate::output::summary::Units;
-
-fn yes() -> bool {
-    true
-}
-
-fn one() -> PositiveCount {
-    PositiveCount(1)
-}
 
 /// A scene: two bodies, a contact frame, laws of friction and wear, and the steps of loading.
 #[derive(Debug, Deserialize, JsonSchema)]
