@@ -68,7 +68,9 @@ impl FeBody {
             let candidates = frame.candidates.clone();
             let formed = candidates.as_ref().map(|cells| map.restrict(cells));
             let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
-            let free_gap = condensed.model().has_own_loads().then(|| free_gap(&condensed, &map, side));
+            let free = condensed.contact_free_displacement();
+            let free_gap =
+                condensed.model().has_own_loads().then(|| map.gap_of_displacement(side, |node| free[node]));
             let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
             let rigid_body_modes = rigid_body_modes(&condensed, &map, side, frame);
             let condensed = Arc::new(condensed);
@@ -115,14 +117,6 @@ impl FeBody {
         forces.iter_mut().for_each(|f| *f *= self.side.gap_sign());
         forces
     }
-}
-
-/// Share of the body's own deformation in the gap.
-fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
-    let free = condensed.contact_free_displacement();
-    let mut gap = map.mean_displacement(|node| free[node]);
-    gap.iter_mut().for_each(|g| *g *= side.gap_sign());
-    gap
 }
 
 /// The free motions as the frame sees them.

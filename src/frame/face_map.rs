@@ -165,6 +165,13 @@ impl FaceMap {
         local
     }
 
+    /// The same as the share in the gap of the body at `side`.
+    pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
+        let mut gap = self.mean_displacement(of_node);
+        gap.iter_mut().for_each(|g| *g *= side.gap_sign());
+        gap
+    }
+
     /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes
     /// (MPa); overwrites.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {

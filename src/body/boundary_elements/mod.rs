@@ -130,20 +130,14 @@ impl BeBody {
         build().context(|| spec.name.clone())
     }
 
-    /// Gap change of displacements of the nodes.
-    fn gap(&self, displacement: impl Fn(usize) -> Point) -> Vec<f64> {
-        let mut gap = self.map.mean_displacement(|node| displacement(node).into());
-        gap.iter_mut().for_each(|g| *g *= self.side.gap_sign());
-        gap
-    }
-
     /// Share of the body's own deformation in the gap.
     fn own_gap(&self) -> Vec<f64> {
         let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
         let positions = self.elements.positions();
         let of_weight =
             |node: usize| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&positions[node]));
-        self.gap(|node| Point::from(state.displacement[node]) + of_weight(node))
+        let own = |node: usize| (Point::from(state.displacement[node]) + of_weight(node)).into();
+        self.map.gap_of_displacement(self.side, own)
     }
 
     /// The free motions as the frame sees them.
@@ -161,7 +155,9 @@ impl BeBody {
             let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
             RigidBodyMode {
                 relative_motion: relative_motion((free, j), frame, self.side),
-                gap: self.gap(|node| free.displacement(&positions[node], j)),
+                gap: self
+                    .map
+                    .gap_of_displacement(self.side, |node| free.displacement(&positions[node], j).into()),
                 load_work: loads.map(work).sum(),
             }
         };
