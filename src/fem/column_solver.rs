@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::condensation_method::CondensationMethod;
+use super::condensed::iterative;
 use super::loads::FaceLoad;
 use super::model::FeModel;
 use super::spec::FoundationStiffness;
@@ -11,7 +12,6 @@ use crate::error::{Context, Result};
 use crate::linalg::cholesky::SymmetricSolver;
 use crate::linalg::dense::try_zeroed;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::CellRef;
 
 /// Right-hand sides that are solved together.
@@ -31,19 +31,16 @@ impl ColumnSolver {
     /// # Errors
     /// As [`FeModel::condense_with`].
     pub fn new(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
-        Self::build(model, memory).context(|| model.name().to_owned())
-    }
-
-    fn build(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
-        let analysis = model.analyse(&[])?;
-        let method = analysis.choose_method(model, memory)?;
-        let solver: Box<dyn SymmetricSolver> = match method {
-            CondensationMethod::Factorisation => Box::new(analysis.factorise(model)?),
-            CondensationMethod::ConjugateGradients(_) => {
-                Box::new(TwoLevelSolver::new(model.stiffness(), &model.unknowns())?)
-            }
+        let build = || {
+            let analysis = model.analyse(&[])?;
+            let method = analysis.choose_method(model, memory)?;
+            let solver: Box<dyn SymmetricSolver> = match method {
+                CondensationMethod::Factorisation => Box::new(analysis.factorise(model)?),
+                CondensationMethod::ConjugateGradients(_) => Box::new(iterative(model)?),
+            };
+            Ok(Self { solver, n_free: model.n_free(), method })
         };
-        Ok(Self { solver, n_free: model.n_free(), method })
+        build().context(|| model.name().to_owned())
     }
 
     /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place.

@@ -269,20 +269,17 @@ fn from_cache(
     entry: FlexibilityEntry,
     method: CondensationMethod,
 ) -> CondensationResult {
-    let FlexibilityEntry { flexibility: contact_flexibility, residual, .. } = entry;
-    let origin = FlexibilityOrigin { method, cached: true, ..FlexibilityOrigin::default() };
-    let contact_nodes = contact_nodes.to_vec();
     CondensationResult {
-        contact_nodes,
-        contact_flexibility,
+        contact_nodes: contact_nodes.to_vec(),
+        contact_flexibility: entry.flexibility,
         solver: OnceLock::new(),
         solver_bytes: 0,
-        residual,
-        origin,
+        residual: entry.residual,
+        origin: FlexibilityOrigin { method, cached: true, ..FlexibilityOrigin::default() },
     }
 }
 
-fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
+pub(super) fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 

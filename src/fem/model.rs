@@ -72,49 +72,49 @@ impl FeModel {
     /// named).
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, memory).context(|| name)
-    }
-
-    fn build(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
-        let regions = ElementMaterials::new(&spec)?;
-        let dof_map = DofMap::new(&spec, &regions)?;
-        let mesh = &spec.mesh;
-        let graph = node_graph(mesh, &regions.cells);
-        let bytes = assembly_bytes(dof_map.n_free(), n_stiffness_entries(&dof_map, &graph));
-        let what = format!("assembling {} unknowns", dof_map.n_free());
-        memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
-        let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dof_map, &graph)?;
-        let rules = RuleSet::new();
-        let mut loads = loads(&spec, &regions, &rules)?;
-        let elements =
-            ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
-        let foundations = foundation::foundation_faces(&spec)?;
-        loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
-        let (mut stiffness, prescribed_dof_forces) = assemble(elements, &foundations, (&dof_map, &graph))?;
-        let mut generalised_inverse = None;
-        if let Some(motions) = free {
-            let volumes = node_volumes(&spec, &regions, &rules);
-            let floating = GeneralisedInverse::new(motions, &mesh.points, &volumes, &dof_map)?;
-            floating.add_grounding_springs(&mut stiffness);
-            generalised_inverse = Some(floating);
-        }
-        let FeSpec { name, mesh, formulation, body_force, .. } = spec;
-        Ok(Self {
-            name,
-            mesh,
-            formulation,
-            regions,
-            rules,
-            dof_map,
-            graph,
-            stiffness,
-            prescribed_dof_forces,
-            external_forces: loads.forces,
-            body_force,
-            loaded_faces: loads.faces,
-            foundations,
-            generalised_inverse,
-        })
+        let build = || {
+            let regions = ElementMaterials::new(&spec)?;
+            let dof_map = DofMap::new(&spec, &regions)?;
+            let mesh = &spec.mesh;
+            let graph = node_graph(mesh, &regions.cells);
+            let bytes = assembly_bytes(dof_map.n_free(), n_stiffness_entries(&dof_map, &graph));
+            let what = format!("assembling {} unknowns", dof_map.n_free());
+            memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
+            let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dof_map, &graph)?;
+            let rules = RuleSet::new();
+            let mut loads = loads(&spec, &regions, &rules)?;
+            let elements =
+                ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
+            let foundations = foundation::foundation_faces(&spec)?;
+            loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
+            let (mut stiffness, prescribed_dof_forces) =
+                assemble(elements, &foundations, (&dof_map, &graph))?;
+            let mut generalised_inverse = None;
+            if let Some(motions) = free {
+                let volumes = node_volumes(&spec, &regions, &rules);
+                let floating = GeneralisedInverse::new(motions, &mesh.points, &volumes, &dof_map)?;
+                floating.add_grounding_springs(&mut stiffness);
+                generalised_inverse = Some(floating);
+            }
+            let FeSpec { name, mesh, formulation, body_force, .. } = spec;
+            Ok(Self {
+                name,
+                mesh,
+                formulation,
+                regions,
+                rules,
+                dof_map,
+                graph,
+                stiffness,
+                prescribed_dof_forces,
+                external_forces: loads.forces,
+                body_force,
+                loaded_faces: loads.faces,
+                foundations,
+                generalised_inverse,
+            })
+        };
+        build().context(|| name)
     }
 
     /// What messages call it.
@@ -172,11 +172,8 @@ impl FeModel {
 
     /// Whether loads or prescribed displacements act on the body by themselves.
     pub fn has_own_loads(&self) -> bool {
-        let nodes = self.dof_map.solid_nodes.iter();
         self.load_vector().iter().any(|&f| f != 0.0)
-            || nodes
-                .flat_map(|&node| 3 * node..3 * node + 3)
-                .any(|d| self.dof_map.prescribed(d).is_some_and(|v| v != 0.0))
+            || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
     }
 
     /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.

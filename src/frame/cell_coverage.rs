@@ -245,8 +245,7 @@ pub(super) fn refuse_uncovered(
     let place = frame.centers[cell];
     let name = match frame.grid {
         Some(grid) => {
-            let place = frame.grid_index(cell);
-            let [ix, iy] = grid.cell_indices(place);
+            let [ix, iy] = grid.cell_indices(frame.grid_index(cell));
             format!("{cell} (ix = {ix}, iy = {iy})")
         }
         None => cell.to_string(),

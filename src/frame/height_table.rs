@@ -136,14 +136,8 @@ impl HeightTable {
         }
         let at = |dx: usize, dy: usize| {
             let next = |axis: usize, step: usize| match low[axis] + step {
-                beyond if beyond == self.shape[axis] => {
-                    if repeats[axis] {
-                        0
-                    } else {
-                        beyond - 1
-                    }
-                }
-                within => within,
+                beyond if beyond == self.shape[axis] && repeats[axis] => 0,
+                within => within.min(self.shape[axis] - 1),
             };
             self.values[next(0, dx) * self.shape[1] + next(1, dy)]
         };

@@ -60,14 +60,13 @@ impl<'a> SchemaWalk<'a> {
                     _ => self.report_wrong_type(node, key, "a number or a table"),
                 };
             }
-            return match tag_of(branches) {
-                Some(tag) => self.check_tagged_table(node, branches, tag, key),
-                None if number_or_list(branches).is_some() => {
-                    let [number, list] = number_or_list(branches).expect("just found");
+            return match (tag_of(branches), number_or_list(branches)) {
+                (Some(tag), _) => self.check_tagged_table(node, branches, tag, key),
+                (None, Some([number, list])) => {
                     let chosen = if matches!(node.value, TomlValue::Array(_)) { list } else { number };
                     self.check_value(node, chosen, key);
                 }
-                None => match number_branch(branches) {
+                (None, None) => match number_branch(branches) {
                     Some(number) if matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_)) => {
                         self.check_value(node, number, key)
                     }

@@ -176,12 +176,9 @@ pub(super) fn build_body(
             let body =
                 TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
                     .at(&format!("{key}.truncated"))?;
-            let (held, note, record) = (
-                body.held_bytes(),
-                body.cache_warning().map(str::to_owned),
-                TruncationRecord::new(index, body.truncation()),
-            );
-            BuiltBody { warning: note, truncation: Some(record), ..BuiltBody::new(body, held) }
+            let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
+            let truncation = Some(TruncationRecord::new(index, body.truncation()));
+            BuiltBody { warning, truncation, ..BuiltBody::new(body, held) }
         }
         BodyPlan::Be(be) => {
             face_map(&be.meshed, index, frame)?;

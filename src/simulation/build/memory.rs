@@ -157,19 +157,18 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
 
 /// Bytes of the points inside bodies: what lasts, and what their computation takes, which is done before fields are written.
 fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
-    let half_space = |request: &InteriorPointRequest| {
-        matches!(plan.bodies[usize::from(request.side == SIDES[1])], BodyPlan::HalfSpace(_))
+    let body = |request: &InteriorPointRequest| &plan.bodies[usize::from(request.side == SIDES[1])];
+    let half_space = |request: &InteriorPointRequest| match body(request) {
+        BodyPlan::HalfSpace(elastic) => Some(elastic),
+        _ => None,
     };
-    let cells = match plan.interior_requests.iter().any(half_space) {
-        true => SubsurfaceField::expected_bytes(frame.all_corners().map(|corners| corners.len())),
-        false => 0,
+    let half_spaces: Vec<_> = plan.interior_requests.iter().filter_map(half_space).collect();
+    let cells = match half_spaces.is_empty() {
+        true => 0,
+        false => SubsurfaceField::expected_bytes(frame.all_corners().map(|corners| corners.len())),
     };
-    let tabulated =
-        |request: &&InteriorPointRequest| match &plan.bodies[usize::from(request.side == SIDES[1])] {
-            BodyPlan::HalfSpace(elastic) => !elastic.isotropic,
-            _ => false,
-        };
-    let tables = SUBSURFACE_TABLE_BYTES * plan.interior_requests.iter().filter(tabulated).count().min(2);
+    let tabulated = half_spaces.iter().filter(|elastic| !elastic.isotropic).count();
+    let tables = SUBSURFACE_TABLE_BYTES * tabulated.min(2);
     let states: usize = plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum::<usize>()
         * size_of::<PointState>();
     let writing = plan.interior_requests.iter().map(InteriorPointRequest::writing_bytes).max().unwrap_or(0);
