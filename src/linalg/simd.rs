@@ -1,13 +1,12 @@
 //! Wider registers where the processor has them.
 
-/// Calls a function that is always inlined, with wider registers where the processor has them; the bits are the same. A length may be
-/// a generic parameter of the function.
+/// Calls a function that is always inlined, with wider registers where the processor has them; the bits are the same.
 macro_rules! wide {
-    ($body:ident$(<$n:ident>)?($($value:expr => $name:ident: $kind:ty),*)) => {{
+    ($body:ident($($value:expr => $name:ident: $kind:ty),*)) => {{
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2")]
-            fn wider$(<const $n: usize>)?($($name: $kind),*) {
+            fn wider($($name: $kind),*) {
                 $body($($name),*);
             }
             if std::arch::is_x86_feature_detected!("avx2") {

@@ -4,6 +4,7 @@
 //! fills and is held against.
 
 mod barnett;
+mod cube_table;
 mod field;
 mod kelvin;
 
