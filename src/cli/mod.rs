@@ -111,7 +111,7 @@ struct RunArgs {
     quiet: bool,
 }
 
-/// Exit code of a command; `Err` if the command ended early, after its message was printed.
+/// Exit code of a command; `Err` if it ended early: by an error, whose message was printed, or by an interruption.
 type CommandResult = Result<u8, u8>;
 
 /// The user's cache of flexibility matrices; `None` if an option or the environment excludes it.

@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Notes that the run can be taken up from here, and tells the observer.
+    /// Makes the present state the rollback point and reports a checkpoint.
     fn record_rollback_point(&mut self, moment: CheckpointEvent) -> Result<()> {
         self.set_rollback_point();
         self.report_checkpoint(moment)
@@ -253,13 +253,13 @@ impl<'a> Run<'a> {
         self.rollback_point.loops = self.result.fretting_loops.len();
     }
 
-    /// Tells the observer that the run can be taken up from here.
+    /// Tells the observer that the run can be resumed from here.
     fn report_checkpoint(&mut self, moment: CheckpointEvent) -> Result<()> {
         let (observer, checkpoint) = self.observer_and_checkpoint();
         observer.on_checkpoint(moment, &checkpoint)
     }
 
-    /// What the run can be taken up from.
+    /// A checkpoint of the present state.
     fn checkpoint(&mut self) -> RunCheckpoint {
         self.observer_and_checkpoint().1()
     }

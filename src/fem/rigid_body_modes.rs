@@ -202,7 +202,7 @@ fn modes_of_part(
     RigidBodyModes::unconstrained(points, part, held.chain(bedded.copied()))
 }
 
-/// The orthonormal translations, without rotation, in the space of motions with this orthogonal projector: those that it leaves as they are.
+/// Orthonormal basis of the pure translations in a space of rigid motions, given by its orthogonal projector.
 pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
     let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
     (0..3)

@@ -67,7 +67,7 @@ impl FoundationStiffness {
         }
     }
 
-    /// Times an area with the area vector `area`, as a matrix, N/mm.
+    /// Stiffness of the foundation of a face with the area vector `area` (mm²), `[3, 3]`, N/mm.
     pub(crate) fn over_area(self, area: &Vector3<f64>) -> Matrix3<f64> {
         match self {
             Self::Normal(k) => area * area.transpose() * (k / area.norm()),

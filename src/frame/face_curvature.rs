@@ -30,6 +30,9 @@ const MIN_FIT_NEIGHBOURS: usize = 8;
 /// Layers of faces around a node that are looked at to find them.
 const MAX_NEIGHBOUR_LAYERS: usize = 3;
 
+/// Singular values below this share of the largest belong to shapes that the nodes around do not determine: a single row of faces.
+const RANK_TOLERANCE: f64 = 1e-6;
+
 /// An edge of a flat face, and what it cuts off of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeSagitta {
@@ -192,7 +195,7 @@ fn curvature(
     let matrix = DMatrix::from_fn(near.len(), 5, terms);
     let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
     // Of several surfaces that fit (a single row of faces) the smallest coefficients.
-    let found = pseudo_inverse(&matrix, 1e-6).ok()? * heights;
+    let found = pseudo_inverse(&matrix, RANK_TOLERANCE).ok()? * heights;
     let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
     Some(Curvature { axes, second })
 }

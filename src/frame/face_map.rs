@@ -165,7 +165,7 @@ impl FaceMap {
         local
     }
 
-    /// The same as the share in the gap of the body at `side`.
+    /// Gap, `[3, N]` by planes (mm), that the displacement of the nodes of the body at `side` causes.
     pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let mut gap = self.mean_displacement(of_node);
         gap.iter_mut().for_each(|g| *g *= side.gap_sign());

@@ -64,7 +64,7 @@ impl Default for SolverOptions {
 /// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
 pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
-/// When a solve ends.
+/// Settings and callback of a solve, and the iterations before this part of it.
 struct SolveControl<'a> {
     options: SolverOptions,
     /// Iterations before this part of a solve.

@@ -70,7 +70,7 @@ fn point_stresses(
         .map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-/// The same with the positions of the points.
+/// Stress of element `i` at the points of `rule` (those of its stiffness if there is none), with their positions.
 fn samples_at(
     elements: ElementContext,
     i: usize,

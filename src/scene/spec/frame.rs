@@ -26,7 +26,7 @@ pub enum Frame {
         #[serde(default)]
         periodic: [bool; 2],
         /// Whether the frame is enlarged when the worn contact reaches its edge; if false, the run stops there (exit code 3).
-        #[serde(default = "yes")]
+        #[serde(default = "super::yes")]
         grow: bool,
     },
     /// The contact group of a meshed body, divided into cells by its mesh.
@@ -47,14 +47,6 @@ pub enum Frame {
         #[serde(default = "upward")]
         normal: [f64; 3],
     },
-}
-
-pub(super) fn yes() -> bool {
-    true
-}
-
-pub(super) fn one() -> PositiveCount {
-    PositiveCount(1)
 }
 
 fn upward() -> [f64; 3] {
