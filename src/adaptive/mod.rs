@@ -16,9 +16,10 @@ pub use crate::adaptive::run::{ACCURACY_NOT_REACHED, run};
 use crate::adaptive::values::{TargetValue, min_contact_cells, values};
 use crate::error::Error;
 use crate::evolution::records::IncrementRecord;
+use crate::laws::wear::WearLaw;
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};
 use crate::scene::plan::{AccuracyPlan, Plan};
-use crate::scene::spec::accuracy::RefinementParameter;
+use crate::scene::spec::accuracy::{AccuracyQuantity, RefinementParameter};
 use crate::simulation::failure::SceneError;
 
 /// Share of the accuracy that increments and jumps may each take where cells follow.
@@ -80,6 +81,12 @@ impl<'p> AccuracySearch<'p> {
     /// If nothing is left to choose, or the plan cannot be computed.
     pub fn new(plan: &'p Plan) -> Result<Option<Self>, SceneError> {
         let Some(spec) = &plan.accuracy else { return Ok(None) };
+        if plan.wear == WearLaw::None && spec.quantities == [AccuracyQuantity::WornVolume] {
+            let error = Error::input(
+                "the scene has no wear whose volume could be accurate: add [wear], or ask for other quantities",
+            );
+            return Err(SceneError { error, key: "accuracy.of".to_owned() });
+        }
         let ladder = RefinementLadder::new(plan, spec)?;
         let knobs = ladder.knobs();
         if knobs.is_empty() {

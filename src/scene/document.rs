@@ -253,12 +253,14 @@ impl TomlNode {
 
 /// Index in a list of tables that a segment names: a number from 0, or the `name` of an element.
 pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> {
-    segment.parse().ok().or_else(|| {
-        // The last of a name is the one whose result the name stands for.
-        items.iter().rposition(
-            |item| matches!(item.child("name"), Some((_, TomlNode { value: TomlValue::String(n), .. })) if n == segment),
-        )
-    })
+    segment.parse().ok().or_else(|| index_of_name(items, segment))
+}
+
+/// Index of the element of this `name` in a list of tables; of several the last, whose result the name stands for.
+pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
+    items.iter().rposition(
+        |item| matches!(item.child("name"), Some((_, TomlNode { value: TomlValue::String(n), .. })) if n == name),
+    )
 }
 
 /// Whether a float holds an integer exactly.

@@ -7,8 +7,8 @@ use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Diagnostics, Location};
 use super::document::{
-    Document, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, key_segments, node_from_toml,
-    table_from_toml,
+    Document, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, index_of_name, key_segments,
+    node_from_toml, table_from_toml,
 };
 
 /// Most parts of a key that an override names; a file has at most so many, too.
@@ -44,8 +44,10 @@ pub(super) fn parse_document(
 ) -> Result<Document, Diagnostics> {
     let mut document = Document::new(path, text, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
+    // Errors after the first one mostly follow from it, as all lines do after a bracket that is not closed.
+    let first = errors.iter().min_by_key(|error| error.span().map_or(0, |span| span.start));
     let mut mistakes: Vec<Diagnostic> =
-        errors.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
+        first.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
     let root = table_from_toml(parsed.get_ref(), &ValueSource::File);
     document.root.value = root;
     for (i, line) in overrides.iter().enumerate() {
@@ -102,10 +104,11 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     }
 }
 
-/// Whether a line assigns a number with a decimal comma.
+/// Whether a line assigns a number with a decimal comma; in lists commas part numbers.
 fn has_decimal_comma(line: &str) -> bool {
     let bytes = line.as_bytes();
-    bytes.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
+    !line.contains('[')
+        && bytes.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
 }
 
 /// Sets the value at `key.path` of `line` = `key.path=value` in the tree.
@@ -136,11 +139,7 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
         ));
     }
     let value = override_value(value, index).map_err(|message| {
-        wrong(
-            message,
-            "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]; a path that starts with `.` or `/` needs both \
-             kinds of quotes: --set 'body1.mesh=\"../a.msh\"'",
-        )
+        wrong(message, "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
     })?;
     let parts: Vec<&str> = key_segments(key).collect();
     set(root, &parts, value, index).map_err(|message| {
@@ -148,10 +147,10 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
     })
 }
 
-/// The value of an override: TOML, or a bare word taken as text.
+/// The value of an override: TOML, or a bare word or path taken as text.
 fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
-    let bare = !text.is_empty()
-        && text.starts_with(|c: char| c.is_ascii_alphabetic())
+    let is_path = ["/", "./", "../"].iter().any(|start| text.starts_with(start));
+    let bare = (is_path || text.starts_with(|c: char| c.is_ascii_alphabetic()))
         && text.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c))
         && !["true", "false", "nan", "inf"].contains(&text);
     if bare {
@@ -188,6 +187,13 @@ fn set(at: &mut TomlNode, path: &[&str], value: TomlNode, index: usize) -> Resul
         }
         TomlValue::Array(items) => {
             let n = items.len();
+            if let (Some(named), Ok(number)) = (index_of_name(items, segment), segment.parse::<usize>())
+                && named != number
+            {
+                return Err(format!(
+                    "`{segment}` is the name of element {named} and the number of another one; give the element another name"
+                ));
+            }
             match element_index(items, segment).and_then(|i| items.get_mut(i)) {
                 Some(item) => set(item, rest, value, index),
                 None => Err(format!("the list has no element `{segment}` (it has {n}, counted from 0)")),

@@ -246,7 +246,7 @@ impl<'a> SchemaWalk<'a> {
         let most = schema.get("maxItems").and_then(Json::as_u64).unwrap_or(u64::MAX);
         if !(least..=most).contains(&(items.len() as u64)) {
             let mut mend = format!("give {}", describe_list(schema));
-            if items.len() as u64 == 2 * most {
+            if most.checked_mul(2) == Some(items.len() as u64) {
                 mend.push_str("; decimals are written with a point, as in 1.5");
             }
             let message = format!("`{}` has {} values", last(key), items.len());

@@ -252,6 +252,11 @@ fn what_is_refused() {
         assert_eq!(code, Some(2), "{accuracy}: {text}");
         assert!(words.iter().all(|word| text.contains(word)), "{accuracy}: {words:?} in\n{text}");
     }
+    // A volume that no law wears away would always be accurate.
+    let unworn = with("{ relative = 1e-3, of = [\"worn_volume\"] }")
+        .replace("law = \"energy\"\nk = 1.25e-9", "law = \"none\"");
+    let (code, text) = check(&unworn, &[]);
+    assert!(code == Some(2) && text.contains("accuracy.of") && text.contains("no wear"), "{text}");
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), with("1e-2")).unwrap();
     let (code, text) = call("compare", folder.path(), &[]);

@@ -365,8 +365,23 @@ fn overrides_are_checked_like_the_file() {
             assert!(text.contains(word), "{option} lacks \"{word}\"\n{text}");
         }
     }
-    for option in ["gap.radius=25", "steps.indent.approach=0.01", "steps.0.approach=0.01", "solver.method=bb"]
-    {
+    // A step named "0" that is not the first one: the option could mean either.
+    let named = SOUND.replace("name = \"fretting\"", "name = \"0\"");
+    let (code, text) = check(&named, &["--set", "steps.0.approach=0.01"]);
+    assert!(code == Some(2) && text.contains("`0` is the name of element 1"), "{text}");
+    let (code, text) = check(&named.replace("indent", "1"), &["--set", "steps.1.cycles.jumps=3"]);
+    assert!(code == Some(2) && text.contains("`1` is the name of element 0"), "{text}");
+    // A list that lacks elements, without an upper bound.
+    let (code, text) = check(SOUND, &["--set", "steps=[]"]);
+    assert!(code == Some(2) && text.contains("`steps` has 0 values"), "{text}");
+    for option in [
+        "gap.radius=25",
+        "steps.indent.approach=0.01",
+        "steps.0.approach=0.01",
+        "solver.method=bb",
+        "title=../fine.msh",
+        "title=/data/fine.msh",
+    ] {
         let (code, text) = check(SOUND, &["--set", option]);
         assert_eq!(code, Some(0), "{option}\n{text}");
     }
@@ -403,6 +418,24 @@ fn encodings() {
         assert_eq!(code, Some(2), "{}", &text[..text.len().min(2000)]);
         assert!(text.contains(word), "lacks \"{word}\": {}", &text[..text.len().min(2000)]);
     }
+}
+
+/// Truth: TOML: a bracket that is not closed swallows the lines below it. The user is told of the bracket alone; the hint at decimal commas is for
+/// numbers outside of lists.
+#[test]
+fn a_missing_bracket_is_one_mistake() {
+    for (from, to) in [("cells = [16, 16]", "cells = [16, 16"), ("jumps = 4 }", "jumps = 4")] {
+        let (text, line) = changed(from, to);
+        let (code, said) = check(&text, &[]);
+        assert_eq!(code, Some(2), "{said}");
+        assert_eq!(said.matches("not valid TOML").count(), 1, "{said}");
+        let at = said.split("scene.toml:").nth(1).and_then(|rest| rest.split(':').next()).unwrap();
+        assert!((line..=line + 1).contains(&at.parse().unwrap()), "line {at}, not {line}: {said}");
+    }
+    let (text, _) = changed("cells = [16, 16]", "cells = [16,16]]");
+    assert!(!check(&text, &[]).1.contains("write decimals with a point"));
+    let (text, _) = changed("radius = 50.0", "radius = 50,0");
+    assert!(check(&text, &[]).1.contains("write decimals with a point"));
 }
 
 /// Truth: exit codes of docs/command-line.md.

@@ -261,6 +261,9 @@ fn contradictions_are_named() {
     );
     let many = layup.replace(" }", ", repeat = 1000000000 }").replacen(", repeat = 1000000000 }", " }", 1);
     refused(&folder(&many, "", &[]), &["body1.layup.repeat"]);
+    let plies = vec!["{ thickness = 1.0 }"; 1001].join(", ");
+    let many = format!("layup = {{ plies = [{plies}], repeat = 100 }}");
+    refused(&folder(&many, "", &[]), &["body1.layup.repeat", "100100 plies", "at most 100000 plies"]);
     let across = folder("layup = { plies = [{ thickness = 0.6 }, { thickness = 0.4 }] }", "", &[]);
     let (code, text, _) = orthowear(across.path(), &["check", "scene.toml"]);
     assert_eq!(code, Some(0));

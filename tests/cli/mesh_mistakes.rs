@@ -111,6 +111,8 @@ fn a_floating_body() {
     );
     let shifted = ("tangential_force = [0.1, 0.0]", "shift = { distance = 0.001 }");
     refused(&[&forces[..], &[shifted]].concat(), &["steps.1.shift", "`tangential_force`"]);
+    let slid = ("tangential_force = [0.1, 0.0]", "sliding = { distance = 1.0 }");
+    refused(&[&forces[..], &[slid]].concat(), &["steps.1.sliding", "nothing holds the body"]);
     refused(
         &[&forces[..], &[("[frame]", "[solver]\ncoupling = \"block\"\n[frame]")]].concat(),
         &["solver.coupling", "floats"],

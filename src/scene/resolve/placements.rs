@@ -17,8 +17,8 @@ use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
 
-/// What the schema allows.
-const MAX_LAYUP_REPEATS: usize = 100_000;
+/// Most plies of a layup: as many as the schema allows repetitions of one.
+const MAX_PLIES: usize = 100_000;
 
 /// The filling of each volume group of the body at `key`, that of all other elements first.
 pub(super) fn resolve(
@@ -101,8 +101,14 @@ impl BodyContext<'_> {
         material: &str,
         group: Option<&String>,
     ) -> Option<RegionMaterial> {
-        if layup.repeat.0 > MAX_LAYUP_REPEATS {
-            return None; // the schema refuses it
+        let n_plies = layup.plies.len().saturating_mul(layup.repeat.0);
+        if n_plies > MAX_PLIES {
+            return r.refuse(
+                &format!("{key}.repeat"),
+                format!("{} plies repeated {} times are {n_plies} plies", layup.plies.len(), layup.repeat.0),
+                &format!("at most {MAX_PLIES} plies"),
+                "repeat them less often, or join plies of the same angle",
+            );
         }
         let mut stack = Vec::new();
         for (i, ply) in layup.plies.iter().enumerate() {

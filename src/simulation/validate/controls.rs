@@ -172,11 +172,11 @@ fn displacement_along_free_direction(
     {
         return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
     }
-    let moved = match &step.cycles.as_ref()?.motion {
-        CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => closed.offsets(),
+    let (key, moved) = match &step.cycles.as_ref()?.motion {
+        CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => ("cycles", closed.offsets()),
         CycleMotion::ClosedPath(_) => return None,
-        CycleMotion::Sliding { angle } => vec![[angle.cos(), angle.sin()]],
+        CycleMotion::Sliding { angle } => ("sliding", vec![[angle.cos(), angle.sin()]]),
     };
     let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
-    moves.then_some(("cycles", "move the other body's supports"))
+    moves.then_some((key, "move the other body's supports"))
 }

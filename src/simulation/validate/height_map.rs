@@ -12,6 +12,9 @@ use crate::scene::plan::Plan;
 /// are taken for millimetres rise a thousand times as fast.
 const MAX_SLOPE: f64 = 0.5;
 
+/// Singular values of the normal equations below this share of the largest belong to shapes that the cells do not determine.
+const RANK_TOLERANCE: f64 = 1e-12;
+
 /// Rise of the best paraboloid to the farthest cell over the deviation from it, at least, for its radii to be shown.
 const MIN_SAGITTA_OVER_DEVIATION: f64 = 3.0;
 
@@ -119,7 +122,7 @@ fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> 
         right += area * height * terms;
     }
     // A single row of cells does not determine the shape across it.
-    let found = pseudo_inverse(&normal, 1e-12).ok()? * right;
+    let found = pseudo_inverse(&normal, RANK_TOLERANCE).ok()? * right;
     let deviation = mean_square(frame, (0..n).map(|cell| gap[cell] - found.dot(&terms(cell)))).sqrt();
     let mut curvatures: [f64; 2] =
         Matrix2::new(found[3], found[4], found[4], found[5]).symmetric_eigenvalues().into();
