@@ -112,7 +112,6 @@ pub(super) fn body_peak_lines(summary: &Summary) -> String {
 /// Two lines: quantities and their units.
 fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
     let (length, force) = (&units.length, &units.force);
-    let stress = if length == "mm" && force == "N" { "MPa".to_owned() } else { format!("{force}/{length}2") };
     let mut columns = vec![
         ("step", String::new()),
         ("load", force.clone()),
@@ -121,7 +120,7 @@ fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
         ("tangential force", force.clone()),
         ("contact area", format!("{length}2")),
         ("stick area", format!("{length}2")),
-        ("peak pressure", stress),
+        ("peak pressure", units.stress().replace("^{2}", "2")),
         ("wear volume", format!("{length}3")),
         ("residual", String::new()),
     ];
@@ -146,8 +145,8 @@ fn row(record: &IncrementRecord, optional: OptionalColumns) -> Vec<String> {
         five_digits(record.approach),
         pair(shift),
         pair(tangential),
-        five_digits(record.contact_area),
-        five_digits(record.stick_area),
+        five_digits_of_small(record.contact_area),
+        five_digits_of_small(record.stick_area),
         five_digits(record.peak_pressure),
         five_digits_of_small(record.worn_volume),
         format!("{:.1e}{mark}", record.certificate.natural_residual),

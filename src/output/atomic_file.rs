@@ -103,9 +103,9 @@ pub(super) fn sync_folder(folder: Option<&Path>) {
     let _ = folder.map(|folder| File::open(folder).and_then(|folder| folder.sync_all()));
 }
 
-/// A file-system failure as an error with the path, the reason and the mend.
-pub(crate) fn file_error(what: &str, path: &Path, reason: &io::Error) -> Error {
-    let mend = match reason.kind() {
+/// How to get rid of a file-system failure, as the end of a message; empty where there is no advice.
+fn advice(reason: &io::Error) -> &'static str {
+    match reason.kind() {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; make it writable or choose another directory with --out"
         }
@@ -113,11 +113,29 @@ pub(crate) fn file_error(what: &str, path: &Path, reason: &io::Error) -> Error {
             "; free some space or choose another disk with --out"
         }
         _ => "",
-    };
-    Error::resources(format!("{what} {}: {reason}{mend}", path.display()))
+    }
 }
 
-/// The same for a failure while the content is being written.
+/// A file-system failure as an error with the path, the reason and advice.
+pub(crate) fn file_error(what: &str, path: &Path, reason: &io::Error) -> Error {
+    Error::resources(format!("{what} {}: {reason}{}", path.display(), advice(reason)))
+}
+
+/// A failure while the content of a file is written, as an error with the reason and advice.
 pub(crate) fn write_error(reason: &io::Error) -> Error {
-    Error::resources(reason.to_string())
+    Error::resources(format!("{reason}{}", advice(reason)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: docs/command-line.md: exit code 4; a disk that fills while a content is written has the advice of one that is full before.
+    #[test]
+    fn disks_that_fill_have_advice() {
+        let reason = io::Error::from(io::ErrorKind::StorageFull);
+        for error in [write_error(&reason), file_error("cannot write", Path::new("a"), &reason)] {
+            assert!(error.exit_code() == 4 && error.to_string().contains("free some space"), "{error}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::error::Result;
-use crate::output::number_format::five_digits;
+use crate::output::number_format::{five_digits, five_digits_of_group};
 use crate::output::summary::Units;
 use crate::report::page::{Page, Table};
 use crate::report::result_directory::{ResultDirectory, ResultKind};
@@ -132,13 +132,18 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     heads.extend(["status", "largest residual"].map(|head| [head.to_owned(), String::new()]));
     heads.extend(collected.iter().map(|path| [key_to_words(path), unit_of_key(units, &last(path))]));
     heads.push(["reason".to_owned(), String::new()]);
+    let largest = |path: &str| {
+        let values = runs.iter().filter_map(|run| run["results"][path].as_f64());
+        values.fold(0.0, |largest: f64, x| largest.max(x.abs()))
+    };
     let row = |run: &Value| {
         let mut row: Vec<String> = keys.iter().map(|key| to_line(&run["values"][key])).collect();
         row.push(run["status"].as_str().unwrap_or("not run").to_owned());
         row.push(run["natural_residual"].as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}")));
-        row.extend(
-            collected.iter().map(|path| run["results"][path].as_f64().map_or("–".to_owned(), five_digits)),
-        );
+        row.extend(collected.iter().map(|path| {
+            let number = |x| five_digits_of_group(x, largest(path));
+            run["results"][path].as_f64().map_or("–".to_owned(), number)
+        }));
         row.push(to_line(&run["reason"]));
         row
     };

@@ -209,20 +209,24 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities that are small in metres, and no round-off.
-const VOLUMES_AND_DEPTHS: [&str; 2] = ["worn_volume", "max_wear_depth"];
+/// Quantities that may be small in metres, and are no round-off.
+const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
-/// A number or some; forces and moments that are round-off beside the load as 0.
+/// A number or some; forces that are round-off beside the load as 0, and moments beside the load times the size of the contact.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
-    let least = if ["tangential_force", "moment"].contains(&key) { 1e-7 * load } else { 0.0 };
+    let least = match key {
+        "tangential_force" => 1e-7 * load,
+        "moment" => 1e-7 * load * record["contact_area"].as_f64().unwrap_or(0.0).sqrt(),
+        _ => 0.0,
+    };
     match &record[key] {
         Value::Array(items) => {
             let part = |x: f64| five_digits(if x.abs() < least { 0.0 } else { x });
             items.iter().filter_map(Value::as_f64).map(part).collect::<Vec<_>>().join(", ")
         }
         Value::Number(number) if number.is_u64() => number.to_string(),
-        Value::Number(number) if VOLUMES_AND_DEPTHS.contains(&key) => {
+        Value::Number(number) if SMALL_QUANTITIES.contains(&key) => {
             number.as_f64().map_or(String::new(), five_digits_of_small)
         }
         Value::Number(number) => number.as_f64().map_or(String::new(), five_digits),

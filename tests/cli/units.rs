@@ -92,3 +92,42 @@ fn ready_scenes_are_not_warned_about() {
         );
     }
 }
+
+/// Truth: Hertz: a contact area of π R δ, 3.14e-13 m² here; the unit of stress of N and m is Pa. Tolerance: 3 %, of cells at the edge.
+#[test]
+fn results_in_metres_are_shown() {
+    let scene = r#"
+[units]
+length = "m"
+force = "N"
+[materials.steel]
+model = "isotropic"
+E = 210e9
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [5e-7, 5e-7]
+cells = [64, 64]
+[gap]
+kind = "sphere"
+radius = 1e-3
+[[steps]]
+name = "indent"
+approach = 1e-10
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("step")).collect();
+    assert!(lines[1].split_whitespace().any(|unit| unit == "Pa"), "{text}");
+    // Pairs in brackets hold a blank.
+    let row = lines[2].replace("(0, 0)", "0");
+    let area: f64 = row.split_whitespace().nth(5).and_then(|cell| cell.parse().ok()).unwrap();
+    assert!((area / (std::f64::consts::PI * 1e-13) - 1.0).abs() < 0.03, "{text}");
+}

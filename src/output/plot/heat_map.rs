@@ -1,6 +1,6 @@
 //! Heat maps: numbers over two axes of a few values each.
 
-use crate::output::number_format::five_digits;
+use crate::output::number_format::five_digits_of_group;
 use crate::output::plot::bar::draw_colours;
 use crate::output::plot::{Anchor, Canvas, PANEL, colour};
 
@@ -35,6 +35,7 @@ impl HeatMap {
         let size = [width / counts[0].max(1) as f64, height / counts[1].max(1) as f64];
         let known = || self.values.iter().flatten().copied();
         let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        let largest = low.abs().max(high.abs());
         canvas.text([0.5 * PANEL[0], 20.0], Anchor::Middle, 14.0, &self.title);
         let numbers = size[0] >= MIN_LABELLED_WIDTH_PX && size[1] >= MIN_LABELLED_HEIGHT_PX;
         for (i, value) in self.values.iter().enumerate() {
@@ -51,7 +52,7 @@ impl HeatMap {
                 let ink = if share > 0.5 { "white" } else { "#222" };
                 canvas.add(format_args!(r#"<g fill="{ink}">"#));
                 let middle = [at[0] + 0.5 * w, at[1] + 0.5 * h + 4.0];
-                canvas.text(middle, Anchor::Middle, 11.0, &five_digits(*value));
+                canvas.text(middle, Anchor::Middle, 11.0, &five_digits_of_group(*value, largest));
                 canvas.add(format_args!("</g>"));
             }
         }
@@ -78,10 +79,11 @@ impl HeatMap {
     }
 
     fn bar(&self, canvas: &mut Canvas, [low, high]: [f64; 2]) {
+        let number = |x: f64| five_digits_of_group(x, low.abs().max(high.abs()));
         let (left, top, height) = (AREA[0] + AREA[2] + 14.0, AREA[1], AREA[3]);
         draw_colours(canvas, [left, top, height], STEPS);
-        canvas.text([left + 18.0, top + 10.0], Anchor::Start, 11.0, &five_digits(high));
-        canvas.text([left + 18.0, top + height], Anchor::Start, 11.0, &five_digits(low));
+        canvas.text([left + 18.0, top + 10.0], Anchor::Start, 11.0, &number(high));
+        canvas.text([left + 18.0, top + height], Anchor::Start, 11.0, &number(low));
         canvas.upward_text([PANEL[0] - 22.0, top + 0.5 * height], 12.0, &self.labels[2]);
     }
 }
