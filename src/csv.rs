@@ -21,6 +21,13 @@ pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     }
 }
 
+/// What is wrong with a line that has commas as well as semicolons: the commas are decimal ones, or separate other cells.
+pub(crate) fn mixed_separators(line: &str) -> Option<&'static str> {
+    (line.contains(';') && line.contains(',')).then_some(
+        "has commas as well as semicolons: decimal commas are not read; write decimal points, or separate all values alike",
+    )
+}
+
 /// A cell without the quotes around it.
 fn unquoted(cell: &str) -> &str {
     cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)

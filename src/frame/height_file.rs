@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::csv::{data_lines, split_fields};
+use crate::csv::{data_lines, mixed_separators, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
@@ -33,11 +33,8 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
     let (mut values, mut shape) = (Vec::new(), [0, 0]);
     for (number, line) in data_lines(text) {
-        if line.contains(';') && line.contains(',') {
-            return Err(Error::input(format!(
-                "line {} has commas as well as semicolons: decimal commas are not read; write decimal points, or separate all values alike",
-                number
-            )));
+        if let Some(problem) = mixed_separators(line) {
+            return Err(Error::input(format!("line {number} {problem}")));
         }
         let start = values.len();
         for cell in split_fields(line) {

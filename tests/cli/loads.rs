@@ -112,6 +112,23 @@ fn a_history_is_its_steps() {
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
+/// Truth: docs/scene.md: a decimal comma is no separator of cells; a row that has one besides semicolons is refused by its line.
+#[test]
+fn decimal_commas_of_histories_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = "[[steps]]\nhistory = { file = \"loads.csv\" }";
+    // The last row has two cells if its comma separates them.
+    fs::write(folder.path().join("loads.csv"), "approach;twist\n0,001;0,1\n0,002;\n").unwrap();
+    let (code, text, _) = run(folder.path(), &scene("", SPHERE, history));
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(code, Some(2), "{text}");
+    for line in [2, 3] {
+        let words =
+            format!("line {line}: the row has commas as well as semicolons: decimal commas are not read");
+        assert!(flat.contains(&words), "lacks \"{words}\": {text}");
+    }
+}
+
 /// Truth: docs/scene.md: what is wrong with a history is named by file, line and column, all of it at once.
 #[test]
 fn mistakes_of_histories_are_placed() {

@@ -1,7 +1,7 @@
 //! Load histories from CSV files: a row is a load point, reached from the one before.
 
 use super::Resolver;
-use crate::csv::{data_lines, split_fields};
+use crate::csv::{data_lines, mixed_separators, split_fields};
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
@@ -137,6 +137,10 @@ fn rows(
     let mut points = Vec::with_capacity(lines.len());
     let mut wrong = Vec::new();
     for (line, text) in lines {
+        if let Some(problem) = mixed_separators(text) {
+            wrong.push(format!("{file}, line {line}: the row {problem}"));
+            continue;
+        }
         let cells = split_fields(text);
         if cells.len() != columns.len() {
             wrong.push(format!(
