@@ -100,3 +100,22 @@ fn a_support_inside_the_body() {
     core(place.path(), 2);
     refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support holds nodes inside the body");
 }
+
+/// Truth: a point that no solid has is no part of the body, wherever it lies: the block keeps its place for a half-space.
+#[test]
+fn a_lone_point_above_the_contact() {
+    let place = block();
+    let path = place.path().join("block.msh");
+    let text = fs::read_to_string(&path).unwrap();
+    let mut added = text.clone();
+    for (section, line) in [("Nodes", "9001 0 0 5"), ("Elements", "9001 15 2 0 0 9001")] {
+        let (head, rest) = added.split_once(&format!("${section}\n")).unwrap();
+        let (count, lines) = rest.split_once('\n').unwrap();
+        let count = count.parse::<usize>().unwrap() + 1;
+        added = format!("{head}${section}\n{count}\n{line}\n{lines}");
+    }
+    fs::write(path, added).unwrap();
+    let half_space = "body1.near_field=\"half-space\"";
+    let summary = run(place.path(), &["frame.cells=[4, 4]", half_space]);
+    assert_eq!(summary["near_fields"][0]["near_field"], "half-space", "{summary}");
+}

@@ -109,7 +109,9 @@ impl HalfSpaceFit {
         let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
         let curved_faces =
             if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
-        if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
+        // Points of the mesh on no solid, as centres of circles, are no part of the body.
+        let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
+        if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
         }
         let regions = ElementMaterials::new(spec)?;
