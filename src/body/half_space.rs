@@ -174,7 +174,7 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
         let height = first.normal().dot(&(center - origin)).abs();
         if tilt > PLANE_TOLERANCE || height > PLANE_TOLERANCE * size {
             return Err(Error::input(format!(
-                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} mm out of the plane of \
+                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} out of the plane of \
                  the first one and turned by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected \
                  on it)",
                 tilt.to_degrees()

@@ -121,7 +121,7 @@ impl InitialGap {
                 // In units of c it is a unit sphere.
                 c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
                     Error::input(format!(
-                        "the frame reaches beyond an exact ellipsoid of semi-axes {a} and {b} mm in its plane: make the \
+                        "the frame reaches beyond an exact ellipsoid of semi-axes {a} and {b} in its plane: make the \
                          frame smaller, or leave out gap.exact"
                     ))
                 })?
@@ -145,7 +145,7 @@ impl InitialGap {
         }
         if distance_squared >= radius * radius {
             return Err(Error::input(format!(
-                "the frame reaches {:.6} mm from the middle of an exact surface of radius {radius} mm: make the \
+                "the frame reaches {:.6} from the middle of an exact surface of radius {radius}: make the \
                  frame smaller than the radius, or leave out gap.exact",
                 distance_squared.sqrt()
             )));
@@ -281,6 +281,20 @@ mod tests {
             angle: 0.0,
         };
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
+    }
+
+    /// Truth: lengths are in the unit of the scene, which a frame does not know: its messages name none.
+    #[test]
+    fn messages_name_no_unit() {
+        let ball = GapShape::Sphere { radius: 1.0 };
+        let egg = GapShape::SemiAxes { semi_axes: [1.0, 2.0, 1.0], angle: 0.0 };
+        let table =
+            HeightTable { values: vec![0.0; 4], shape: [2, 2], spacing: Some([1.0, 1.0]), angle: 0.0 };
+        for shape in [ball, egg, GapShape::Heights(table)] {
+            let gap = InitialGap { shape, offset: [0.0; 2], exact: true };
+            let error = gap.evaluate(&frame()).expect_err("a frame that is too wide");
+            assert!(!error.message().contains(" mm"), "{error}");
+        }
     }
 
     /// Truth: the documented refusals; each message names the key or the mend.

@@ -123,7 +123,7 @@ impl HeightTable {
             }
             if index < -1e-9 || index > last + 1e-9 {
                 return Err(Error::input(format!(
-                    "gap heights reach {} mm from their middle along {}, the frame's cells {:.6} mm: give a larger \
+                    "gap heights reach {} from their middle along {}, the frame's cells {:.6}: give a larger \
                      table, or make the frame smaller",
                     0.5 * last * spacing[axis],
                     ["x", "y"][axis],
