@@ -143,15 +143,17 @@ impl Flexibility for LazyFlexibility {
     }
 
     /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. Once for the rows that
-    /// are formed, since it costs as much as many products and they stay as they are; `None` after that, where it would
-    /// take a factorisation, or if the body cannot be solved.
+    /// are formed, since it costs as much as many products and they stay as they are; `None` after that. `None` too where it
+    /// would take a factorisation, or if the body cannot be solved; a later call then compares.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
-        if self.formed().verified.swap(true, Ordering::Relaxed) {
+        let formed = self.formed();
+        if formed.verified.load(Ordering::Relaxed) {
             return None;
         }
         let afresh = self.body.refined_displacement(self.whole.nodes(), &self.forces(tractions));
         let gap = self.gap(&afresh.ok()??);
+        formed.verified.store(true, Ordering::Relaxed);
         Some(cells.iter().map(|cell| [0, 1, 2].map(|plane| gap[plane * n + cell])).collect())
     }
 
