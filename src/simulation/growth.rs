@@ -66,8 +66,9 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
         return Ok(start);
     }
     let axes = continuing_axes(plan, &start)?;
-    enlarged(plan, (&start, axes), growths)
-        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })
+    let frame = enlarged(plan, (&start, axes), growths)
+        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
+    bodies::with_ends(plan, frame)
 }
 
 /// The frame of `start` with more cells along the `axes` along which the bodies continue.

@@ -170,3 +170,49 @@ fn frames_that_cannot_grow() {
     assert_eq!(cells(&last), 576);
     assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
 }
+
+/// A half of a model with the plane of symmetry x = -2; the frame reaches from there to the other end of the body, which goes on along y.
+const HALF_MODEL: &str = r#"
+[materials.m]
+model = "isotropic"
+E = 91000.0
+nu = 0.3
+[body1]
+kind = "fe"
+material = "m"
+mesh = "layer.msh"
+contact = "top"
+fixed = [{ group = "base" }]
+symmetry = ["x"]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [2.0, 1.0]
+cells = [8, 4]
+[gap]
+kind = "cylinder"
+radius = 100.0
+angle = 0.0
+[[steps]]
+approach = 0.01
+"#;
+
+/// Truth: the frame of the scene ends at x = -2 before and after it grows along y, so that its plane of symmetry is the same.
+#[test]
+fn grown_frames_keep_their_planes_of_symmetry() {
+    let folder = tempfile::tempdir().unwrap();
+    let [nx, ny, nz] = [4, 8, 2];
+    let mesh = crate::moved::layer([2.0, 4.0], 1.0, [nx, ny, nz]);
+    // Faces at x = -2 come first; those at x = 2 leave the group.
+    let mesh = mesh.replace(" 3 2 3 3 ", " 3 2 9 9 ").replacen(" 3 2 9 9 ", " 3 2 3 3 ", ny * nz);
+    fs::write(folder.path().join("layer.msh"), mesh).unwrap();
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, HALF_MODEL).unwrap();
+    let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    let frame = |growths| orthowear::simulation::growth::grown_frame(&plan, growths).expect("a frame");
+    let (start, grown) = (frame(0), frame(1));
+    assert_eq!((start.n_cells(), grown.n_cells()), (8 * 4, 8 * 6));
+    assert_eq!(start.symmetry_bounds, [true, false, false]);
+    assert_eq!(grown.symmetry_bounds, start.symmetry_bounds);
+}

@@ -46,7 +46,14 @@ pub(in crate::simulation) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Chec
 
 /// The contact frame of a plan, with the planes of symmetry at which it ends.
 pub(crate) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
-    let frame = cells(plan)?;
+    with_ends(plan, cells(plan)?)
+}
+
+/// `frame` with the planes of symmetry at which it ends, and the cells at which a body ends.
+///
+/// # Errors
+/// As [`with_body_ends`].
+pub(in crate::simulation) fn with_ends(plan: &Plan, frame: ContactFrame) -> Result<ContactFrame, SceneError> {
     let symmetry_bounds = symmetry_planes::symmetry_axes_at_frame_edge(plan, &frame);
     with_body_ends(plan, ContactFrame { symmetry_bounds, ..frame })
 }
