@@ -10,6 +10,9 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 /// Newton steps of the map back to the reference face, at most.
 const MAX_NEWTON_STEPS: usize = 30;
 
+/// Last step of Newton's method, in reference coordinates, up to which it has converged: rounding may keep it from less.
+const CONVERGED_STEP: f64 = 1e-9;
+
 /// How far outside of a face in reference coordinates a point still lies on it.
 const REFERENCE_TOLERANCE: f64 = 1e-7;
 
@@ -63,6 +66,7 @@ impl<'a> PatchFaceLocator<'a> {
 pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
+    let mut last_step = f64::INFINITY;
     for _ in 0..MAX_NEWTON_STEPS {
         let (values, gradients) = (face.kind.face_values(xi), face.kind.face_gradients(xi));
         let sum = |weight: &dyn Fn(usize) -> f64, axis: usize| -> f64 {
@@ -79,9 +83,14 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
             return None;
         }
         (0..2).for_each(|k| xi[k] += step[k]);
-        if step.iter().all(|value| value.abs() < 1e-13) {
+        last_step = step[0].abs().max(step[1].abs());
+        if last_step < 1e-13 {
             break;
         }
+    }
+    // Where no point of the face lies there, Newton's method wanders, and may end inside.
+    if last_step > CONVERGED_STEP {
+        return None;
     }
     let inside = if triangle {
         xi[0] >= -REFERENCE_TOLERANCE
@@ -91,4 +100,32 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
         xi.iter().all(|x| x.abs() <= 1.0 + REFERENCE_TOLERANCE)
     };
     inside.then_some(xi)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::ElementKind;
+    use crate::mesh::CellRef;
+
+    /// Truth: the definition of an inverse: what is found is mapped to the point. The face has x = s + 2 s² >= -1/8, y = t: it is folded,
+    /// and beyond the fold nothing is found, although Newton's method for s + 2 s² = x goes on for ever there.
+    #[test]
+    fn points_beside_a_folded_face_are_not_on_it() {
+        let nodes = (0..9).collect();
+        let owner = CellRef { block: 0, cell: 0 };
+        let face = SurfaceFace { kind: ElementKind::Quad9, nodes, owner, local_face: 0, tag: 1 };
+        let map = |[s, t]: [f64; 2]| Point::new(s + 2.0 * s * s, t, 0.0);
+        let places: Vec<Point> = face.kind.face_reference_nodes().iter().map(|xi| map(*xi)).collect();
+        for k in 1..100 {
+            let beyond = [-0.125 - 0.01 * f64::from(k), 0.3];
+            assert_eq!(inverse_map(&face, &places, beyond), None, "{beyond:?}");
+            let on = [0.03 * f64::from(k), 0.3];
+            let found = inverse_map(&face, &places, on).map(map);
+            assert!(
+                found.is_none_or(|x| (x.x - on[0]).abs() + (x.y - on[1]).abs() < 1e-9),
+                "{on:?} {found:?}"
+            );
+        }
+    }
 }
