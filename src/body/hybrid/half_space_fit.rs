@@ -115,7 +115,7 @@ impl HalfSpaceFit {
             return unsuited("the body rises above the plane of its contact");
         }
         let regions = ElementMaterials::new(spec)?;
-        let own = regions.element(under[0].owner).unwrap_or(0);
+        let own = regions.element(under[0].owner).expect("a face of a solid");
         let stiffness = regions.stiffness(own);
         let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
         let to_edges = distance_to_edges(spec, &patch, &curved_faces)?;
