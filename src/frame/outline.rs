@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::ContactFrame;
 use crate::error::{Error, Result};
 use crate::geometry::bounds;
@@ -111,6 +113,16 @@ impl Outline {
     }
 }
 
+impl Outline {
+    /// A box that holds all points which [`Self::contains`], rounding included.
+    fn box_around(&self) -> [[f64; 2]; 2] {
+        let [x, y] = self.extent();
+        let largest = x.iter().chain(&y).fold(0.0_f64, |most, end| most.max(end.abs()));
+        let margin = 10.0 * BOUNDARY_TOLERANCE * (x[1] - x[0] + y[1] - y[0]) + 1e-12 * largest;
+        [x, y].map(|[low, high]| [low - margin, high + margin])
+    }
+}
+
 impl ContactFrame {
     /// The cells of a grid whose centres lie inside `outline` or on it. They keep their places in the grid, so that operators
     /// on grids serve them.
@@ -122,8 +134,13 @@ impl ContactFrame {
         if self.whole_grid().is_none() {
             return Err(Error::input("an outline needs a frame that is a whole grid"));
         }
-        let inside: Vec<bool> =
-            (0..self.n_cells()).map(|cell| outline.contains(self.plane_coordinates(cell))).collect();
+        let box_around = outline.box_around();
+        let in_box = |x: [f64; 2]| (0..2).all(|k| (box_around[k][0]..=box_around[k][1]).contains(&x[k]));
+        let is_inside = |cell: usize| {
+            let x = self.plane_coordinates(cell);
+            in_box(x) && outline.contains(x)
+        };
+        let inside: Vec<bool> = (0..self.n_cells()).into_par_iter().map(is_inside).collect();
         if !inside.contains(&true) {
             return Err(Error::input(
                 "no cell of the frame has its centre inside the outline: it lies beside the frame, or is smaller than a cell",
