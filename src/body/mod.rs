@@ -71,8 +71,8 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Takes the body's flexibility on the frame (gap change per traction on body 2); `None` if rigid.
-    /// May be called once. `cross`: whether blocks between normal and tangential components are left out where
-    /// they vanish.
+    /// A body whose matrix moves into the operator gives it once. `cross`: whether blocks between normal and tangential
+    /// components are left out where they vanish.
     ///
     /// # Errors
     /// If the operator cannot be made (memory), or was taken before.
