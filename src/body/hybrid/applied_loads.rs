@@ -145,6 +145,7 @@ struct FaceLoads<'a> {
     weight: Point,
     /// By the body's own loads, recovered, global axes, MPa.
     stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+    rules: FaceRules,
 }
 
 impl AppliedLoadDisplacement {
@@ -286,7 +287,8 @@ impl<'a> FaceLoads<'a> {
         }
         let moved = model.prescribed_dofs().into_iter().zip(supports.deformation.iter().copied());
         let weight = field.normal_derivative(&forces.patch.axes.to_local(&Point::from(model.body_force())));
-        Self { model, forces, loads, supports: moved.filter(|(_, u)| *u != 0.0).collect(), weight, stress }
+        let supports = moved.filter(|(_, u)| *u != 0.0).collect();
+        Self { model, forces, loads, supports, weight, stress, rules: FaceRules::new() }
     }
 
     /// Work of what acts on a face on the field of each force, N mm per N, axes of the patch; and that of its support on what the field of
@@ -309,7 +311,7 @@ impl<'a> FaceLoads<'a> {
             return [work, rest];
         }
         let at_nodes = if is_held { self.at_nodes(face, *in_plane) } else { Vec::new() };
-        for point in FaceRules::new().points(mesh, face, &|x| forces.distance(x), MAX_SIZE_TO_DISTANCE) {
+        for point in self.rules.points(mesh, face, &|x| forces.distance(x), MAX_SIZE_TO_DISTANCE) {
             let mut local = patch.local(&point.at);
             let area = point.area.norm();
             let normal = patch.axes.to_local(&point.area) / area;

@@ -6,6 +6,8 @@
 //! On the surface the derivatives along it are differences over a cell of the closed integrals of the cells around, which is the
 //! derivative under tractions that vary linearly from cell to cell; the one along the normal follows from the traction.
 
+use std::sync::LazyLock;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::chebyshev::Chebyshev;
@@ -16,6 +18,9 @@ use crate::geometry::Point;
 
 /// Nodes along each side of a rectangle.
 const NODES_PER_SIDE: usize = 5;
+
+/// The nodes on [-1, 1].
+static UNIT_NODES: LazyLock<Chebyshev> = LazyLock::new(|| Chebyshev::new(NODES_PER_SIDE, 1.0));
 
 /// Largest size of a rectangle over its distance at which its nodes stand for it.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.7;
@@ -251,9 +256,9 @@ impl CellCluster {
         field: &PointForceField,
         with: &mut dyn FnMut(&GreenTensor, &Vector3<f64>),
     ) {
-        let nodes = Self::nodes(self.half);
+        let unit = UNIT_NODES.nodes();
         for (k, force) in self.forces.iter().enumerate() {
-            let (u, v) = (nodes[0].nodes()[k / NODES_PER_SIDE], nodes[1].nodes()[k % NODES_PER_SIDE]);
+            let (u, v) = (self.half[0] * unit[k / NODES_PER_SIDE], self.half[1] * unit[k % NODES_PER_SIDE]);
             let from = Point::new(x.x - self.middle[0] - u, x.y - self.middle[1] - v, x.z);
             if from != Point::zeros() {
                 with(&field.at(&from), force);
