@@ -13,6 +13,9 @@ use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
 
+/// Cells whose columns of F I^T are kept at a time: enough for all threads, and few against the entries between all cells.
+const CELLS_PER_BATCH: usize = 64;
+
 /// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.
 ///
 /// Symmetric in the area-weighted sense because F is and the same I serves forces and displacements.
@@ -154,20 +157,27 @@ impl Flexibility for CondensedFlexibility {
             cells.iter().map(|&cell| self.map.row(cell).collect()).collect();
         // Columns of F I^T: the displacement of all nodes by unit tractions on a cell, over its area.
         let width = 3 * self.nodal.n();
-        let mut spread = vec![0.0; width * cells.len()];
+        let mut spread = vec![0.0; width * cells.len().min(CELLS_PER_BATCH)];
         let places = self.touched_nodes(cells);
-        spread.par_chunks_exact_mut(width.max(1)).zip(&weights).for_each(|(columns, row)| {
-            row.iter().for_each(|&(j, weight)| self.add_columns(&places, (j, weight), columns));
-        });
         let (map, n) = (&self.map, self.nodal.n());
-        matrix.add_blocks(|i, k| {
-            let columns = &spread[k * width..(k + 1) * width];
-            let mut block = Matrix3::zeros();
-            for &(node, weight) in &weights[i] {
-                block += Matrix3::from_fn(|a, b| weight * columns[b * n + 3 * node + a]);
-            }
-            let (to, from) = (map.triads()[cells[i]].0, map.triads()[cells[k]].0);
-            to.transpose() * block * from * map.areas()[cells[k]]
-        });
+        for first in (0..cells.len()).step_by(CELLS_PER_BATCH) {
+            let batch = first..cells.len().min(first + CELLS_PER_BATCH);
+            let spread = &mut spread[..width * batch.len()];
+            spread.fill(0.0);
+            spread.par_chunks_exact_mut(width.max(1)).zip(&weights[batch.clone()]).for_each(
+                |(columns, row)| {
+                    row.iter().for_each(|&(j, weight)| self.add_columns(&places, (j, weight), columns));
+                },
+            );
+            matrix.add_columns(batch, |i, k| {
+                let columns = &spread[(k - first) * width..(k - first + 1) * width];
+                let mut block = Matrix3::zeros();
+                for &(node, weight) in &weights[i] {
+                    block += Matrix3::from_fn(|a, b| weight * columns[b * n + 3 * node + a]);
+                }
+                let (to, from) = (map.triads()[cells[i]].0, map.triads()[cells[k]].0);
+                to.transpose() * block * from * map.areas()[cells[k]]
+            });
+        }
     }
 }

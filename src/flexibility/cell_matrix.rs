@@ -49,11 +49,22 @@ impl CellMatrix {
 
     /// Changes every block: `with(i, k, block)` is the new gap of cell i by tractions on cell k.
     pub fn map_blocks(&mut self, with: impl Fn(usize, usize, Matrix3<f64>) -> Matrix3<f64> + Sync) {
+        self.map_columns(0..self.m, with);
+    }
+
+    /// As [`Self::map_blocks`], in the columns of the cells `of` alone.
+    fn map_columns(
+        &mut self,
+        of: Range<usize>,
+        with: impl Fn(usize, usize, Matrix3<f64>) -> Matrix3<f64> + Sync,
+    ) {
         let m = self.m;
         if m == 0 {
             return;
         }
-        self.values.par_chunks_exact_mut(9 * m).enumerate().for_each(|(k, columns)| {
+        let columns = self.values[9 * m * of.start..9 * m * of.end].par_chunks_exact_mut(9 * m);
+        columns.enumerate().for_each(|(k, columns)| {
+            let k = of.start + k;
             for i in 0..m {
                 let old = Matrix3::from_fn(|a, b| columns[b * 3 * m + a * m + i]);
                 let new = with(i, k, old);
@@ -66,7 +77,12 @@ impl CellMatrix {
 
     /// Adds to every block: `of(i, k)` is the gap of cell i by tractions on cell k.
     pub fn add_blocks(&mut self, of: impl Fn(usize, usize) -> Matrix3<f64> + Sync) {
-        self.map_blocks(|i, k, old| old + of(i, k));
+        self.add_columns(0..self.m, of);
+    }
+
+    /// As [`Self::add_blocks`], in the columns of the cells `cells` alone.
+    pub fn add_columns(&mut self, cells: Range<usize>, of: impl Fn(usize, usize) -> Matrix3<f64> + Sync) {
+        self.map_columns(cells, |i, k, old| old + of(i, k));
     }
 }
 
