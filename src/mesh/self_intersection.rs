@@ -12,15 +12,21 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
     let all: Vec<Vec<Point>> = faces.iter().map(corners).collect();
     let ends = |k: usize, axis: usize| bounds(all[k].iter().map(|x| x[axis]));
     let boxes: Vec<[[f64; 2]; 3]> = (0..all.len()).map(|k| [0, 1, 2].map(|axis| ends(k, axis))).collect();
+    // A sweep along the longest side of the box around all faces leaves the fewest pairs.
+    let extent = |axis: usize| {
+        let [low, high] = bounds(boxes.iter().flat_map(|of_face| of_face[axis]));
+        high - low
+    };
+    let sweep = (1..3).fold(0, |longest, axis| if extent(axis) > extent(longest) { axis } else { longest });
     let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by(|&a, &b| boxes[a][0][0].total_cmp(&boxes[b][0][0]));
+    order.sort_by(|&a, &b| boxes[a][sweep][0].total_cmp(&boxes[b][sweep][0]));
     for (rank, &a) in order.iter().enumerate() {
-        for &b in order[rank + 1..].iter().take_while(|&&b| boxes[b][0][0] <= boxes[a][0][1]) {
-            let apart = (1..3)
+        for &b in order[rank + 1..].iter().take_while(|&&b| boxes[b][sweep][0] <= boxes[a][sweep][1]) {
+            let apart = (0..3)
                 .any(|axis| boxes[a][axis][0] > boxes[b][axis][1] || boxes[b][axis][0] > boxes[a][axis][1]);
-            let joined = faces[a].nodes.iter().any(|node| faces[b].nodes.contains(node));
+            let joined = || faces[a].nodes.iter().any(|node| faces[b].nodes.contains(node));
             if !apart
-                && !joined
+                && !joined()
                 && (edge_pierces_face(&all[a], &all[b]) || edge_pierces_face(&all[b], &all[a]))
             {
                 return Some([a, b]);
@@ -57,11 +63,11 @@ mod tests {
     use crate::mesh::CellBlock;
     use crate::mesh::faces::outer_faces;
 
-    /// Truth: two triangles through one another by construction, and the same moved apart.
+    /// Truth: two triangles through one another by construction, and the same moved apart; whichever axis is the longest.
     #[test]
     fn faces_that_cross() {
-        let at = |height: f64| {
-            let points = vec![
+        let at = |height: f64, turn: usize| {
+            let mut points = vec![
                 [0.0, 0.0, 0.0],
                 [2.0, 0.0, 0.0],
                 [0.0, 2.0, 0.0],
@@ -69,11 +75,17 @@ mod tests {
                 [0.6, 0.5, height + 1.0],
                 [0.5, 0.7, height + 1.0],
             ];
+            points.iter_mut().for_each(|x| {
+                x[0] *= 3.0;
+                x.rotate_right(turn);
+            });
             let block = CellBlock { kind: ElementKind::Tri3, nodes: (0..6).collect(), tags: vec![1, 2] };
             let mesh = Mesh { source: "two".into(), points, blocks: vec![block], ..Mesh::default() };
             find_intersecting_faces(&mesh, &outer_faces(&mesh))
         };
-        assert_eq!(at(0.0), Some([0, 1]));
-        assert_eq!(at(1.5), None);
+        for turn in 0..3 {
+            assert_eq!(at(0.0, turn), Some([0, 1]));
+            assert_eq!(at(1.5, turn), None);
+        }
     }
 }
