@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::element_materials::ElementMaterials;
 use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
-use super::integration_points::{ReferencePoint, map_point};
+use super::integration_points::{ReferencePoint, jacobian};
 use super::spec::{FeSpec, FoundationStiffness};
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::error::{Context, Error, Result};
@@ -193,10 +193,10 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // An inverted element adds nothing here: the assembly refuses it by name.
-        let Ok(mapped) = map_point(&points, sample) else { continue };
+        // The sign of the Jacobian counts: the longer rule of loads may see a fold at a node that the stiffness does not.
+        let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
-        let force = b(x).map(|value| value * mapped.volume);
+        let force = b(x).map(|value| value * volume);
         for (&node, value) in nodes.iter().zip(&sample.values) {
             (0..3).for_each(|c| forces[node][c] += value * force[c]);
         }

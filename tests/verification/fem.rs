@@ -1,13 +1,14 @@
 //! Finite elements against exact fields: patch tests, bars, rigid motions, loads.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
-use orthowear::element::ElementKind::{Hex8, Tet4};
+use orthowear::element::ElementKind::{self, Hex8, Tet4};
+use orthowear::element::{Hex20, ShapeFunctions, Tet10};
 use orthowear::fem::{FeModel, HexFormulation, StressRecovery};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
-use super::fem_meshes::{block, boundary_nodes, bulging, macneal_harder, prescribe, rough, wavy};
+use super::fem_meshes::{add_cells, block, boundary_nodes, bulging, macneal_harder, prescribe, rough, wavy};
 
 /// Displacement of a constant strain (Voigt, engineering shears), with a rotation added.
 fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
@@ -240,4 +241,33 @@ fn regions_have_their_own_stiffness() {
     let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
     let shortening = -body.contact_free_displacement()[top][2];
     assert!((shortening / (10.0 * (3.0 / 1000.0 + 1.0 / 500.0)) - 1.0).abs() < 1e-12);
+}
+
+/// Truth: a middle node that moves along its straight edge leaves the shape of an element as it is: the cube of side 2 weighs 8 b, the
+/// tetrahedron b / 6. Both are folded at a node, which is warned of, and have a stiffness.
+#[test]
+fn elements_that_fold_at_a_node_keep_their_weight() {
+    let cases = [
+        (ElementKind::Hex20, Hex20::NODES.to_vec(), [8, 7], 0.75, 8.0),
+        (ElementKind::Tet10, Tet10::NODES.to_vec(), [4, 3], 0.9, 1.0 / 6.0),
+    ];
+    for (kind, points, [node, last_corner], x, volume) in cases {
+        let mut mesh = Mesh { source: "one".into(), points, ..Mesh::default() };
+        mesh.points[node][0] = x;
+        add_cells(&mut mesh, kind, "body", (0..kind.n_nodes()).collect());
+        let corners: Vec<usize> = (0..=last_corner).collect();
+        let supports = prescribe(&mut mesh, &corners, ALL, |_| [0.0; 3]);
+        let mut spec = spec(mesh, isotropic(), HexFormulation::Standard, supports);
+        spec.body_force = [0.3, -0.5, 2.0];
+        let model = FeModel::new(spec).unwrap();
+        for (c, force) in [0.3, -0.5, 2.0].into_iter().enumerate() {
+            let sum: f64 = model.external_forces().iter().map(|nodal| nodal[c]).sum();
+            assert!(
+                (sum / (force * volume) - 1.0).abs() < 1e-12,
+                "{}: {sum} {}",
+                kind.name(),
+                force * volume
+            );
+        }
+    }
 }
