@@ -11,7 +11,7 @@ use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
-/// Axes that turn by less than this from an element to its neighbour belong to one winding, by more to two plies; radians.
+/// Axes of one material that turn by less than this from an element to its neighbour belong to one winding; radians.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
 /// The solid cells with their materials. Elements share their axes where they are the same: a table of the distinct
@@ -104,8 +104,8 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether stress goes on smoothly from element `i` to element `j` beside it: their stiffness is the same, or it is one
-    /// material whose axes turn little from one to the other, as in a winding.
+    /// Whether stress goes on smoothly from element `i` to element `j` beside it: their stiffness is the same, or they belong to one
+    /// winding, whose axes turn little from one to the other. Plies are materials of their own, however little they turn.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
@@ -114,8 +114,9 @@ impl ElementMaterials {
         if (a - b).amax() <= 1e-9 * a.amax() {
             return true;
         }
+        let material = |i: usize| self.material_states[self.state_of_cell[i] as usize].0;
         let cosine = 0.5 * ((self.axes(i).transpose() * self.axes(j)).trace() - 1.0);
-        self.material(i).stiffness == self.material(j).stiffness && cosine >= MAX_SMOOTH_TURN_RAD.cos()
+        material(i) == material(j) && cosine >= MAX_SMOOTH_TURN_RAD.cos()
     }
 
     /// The material of the element `i`, its stiffness in material axes.

@@ -1,12 +1,13 @@
 //! Superconvergent patch recovery: what it reproduces, and how fast it converges.
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use orthowear::element::ElementKind::{self, Hex8, Tet4};
 use orthowear::fem::{FeModel, HexFormulation, StressRecovery};
-use orthowear::material::Stiffness;
+use orthowear::material::{Orientation, PlacedMaterial, Ply, RegionMaterial, Stiffness};
 use orthowear::mesh::{CellRef, Mesh, PhysicalGroup};
 
 use super::manufactured;
+use crate::crystals::cfrp_of_tables;
 use crate::fem_bodies::{ELEMENTS, clamp, degree, isotropic, rotated_orthotropic, spec};
 use crate::fem_meshes::{block, wavy};
 
@@ -92,6 +93,37 @@ fn stress_jumps_between_materials() {
             assert_eq!(recovery.points().mesh_nodes[point], node);
             let wanted = c.voigt() * strain(mesh.points[node]);
             assert!((Vector6::from(stress[point]) - wanted).amax() < 1e-8 * 2.0);
+        }
+    }
+}
+
+/// Truth: under one strain each ply has its own stress, C(angle) : strain, also where plies of one material turn by 10 degrees from one to the
+/// next: nodes between two plies have both values. Tolerance: rounding.
+#[test]
+fn stress_jumps_between_plies_that_turn_little() {
+    let placed = |ply: usize| {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), (10.0 * ply as f64).to_radians());
+        let orientation = Orientation::Uniform(*turn.matrix());
+        PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
+    };
+    let plies = (0..4).map(|ply| Ply { z_range: [ply, ply + 1].map(|z| z as f64), material: placed(ply) });
+    let mesh = block(Hex8, [2, 2, 8], [2.0, 2.0, 4.0], |x| x);
+    let mut spec = spec(mesh, cfrp_of_tables(), HexFormulation::Standard, vec![clamp("z0")]);
+    spec.regions = vec![(None, RegionMaterial::Layup(plies.collect()))];
+    let model = FeModel::new(spec).unwrap();
+    let recovery = StressRecovery::new(&model).unwrap();
+    let mesh = model.mesh();
+    let u: Vec<[f64; 3]> = mesh.points.iter().map(|x| [1e-3 * x[0], 0.0, 0.0]).collect();
+    let stress = recovery.stress(&model, &u).unwrap();
+    assert_eq!(recovery.points().n_points(), mesh.n_points() + 3 * 9, "the nodes of three borders twice");
+    for (i, cell) in mesh.volume_cells().enumerate() {
+        let heights = mesh.cell_nodes(cell).iter().map(|&node| mesh.points[node][2]);
+        let PlacedMaterial { stiffness, orientation, .. } = placed((heights.sum::<f64>() / 8.0) as usize);
+        let Orientation::Uniform(axes) = orientation else { unreachable!("given above") };
+        let wanted = stiffness.rotated(&axes).voigt() * Vector6::new(1e-3, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for &point in recovery.points().points_of_cell(i) {
+            let error = (Vector6::from(stress[point]) - wanted).amax();
+            assert!(error < 1e-9 * wanted.amax(), "cell {i}: {error:e}");
         }
     }
 }
