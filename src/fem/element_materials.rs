@@ -142,10 +142,16 @@ pub struct RegionReport {
 pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let (cells, region) = cells_and_regions(spec)?;
     let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
+    // Corners are needed where there are plies.
+    let stacked: Vec<bool> = spec.regions.iter().map(|(_, placement)| placement.is_stacked()).collect();
+    let mut corners_by_region: Vec<Vec<Vec<Point>>> = vec![Vec::new(); spec.regions.len()];
+    for (&cell, &region) in cells.iter().zip(&region) {
+        if stacked[region] {
+            corners_by_region[region].push(corners(&spec.mesh, cell));
+        }
+    }
     let mut findings = Vec::with_capacity(problems.len());
-    for (index, ((_, placement), problem)) in spec.regions.iter().zip(problems).enumerate() {
-        let own = cells.iter().zip(&region).filter(|(_, region)| **region == index).map(|(cell, _)| *cell);
-        let corners: Vec<Vec<Point>> = own.map(|cell| corners(&spec.mesh, cell)).collect();
+    for (((_, placement), problem), corners) in spec.regions.iter().zip(problems).zip(corners_by_region) {
         let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
         // Without elements there is nothing that plies could miss.
         if errors.is_empty() && !corners.is_empty() {

@@ -74,6 +74,11 @@ impl RegionMaterial {
         }
     }
 
+    /// Whether it has plies or wound layers.
+    pub fn is_stacked(&self) -> bool {
+        self.stacking_coordinate().is_some()
+    }
+
     /// Plies and wound layers that hold none of the elements, given by their corners.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
