@@ -7,11 +7,15 @@ use crate::mesh::ElementField;
 /// Most components of a value (a tensor).
 const MAX_COMPONENTS: u64 = 9;
 
-/// One `$ElementData` section; a further time step of a field that is there already is left out.
+/// One `$ElementData` section. A further time step of a field that is there already is left out, with a warning.
 ///
 /// Its three lists of tags (name and others, time and others, time step, components, elements, partition) are text
 /// also in binary files.
-pub(super) fn read_element_data(cursor: &mut Cursor, fields: &mut Vec<ElementField>) -> Result<()> {
+pub(super) fn read_element_data(
+    cursor: &mut Cursor,
+    fields: &mut Vec<ElementField>,
+    warnings: &mut Vec<String>,
+) -> Result<()> {
     let (name, n_components, n) = read_header(cursor)?;
     let n = cursor.check_count(n, cursor.bytes_of(4) + n_components * cursor.bytes_of(8), "values")?;
     let n_components = n_components as usize;
@@ -26,6 +30,14 @@ pub(super) fn read_element_data(cursor: &mut Cursor, fields: &mut Vec<ElementFie
     }
     if fields.iter().all(|known| known.name != field.name) {
         fields.push(field);
+        return Ok(());
+    }
+    let warning = format!(
+        "the field \"{}\" has several time steps: the first is taken, later ones are left out; save the one that is meant",
+        field.name
+    );
+    if !warnings.contains(&warning) {
+        warnings.push(warning);
     }
     Ok(())
 }

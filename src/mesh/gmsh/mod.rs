@@ -43,18 +43,20 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// As [`read`].
 pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
-    let (raw, fields) = parse_sections(bytes, source)?;
+    let (raw, fields, warnings) = parse_sections(bytes, source)?;
     let mut mesh = raw.into_mesh(source)?;
     mesh.fields = fields;
+    mesh.warnings.extend(warnings);
     Ok(mesh)
 }
 
-/// The fields of elements in the .msh file `path`, which may be without a mesh (as gmsh saves views).
+/// The fields of elements in the .msh file `path`, which may be without a mesh (as gmsh saves views), and warnings about them.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_fields(path: &Path) -> Result<Vec<ElementField>> {
-    parse_sections(&read_bytes(path)?, &path.display().to_string()).map(|(_, fields)| fields)
+pub fn read_fields(path: &Path) -> Result<(Vec<ElementField>, Vec<String>)> {
+    let (_, fields, warnings) = parse_sections(&read_bytes(path)?, &path.display().to_string())?;
+    Ok((fields, warnings))
 }
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>> {
@@ -63,10 +65,10 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementField>)> {
+fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementField>, Vec<String>)> {
     check_start(bytes, source)?;
     let mut cursor = Cursor::new(bytes, source);
-    let (mut raw, mut fields) = (RawMesh::default(), Vec::new());
+    let (mut raw, mut fields, mut warnings) = (RawMesh::default(), Vec::new(), Vec::new());
     let mut version = None;
     while let Some(name) = cursor.next_section()? {
         match (name.as_str(), version) {
@@ -85,7 +87,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
             ("Nodes", Some(Version::V4)) => v4::read_nodes(&mut cursor, &mut raw)?,
             ("Elements", Some(Version::V4)) => v4::read_elements(&mut cursor, &mut raw)?,
             ("Entities", Some(Version::V4)) => v4::read_entities(&mut cursor, &mut raw)?,
-            ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields)?,
+            ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields, &mut warnings)?,
             ("PartitionedEntities", Some(Version::V4)) => {
                 return Err(cursor.fail(
                     "the mesh is partitioned, which is not read; save it unpartitioned (in gmsh: Mesh > Unpartition)",
@@ -103,7 +105,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
             "{source} has no $MeshFormat section; a gmsh .msh file begins with one"
         )));
     }
-    Ok((raw, fields))
+    Ok((raw, fields, warnings))
 }
 
 /// Refuses what is not a .msh file at all, naming the usual mistakes.

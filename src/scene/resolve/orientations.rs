@@ -150,8 +150,8 @@ fn from_file(
 ) -> Option<Orientation> {
     let path = r.file(&format!("{key}.file"), file);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("msh")) {
-        let fields = match gmsh::read_fields(&path) {
-            Ok(fields) => fields,
+        let (fields, warnings) = match gmsh::read_fields(&path) {
+            Ok(found) => found,
             Err(error) => {
                 return r.refuse(
                     &format!("{key}.file"),
@@ -161,6 +161,7 @@ fn from_file(
                 );
             }
         };
+        r.notes.extend(warnings.into_iter().map(|warning| format!("{key}.file: {warning}")));
         let name = match (field, fields.as_slice()) {
             (Some(name), _) => name.to_owned(),
             (None, [only]) => only.name.clone(),
