@@ -68,7 +68,7 @@ impl StressRecovery {
             }
         }
         let rules = RecoveryRules::new();
-        let layout = SampleLayout::new(elements, &samples_gauss_points, &rest, &rules)?;
+        let layout = all_samples(elements, &samples_gauss_points, &rest, &rules)?;
         let builder = RowBuilder { elements, points: &points, topology: &topology, layout: &layout };
         let rows = builder.rows(&sources)?;
         let mut recovery = Self {
@@ -102,12 +102,12 @@ impl StressRecovery {
     /// # Errors
     /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
-        let samples = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
+        let layout = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
         let value = |point: usize| {
             let range = self.starts[point]..self.starts[point + 1];
             let mut sum = nalgebra::Vector6::zeros();
             for (&sample, weight) in self.samples[range.clone()].iter().zip(&self.weights[range]) {
-                sum += samples[sample as usize].stress * *weight;
+                sum += layout.samples[sample as usize].stress * *weight;
             }
             sum.into()
         };
@@ -124,23 +124,30 @@ enum PatchSource {
     ExtendedRing(usize),
 }
 
-/// The samples of all elements, superconvergent ones first, then those of `dense` elements.
+/// The samples of all elements, element by element: superconvergent ones, then those at the integration points of `dense` elements.
 fn all_samples(
     elements: ElementContext,
     dense: &[bool],
     u: &[[f64; 3]],
     rules: &RecoveryRules,
-) -> Result<Vec<StressSample>> {
-    let of_element = |i: usize| -> Result<Vec<StressSample>> {
+) -> Result<SampleLayout> {
+    let of_element = |i: usize| -> Result<(Vec<StressSample>, usize)> {
         let mut found = samples::superconvergent_samples(elements, i, u, rules)?;
+        let n_superconvergent = found.len();
         if dense[i] {
             found.extend(samples::integration_point_samples(elements, i, u)?);
         }
-        Ok(found)
+        Ok((found, n_superconvergent))
     };
-    let all: Vec<Vec<StressSample>> =
+    let all: Vec<(Vec<StressSample>, usize)> =
         (0..elements.n_elements()).into_par_iter().map(of_element).collect::<Result<_>>()?;
-    Ok(all.into_iter().flatten().collect())
+    let mut layout = SampleLayout { starts: Vec::with_capacity(all.len()), samples: Vec::new() };
+    for (found, n_superconvergent) in all {
+        let first = layout.samples.len();
+        layout.starts.push([first, first + n_superconvergent, first + found.len()]);
+        layout.samples.extend(found);
+    }
+    Ok(layout)
 }
 
 /// Which samples belong to which element.
@@ -148,29 +155,6 @@ struct SampleLayout {
     /// Start of each element's samples, of its integration points among them, and its end.
     starts: Vec<[usize; 3]>,
     samples: Vec<StressSample>,
-}
-
-impl SampleLayout {
-    fn new(
-        elements: ElementContext,
-        dense: &[bool],
-        rest: &[[f64; 3]],
-        rules: &RecoveryRules,
-    ) -> Result<Self> {
-        let samples = all_samples(elements, dense, rest, rules)?;
-        let mut starts = Vec::with_capacity(elements.n_elements());
-        let mut end = 0;
-        for (i, &dense) in dense.iter().enumerate() {
-            let first = end;
-            let inner = first + samples::superconvergent_samples(elements, i, rest, rules)?.len();
-            end = inner;
-            if dense {
-                end += samples::integration_point_samples(elements, i, rest)?.len();
-            }
-            starts.push([first, inner, end]);
-        }
-        Ok(Self { starts, samples })
-    }
 }
 
 /// Cells around a vertex and those that share a point with them, ascending.
