@@ -45,7 +45,7 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
         return eight_points();
     }
     // The Jacobian (1 - u)^2 (1 - v) adds two degrees in u.
-    let line = unit_line(degree.div_ceil(2) + 2);
+    let line = unit_line((degree + 4) / 2);
     let mut rule = Vec::with_capacity(line.len().pow(3));
     for &(u, a) in &line {
         for &(v, b) in &line {
@@ -100,6 +100,16 @@ mod tests {
                     assert!((sum - exact).abs() < 1e-15, "degree {degree}, x^{i} y^{j}");
                 }
             }
+        }
+    }
+
+    /// Truth: a Gauss rule of n points is exact to degree 2n - 1; the collapse adds two degrees. No rule needs more than the fewest such n points along each
+    /// edge.
+    #[test]
+    fn no_more_points_than_the_degree_takes() {
+        for degree in 4..12 {
+            let along = (1..).find(|n| 2 * n > degree + 2).expect("a number of points");
+            assert_eq!(tetrahedron(degree).len(), along * along * along, "degree {degree}");
         }
     }
 
