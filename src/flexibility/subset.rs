@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
+use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -68,6 +68,10 @@ impl Flexibility for SubsetFlexibility {
         self.cells.len()
     }
 
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        self.whole.tangential().map(|_| self as &dyn TangentialFlexibility)
+    }
+
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let product = |whole: &[f64], result: &mut [f64]| {
             self.whole.apply(whole, result);
@@ -122,6 +126,30 @@ impl Flexibility for SubsetFlexibility {
     }
 }
 
+impl SubsetFlexibility {
+    fn whole_tangential(&self) -> &dyn TangentialFlexibility {
+        self.whole.tangential().expect("the whole has a tangential part")
+    }
+}
+
+impl TangentialFlexibility for SubsetFlexibility {
+    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole_tangential().apply_tangential(whole, result);
+            true
+        };
+        self.apply_whole(2, (tractions, gap), product);
+    }
+
+    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole_tangential().precondition_tangential(whole, result);
+            true
+        };
+        self.apply_whole(2, (gap, tractions), product);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,9 +176,41 @@ mod tests {
             }
         }
 
+        fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+            Some(self)
+        }
+
         fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
             (0..3).map(|i| Matrix3::identity() * f64::from(i + 1)).collect()
         }
+    }
+
+    impl TangentialFlexibility for Three {
+        fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
+            let mut all = [0.0; 9];
+            self.apply(&[tractions, &[0.0; 3]].concat(), &mut all);
+            gap.copy_from_slice(&all[..6]);
+        }
+
+        /// By the diagonal.
+        fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
+            tractions.iter_mut().zip(gap).for_each(|(traction, gap)| *traction = 0.5 * gap);
+        }
+    }
+
+    /// Truth: the normal and the tangential part of an operator that falls apart are parts of its rows and columns as well.
+    #[test]
+    fn tangential_part_of_the_whole() {
+        let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);
+        let tangential = part.tangential().expect("a whole that falls apart");
+        let mut all = [0.0; 6];
+        part.apply(&[1.0, 0.0, 0.0, 3.0, 0.0, 0.0], &mut all);
+        let mut gap = [0.0; 4];
+        tangential.apply_tangential(&[1.0, 0.0, 0.0, 3.0], &mut gap);
+        assert_eq!(gap, all[..4]);
+        let mut tractions = [0.0; 4];
+        tangential.precondition_tangential(&gap, &mut tractions);
+        assert_eq!(tractions, gap.map(|gap| 0.5 * gap));
     }
 
     /// Truth: rows and columns of the whole matrix; nothing is left of earlier products.
