@@ -1,4 +1,4 @@
-//! Dense LU factorisation with row exchanges (faer's), with its residual checked.
+//! Dense LU factorisation with row exchanges (faer's). Residuals are left to the caller.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -28,6 +28,8 @@ fn out_of_memory() -> Error {
 
 impl DenseLu {
     /// Factorises a matrix, which is overwritten.
+    ///
+    /// Rows and columns must be scaled to entries of similar size: the matrix counts as singular if its smallest pivot is rounding of its largest.
     ///
     /// # Errors
     /// If memory does not suffice, or the matrix is singular.

@@ -1,6 +1,7 @@
 //! Sparse LU factorisation of unsymmetric systems (faer's, columns in COLAMD order), with its residual checked.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::LuError;
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
@@ -23,6 +24,17 @@ pub struct SparseLu {
 /// Memory for [`SparseLu::solve_in_place`], made once.
 pub struct LuWorkspace(MemBuffer);
 
+fn factorisation_error(error: LuError) -> Error {
+    match error {
+        LuError::Generic(_) => out_of_memory(),
+        LuError::SymbolicSingular { index } => Error::numerical(format!(
+            "the block system is singular: its columns depend on each other (found at column {} of its elimination); use solver.coupling = \"schur\", which says \
+             what moves freely",
+            index + 1
+        )),
+    }
+}
+
 fn out_of_memory() -> Error {
     Error::resources("not enough memory to factorise the block system: use solver.coupling = \"schur\"")
 }
@@ -33,7 +45,7 @@ impl SparseLu {
     /// The matrix must be regular: faer stops the program at a pivot that is exactly zero.
     ///
     /// # Errors
-    /// If memory does not suffice, or the residual of a check is not rounding.
+    /// If memory does not suffice, the pattern of the entries makes the matrix singular, or the residual of a check is not rounding.
     ///
     /// # Panics
     /// If an entry is out of range.
@@ -55,7 +67,7 @@ impl SparseLu {
                 MemStack::new(&mut memory),
                 Default::default(),
             )
-            .map_err(|_| out_of_memory())?;
+            .map_err(factorisation_error)?;
         let factors = Self { symbolic, numeric };
         factors.check(&matrix)?;
         Ok(factors)
@@ -119,6 +131,25 @@ impl SparseLu {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Truth: memory suffices for 20 rows: a matrix with a row or a column without entries is singular.
+    #[test]
+    fn empty_rows_are_no_lack_of_memory() {
+        let n = 20_usize;
+        for empty in [0, 7, 19] {
+            let tridiagonal = || {
+                (0..n).flat_map(|i| {
+                    (i.saturating_sub(1)..(i + 2).min(n)).map(move |j| (i, j, 3.0 - (i + j) as f64 % 2.0))
+                })
+            };
+            let rows = SparseLu::new(n, tridiagonal().filter(|entry| entry.0 != empty));
+            let columns = SparseLu::new(n, tridiagonal().filter(|entry| entry.1 != empty));
+            for singular in [rows, columns] {
+                let error = singular.err().expect("a singular matrix");
+                assert_eq!(error.kind(), crate::error::ErrorKind::Numerical, "{error}");
+            }
+        }
+    }
 
     /// Truth: A x = b put back into A; an unsymmetric band matrix; 1e-12: rounding.
     #[test]
