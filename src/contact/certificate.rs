@@ -110,6 +110,11 @@ pub fn check(
     gap: TangentialGap,
     sums: OperatorCheck,
 ) -> StateChecks {
+    if problem.normal_only() {
+        // Earlier solutions would stay in them, and a run that is resumed has none.
+        let n = problem.n();
+        it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
+    }
     problem.evaluate(it);
     // Of equal bodies, pressures move nothing in the surface.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {

@@ -21,6 +21,9 @@ pub struct RunCheckpoint {
     pub(super) warnings: Vec<String>,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
+    /// Solves, iterations and operator applications on earlier, smaller frames that are in no entry yet.
+    #[serde(default)]
+    pub(super) discarded_work: [usize; 3],
 }
 
 /// How far a step has come.
@@ -46,10 +49,8 @@ impl RunCheckpoint {
     }
 
     /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
-    pub(super) fn charge_work(&mut self, lost: [usize; 3]) {
-        if let StepProgress::WearStep(cycling) = &mut self.progress {
-            cycling.cycle.charge_work(lost);
-        }
+    pub(super) fn add_discarded_work(&mut self, work: [usize; 3]) {
+        self.discarded_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
     /// Depth that the bodies have lost, both of them, `[N]`, mm.

@@ -83,8 +83,10 @@ struct Run<'a> {
     result: RunResult,
     /// What the run would be taken up from at the end of the last entry.
     rollback_point: RollbackPoint,
-    /// Solves, iterations and operator applications of a jump that was not taken since contact outgrew the frame in it.
+    /// Solves, iterations and operator applications on earlier, smaller frames that are in no entry yet.
     discarded_work: [usize; 3],
+    /// The same of the jump in which contact outgrew the present frame.
+    untaken_jump_work: [usize; 3],
     /// The observer wants the run to end before the next jump.
     rebuild_requested: bool,
 }
@@ -157,20 +159,20 @@ fn run_on_this_thread(
         warnings: result.warnings.len(),
         loops: 0,
     };
-    let (progress, discarded_work, rebuild_requested) = (StepProgress::NotStarted, [0; 3], false);
     let mut run = Run {
         observer,
         prepared,
         options: *options,
         steps,
         step_index: 0,
-        progress,
+        progress: StepProgress::NotStarted,
         state,
         controls,
         result,
         rollback_point,
-        discarded_work,
-        rebuild_requested,
+        discarded_work: [0; 3],
+        untaken_jump_work: [0; 3],
+        rebuild_requested: false,
     };
     if let Some(snapshot) = from {
         run.restore(snapshot)?;
@@ -216,7 +218,7 @@ impl<'a> Run<'a> {
             if self.result.outcome == FRAME_EDGE {
                 self.report_checkpoint(CheckpointEvent::Suspended)?;
                 let mut snapshot = self.checkpoint();
-                snapshot.charge_work(self.discarded_work);
+                snapshot.add_discarded_work(self.untaken_jump_work);
                 self.result.frame_edge_checkpoint = Some(Box::new(snapshot));
                 return Ok(());
             }
@@ -278,7 +280,8 @@ impl<'a> Run<'a> {
             controls: _,
             result,
             rollback_point,
-            discarded_work: _,
+            discarded_work,
+            untaken_jump_work: _,
             rebuild_requested: _,
         } = self;
         let RunResult {
@@ -305,6 +308,7 @@ impl<'a> Run<'a> {
                 warnings: warnings[..rollback_point.warnings].to_vec(),
                 timings: timings.clone(),
                 fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
+                discarded_work: *discarded_work,
             }
         };
         (*observer, checkpoint)
@@ -312,12 +316,13 @@ impl<'a> Run<'a> {
 
     /// Goes on from where an earlier run was broken off.
     fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
-        let (n, steps) = (self.prepared.n(), self.steps.len());
-        if snapshot.n_cells() != n || snapshot.step_index > steps {
+        let (n, steps) = (self.prepared.n(), self.steps);
+        if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
             return Err(Error::input(format!(
-                "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {steps} steps",
+                "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {} steps",
                 snapshot.n_cells(),
-                snapshot.step_index + 1
+                snapshot.step_index + 1,
+                steps.len()
             )));
         }
         let RunCheckpoint {
@@ -330,13 +335,27 @@ impl<'a> Run<'a> {
             warnings,
             timings,
             fretting_loops,
+            discarded_work,
         } = snapshot;
+        let is_wear_step = steps.get(step_index).map(|step| step.cycles.is_some());
+        let fits = match progress {
+            StepProgress::NotStarted => true,
+            StepProgress::Monotone(_) => is_wear_step == Some(false),
+            StepProgress::WearStep(_) => is_wear_step == Some(true),
+        };
+        if !fits {
+            return Err(Error::input(format!(
+                "the checkpoint is within step {} of another kind than that of the scene: cycles or sliding in one, increments in the other. \
+                 The state does not belong to these steps; start the run anew",
+                step_index + 1
+            )));
+        }
         for cells in &formed_cells {
             self.prepared.form_flexibility(cells)?;
         }
         (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
-        self.result.fretting_loops = fretting_loops;
+        (self.result.fretting_loops, self.discarded_work) = (fretting_loops, discarded_work);
         self.set_rollback_point();
         Ok(())
     }

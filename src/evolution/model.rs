@@ -179,7 +179,12 @@ impl<'a> PreparedModel<'a> {
 
     /// The approach of one end of an iterate.
     pub fn approach(&self, it: &ContactState, end: usize) -> f64 {
-        let approach = self.first_touch - self.motion(&it.rigid_motion[end], &it.mode_amplitudes[end])[2];
+        self.approach_of(&it.rigid_motion[end], &it.mode_amplitudes[end])
+    }
+
+    /// The approach of a rigid motion and amplitudes of the further motions.
+    pub fn approach_of(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> f64 {
+        let approach = self.first_touch - self.motion(rigid, floating)[2];
         // What is left of a difference of two equal numbers is none.
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }

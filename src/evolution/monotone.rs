@@ -388,12 +388,14 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
-        if record.contact_area == 0.0 && record.converged {
-            self.result.warnings.extend(self.prepared.no_contact_message(
-                record,
-                self.controls.normal,
-                checks.min_gap,
-            ));
+        if record.contact_area == 0.0
+            && record.converged
+            && let Some(note) =
+                self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap)
+            // Strokes have no entry of their own.
+            && !self.result.warnings.contains(&note)
+        {
+            self.result.warnings.push(note);
         }
         let n = self.prepared.n();
         let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();

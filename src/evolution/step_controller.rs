@@ -22,19 +22,30 @@ pub(super) struct StepController {
     next_length: f64,
     last_error_ratio: Option<f64>,
     order: f64,
+    /// Length of the last jump, where it was rejected.
+    #[serde(default)]
+    rejected_length: Option<f64>,
 }
 
 impl StepController {
     /// Begins with jumps of a length, of an integrator whose error per length is of an order.
     pub fn new(first: f64, order: f64) -> Self {
-        Self { next_length: first, last_error_ratio: None, order }
+        Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
     }
 
-    /// Length of the next jump: what is left in equal parts, in multiples of `unit` if that is not zero.
+    /// Length of the next jump: what is left in equal parts, in multiples of `unit` if that is not zero. It is shorter than a jump that was rejected, but
+    /// not shorter than `unit`.
     pub fn length(&self, left: f64, unit: f64) -> f64 {
         let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
         let even = left / parts;
-        if unit > 0.0 { ((even / unit).ceil() * unit).min(left) } else { even }
+        if unit <= 0.0 {
+            return even;
+        }
+        let whole = ((even / unit).ceil() * unit).min(left);
+        match self.rejected_length {
+            Some(rejected) if whole >= rejected => ((rejected / unit).ceil() - 1.0).max(1.0) * unit,
+            _ => whole,
+        }
     }
 
     /// Makes the next jump no longer than `most`.
@@ -50,20 +61,20 @@ impl StepController {
             * ratio.powf(-CURRENT_ERROR_EXPONENT / self.order)
             * last.powf(LAST_ERROR_EXPONENT / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, MAX_LENGTH_GROWTH);
-        self.last_error_ratio = Some(ratio);
+        (self.last_error_ratio, self.rejected_length) = (Some(ratio), None);
     }
 
     /// After a jump that was rejected for its error.
     pub fn reject(&mut self, length: f64, ratio: f64) {
         let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);
-        self.last_error_ratio = None;
+        (self.last_error_ratio, self.rejected_length) = (None, Some(length));
     }
 
     /// After a jump that was rejected for something else.
     pub fn halve(&mut self, length: f64) {
         self.next_length = 0.5 * length;
-        self.last_error_ratio = None;
+        (self.last_error_ratio, self.rejected_length) = (None, Some(length));
     }
 }
 
@@ -95,6 +106,23 @@ mod tests {
                 ratio(control.next_length)
             );
             assert!(rejected <= 3, "{rejected}");
+        }
+    }
+
+    /// Truth: a jump that was rejected is tried again with fewer cycles, down to one.
+    #[test]
+    fn rejected_jumps_get_shorter() {
+        for (left, rejected) in [(1000.0, 2.0), (1000.0, 7.0), (5.0, 4.0), (5.0, 5.0), (2.0, 2.0)] {
+            for ratio in [1.0 + 1e-9, 1.2, 1e6] {
+                let mut control = StepController::new(rejected, 2.0);
+                let mut length = rejected;
+                while length > 1.0 {
+                    control.reject(length, ratio);
+                    let next = control.length(left, 1.0);
+                    assert!((1.0..length).contains(&next) && next.fract() == 0.0, "{length} {next}");
+                    length = next;
+                }
+            }
         }
     }
 

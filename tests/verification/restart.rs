@@ -250,6 +250,30 @@ increments = 5
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
 }
 
+/// Truth: the same for sliding without friction, whose pressures move the surfaces along each other.
+#[test]
+fn sliding_without_friction() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 250.0
+[[steps]]
+name = "push"
+shift = { distance = 0.01, angle = 30.0 }
+[[steps]]
+name = "slide"
+sliding = { distance = 20.0, angle = 30.0, jumps = 4 }
+"#;
+    let scene = half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps);
+    let law = "law = \"coulomb\"\nmu = 0.4";
+    assert!(scene.contains(law));
+    let scene = scene.replace(law, "law = \"none\"");
+    let wear = "i = 2.0e-8";
+    for integrator in ["backward-euler", "sdirk2"] {
+        check(&scene.replace(wear, &format!("{wear}\nintegrator = \"{integrator}\"")), None);
+    }
+}
+
 /// Truth: the same for rolling, whose worn volume and distance go on from increment to increment.
 #[test]
 fn rolling() {

@@ -3,6 +3,7 @@
 mod broken;
 mod control;
 mod growth;
+mod jumps;
 mod moved;
 mod paths;
 mod resolved;

@@ -37,7 +37,7 @@ impl Run<'_> {
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
     pub(super) fn stop_at_frame_edge(&mut self, cycling: &WearStepState, jump: &WearJump, length: f64) {
-        self.discarded_work = jump.work();
+        self.untaken_jump_work = jump.work();
         self.result.outcome = FRAME_EDGE;
         let unit = cycling.length_unit();
         self.result.warnings.push(format!(

@@ -3,13 +3,15 @@
 use std::time::Instant;
 
 use crate::contact::solver::StopReason;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, warning};
 use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::state::RunState;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
+use crate::geometry::format_short;
 
 /// Worn depth over the approach below which errors do not count.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
@@ -62,8 +64,8 @@ impl Run<'_> {
                 from: part(cycling.completed),
                 to: part(cycling.completed + length),
             };
-            let shorter_ones =
-                matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest && tries < MAX_TRIALS;
+            let can_be_shorter = matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest;
+            let shorter_ones = can_be_shorter && tries < MAX_TRIALS;
             let patience = self.options.max_iterations;
             if shorter_ones {
                 self.options.max_iterations = patience.min(MAX_TRIAL_ITERATIONS);
@@ -96,16 +98,21 @@ impl Run<'_> {
                     cycling.length_unit()
                 ));
             }
+            if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
+                jump.charge_work(cycling.cycle.uncharged_work);
+                self.stop_at_frame_edge(cycling, &jump, length);
+                return Ok(());
+            }
             // The first strokes and the jumps that were not taken have no entry of their own.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
+            jump.charge_work(std::mem::take(&mut self.discarded_work));
             self.warn_of_unstable(cycling, length);
             if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
                 let ratio = self.error_ratio(tolerance, length, &jump);
+                if can_be_shorter && jump.converged() {
+                    self.warn_of_jump_error(cycling, length, ratio);
+                }
                 cycling.step_controller.accept(length, ratio);
-            }
-            if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
-                self.stop_at_frame_edge(cycling, &jump, length);
-                return Ok(());
             }
             return self.commit_jump((cycling, &jump), (length, tries, clock));
         }
@@ -114,7 +121,24 @@ impl Run<'_> {
     /// Whether wear at a fixed approach has taken nearly all that the bodies overlap by.
     fn is_worn_out(&self, cycling: &WearStepState) -> bool {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
-        still && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
+        still
+            && cycling.initial_peak_pressure > 0.0
+            && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
+    }
+
+    /// Warns, once a step, of a jump that was taken after [`MAX_TRIALS`] longer ones although its error is `ratio` times what is allowed.
+    fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
+        let begin = format!("step \"{}\": after {MAX_TRIALS} longer trials a jump", self.step().name);
+        if ratio <= 1.0 || self.result.warnings.iter().any(|note| note.contains(&begin)) {
+            return;
+        }
+        self.result.warnings.push(warning(&format!(
+            "{begin} of {} {} was taken with an estimated error of the wear depth {} times as large, more than wear.tolerance allows. Later jumps \
+             may exceed it as well; the estimated errors of the results contain this. Increase wear.tolerance, or decrease solver.tolerance",
+            format_short(length),
+            cycling.length_unit(),
+            format_short(ratio)
+        )));
     }
 
     /// Says, once a step, that explicit jumps are longer than is stable.
@@ -163,8 +187,9 @@ impl Run<'_> {
             depths.map(|(worn, by)| worn + more * by).fold(0.0, f64::max)
         };
         let (before, after) = (deepest(0.0), deepest(1.0));
+        let RunState { rigid_motion, mode_amplitudes, .. } = &self.state;
         let negligible =
-            NEGLIGIBLE_DEPTH_SHARE * (self.prepared.first_touch - self.state.rigid_motion[2]).abs();
+            NEGLIGIBLE_DEPTH_SHARE * self.prepared.approach_of(rigid_motion, mode_amplitudes).abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + length / cycles.count);
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))

@@ -15,7 +15,7 @@ use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
 use crate::evolution::records::{CheckpointEvent, Outcome};
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
-use crate::evolution::{Run, state};
+use crate::evolution::{FRAME_EDGE, Run, state};
 use crate::geometry::format_short;
 
 /// Worn depth over the approach that the first controlled jump aims at.
@@ -103,15 +103,21 @@ impl Run<'_> {
             }
             let (before, control, spent) =
                 (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
+            let discarded = self.discarded_work;
             let resolved = cycling.resolved_cycle.clone();
             let jumped = self.take_jump(&mut cycling);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
+                self.discarded_work = discarded;
                 // Before its first entry the step begins anew, from the state before it.
                 if cycling.jumps_done > 0 {
                     before.put(&mut cycling);
                     (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
                         (control, spent, resolved);
+                    if self.result.outcome == FRAME_EDGE {
+                        // The checkpoint keeps the work from before the jump.
+                        self.untaken_jump_work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
+                    }
                     self.progress = StepProgress::WearStep(cycling);
                 }
                 return jumped;
@@ -230,9 +236,10 @@ impl Run<'_> {
         cycling.initial_peak_pressure = cycling.peak_pressure();
         self.refuse_unstable(&cycling)?;
         let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
-        if fastest > 0.0 {
-            let first =
-                FIRST_JUMP_DEPTH_SHARE * self.prepared.approach(&cycling.cycle.contact, 0).abs() / fastest;
+        let approach = self.prepared.approach(&cycling.cycle.contact, 0).abs();
+        // Contact at an approach of zero has no such depth: the first jump is then tried with all cycles.
+        if fastest > 0.0 && approach > 0.0 {
+            let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
             cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
         }
         Ok(Some(cycling))

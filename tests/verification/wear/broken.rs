@@ -1,12 +1,12 @@
 //! Steps of cycles that are broken off after their last jump.
 
 use orthowear::contact::SolverOptions;
-use orthowear::error::Result;
+use orthowear::error::{ErrorKind, Result};
 use orthowear::evolution::RunCheckpoint;
 use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::evolution::step::Integrator;
+use orthowear::evolution::step::{Integrator, Step};
 
-use crate::common::{fretting, frp_wear, indent, shift, sphere_on_frp};
+use crate::common::{Silent, fretting, frp_wear, indent, shift, sphere_on_frp};
 
 /// Breaks the run off at the first sign of life after so many entries, and keeps what it can be taken up from.
 struct Breaking {
@@ -76,5 +76,43 @@ fn runs_broken_off_after_the_last_jump() {
         let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&end.state.wear_depth), bits(&whole.state.wear_depth));
         assert_eq!(bits(&end.state.tractions), bits(&whole.state.tractions));
+    }
+}
+
+/// Keeps the state after the first entry.
+struct First(Option<RunCheckpoint>);
+
+impl Observer for First {
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        Ok(())
+    }
+
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        if moment == CheckpointEvent::Entry && self.0.is_none() {
+            self.0 = Some(snapshot());
+        }
+        Ok(())
+    }
+}
+
+/// Truth: increments that are done are none of a step of cycles, and the other way round: such a checkpoint is refused as wrong input.
+#[test]
+fn checkpoints_within_a_step_of_another_kind_are_refused() {
+    let mut model = sphere_on_frp(30.0, 1.5, 12);
+    model.wear = frp_wear(30.0);
+    let increments = || Step { increments: 3, ..indent(0.02) };
+    let cycles = || fretting(1000, 0.04, 2, Integrator::Sdirk2);
+    let options = SolverOptions::default();
+    for (steps, others) in [
+        (vec![increments(), cycles()], vec![cycles(), increments()]),
+        (vec![cycles(), increments()], vec![increments(), cycles()]),
+    ] {
+        let mut first = First(None);
+        orthowear::evolution::run(&model, &steps, &options, None, &mut first).expect("a run");
+        let from = first.0.expect("an entry");
+        let same = orthowear::evolution::run(&model, &steps, &options, Some(from.clone()), &mut Silent);
+        assert_eq!(same.expect("a run").outcome, Outcome::Converged);
+        let other = orthowear::evolution::run(&model, &others, &options, Some(from), &mut Silent);
+        assert_eq!(other.expect_err("another kind of step").kind(), ErrorKind::Input);
     }
 }

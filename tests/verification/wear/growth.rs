@@ -212,3 +212,39 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
     snapshot.clone().transfer_to(&short, &models[1], steps, None).is_err()
         && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }
+
+/// Truth: the work of a jump that is not taken is that of the next entry, once: each further try on the small frame adds as much as the one
+/// before, also where it is the first jump of the step.
+#[test]
+fn each_jump_tried_again_adds_its_work_once() {
+    let options = SolverOptions::default();
+    for (amplitude, cycles) in [(0.004, 10_000_000), (0.008, 12_000_000)] {
+        let (models, steps) = fretted(amplitude, cycles);
+        let places = places(&models[0], &models[1]);
+        let same: Vec<usize> = (0..models[0].frame.n_cells()).collect();
+        let work_after = |tries: usize| {
+            let mut snapshot = solve(&models[0], &steps).frame_edge_checkpoint.expect("a state");
+            for _ in 1..tries {
+                let again = snapshot.transfer_to(&same, &models[0], &steps, None).expect("a state");
+                let stopped = run(&models[0], &steps, &options, Some(again), &mut Silent).expect("a run");
+                snapshot = stopped.frame_edge_checkpoint.expect("a state");
+            }
+            let snapshot = snapshot.transfer_to(&places, &models[1], &steps, None).expect("a state");
+            let whole = run(&models[1], &steps, &options, Some(snapshot), &mut Silent).expect("a run");
+            let jumps = whole.records.iter().filter(|record| record.jump.is_some());
+            jumps.fold([0; 3], |[solves, iterations, applications], record| {
+                let jump = record.jump.expect("a jump");
+                [
+                    solves + jump.solves,
+                    iterations + record.iterations,
+                    applications + record.operator_applications,
+                ]
+            })
+        };
+        let [once, twice, thrice] = [1, 2, 3].map(work_after);
+        for (what, k) in [("solves", 0), ("iterations", 1), ("applications", 2)] {
+            assert!(twice[k] > once[k], "{amplitude}, {what}: {} {}", twice[k], once[k]);
+            assert_eq!(thrice[k] - twice[k], twice[k] - once[k], "{amplitude}, {what}");
+        }
+    }
+}

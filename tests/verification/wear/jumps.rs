@@ -1,0 +1,144 @@
+//! Jumps in unusual states: contact at an approach of zero, no contact, tolerances that no jump meets, own loads.
+
+use orthowear::body::UnconstrainedModes;
+use orthowear::body::rigid_body_modes::RigidBodyMode;
+use orthowear::contact::SolverOptions;
+use orthowear::error::{Error, Result};
+use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::step::{Integrator, JumpPolicy, Normal, Step, Tilt};
+use orthowear::evolution::{Model, RunCheckpoint, run};
+use orthowear::geometry::Side;
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
+
+use super::sliding::{half_space, press, slide_to};
+use crate::common::{fretting, indent, relative, solve, sphere, step};
+
+const MU: f64 = 0.4;
+
+/// Keeps entries and warnings; an error ends the run after some entries.
+#[derive(Default)]
+struct Kept {
+    entries: usize,
+    records: Vec<IncrementRecord>,
+    warnings: String,
+}
+
+impl Observer for Kept {
+    fn increment_done(&mut self, record: &IncrementRecord, _: &FrameState) -> Result<()> {
+        self.records.push(record.clone());
+        if self.records.len() < self.entries { Ok(()) } else { Err(Error::numerical("enough entries")) }
+    }
+
+    fn on_checkpoint(&mut self, _: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        self.warnings = serde_json::to_value(snapshot()).expect("JSON")["warnings"].to_string();
+        Ok(())
+    }
+}
+
+/// A rigid sphere on a half-space with friction and wear.
+fn rubbed_sphere(i: f64, frame: (f64, usize), radius: f64) -> Model {
+    let mut model = half_space(1e5, frame, sphere(radius));
+    (model.friction, model.wear) = (FrictionLaw::Coulomb { mu: MU }, WearLaw::Archard { i });
+    model
+}
+
+fn controlled(count: u64, amplitude: f64, tolerance: f64) -> Step {
+    let mut step = fretting(count, amplitude, 1, Integrator::Sdirk2);
+    step.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
+    step
+}
+
+/// Truth: a step has all of its cycles, in jumps of one cycle at least: also where a sphere that was turned about the frame's centre is in
+/// contact at an approach of 0.
+#[test]
+fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
+    let model = rubbed_sphere(1e-8, (0.6, 16), 20.0);
+    let turned =
+        Step { normal: Some(Normal::Approach(0.0)), tilt: Some(Tilt::Rotation([0.01, 0.0])), ..step("turn") };
+    let mut kept = Kept { entries: 200, ..Kept::default() };
+    let steps = [turned, controlled(1000, 0.02, 1e-3)];
+    let result = run(&model, &steps, &SolverOptions::default(), None, &mut kept);
+    let result = result.expect("a run of few jumps");
+    assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
+    assert!(result.records[0].approach == 0.0 && result.records[0].normal_force > 0.0);
+    let last = result.records.last().expect("records");
+    assert!(last.cycles_done == 1000 && last.worn_volume > 0.0, "{last:?}");
+    assert!(result.records.iter().filter_map(|record| record.jump).all(|jump| jump.length >= 1.0));
+}
+
+/// Truth: nothing wears without contact; each note is given once.
+#[test]
+fn fretting_without_contact_converges_without_wear() {
+    for jumps in [JumpPolicy::Tolerance(1e-3), JumpPolicy::Number(2)] {
+        let mut cycles = controlled(10, 0.002, 1e-3);
+        cycles.cycles.as_mut().expect("cycles").jumps = jumps;
+        let result = solve(&rubbed_sphere(1e-8, (0.4, 16), 10.0), &[indent(-0.001), cycles]);
+        assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
+        let last = result.records.last().expect("records");
+        assert_eq!((last.cycles_done, last.worn_volume, last.normal_force), (10, 0.0, 0.0));
+        assert_eq!(last.certificate.natural_residual, 0.0);
+        for (k, note) in result.warnings.iter().enumerate() {
+            assert!(!result.warnings[..k].contains(note), "twice: {note}");
+        }
+        assert!(result.warnings.iter().any(|note| note.contains("\"fretting\" (1): nothing is in contact")));
+        assert!(
+            !result.warnings.iter().any(|note| note.contains("all but a millionth")),
+            "{:?}",
+            result.warnings
+        );
+    }
+}
+
+/// Truth: docs/theory-wear.md: a jump is tried again, shorter, while its error is above what the tolerance allows; where trials run out before, a warning says by
+/// how much, once. A tolerance of 1e-25 lies below the rounding of the rates.
+#[test]
+fn jumps_above_the_tolerance_are_warned_of() {
+    let warned = |tolerance: f64| {
+        let steps = [indent(0.005), controlled(1_000_000_000_000_000, 0.02, tolerance)];
+        let mut kept = Kept { entries: 5, ..Kept::default() };
+        // It ends by the error above, or before.
+        let _ =
+            run(&rubbed_sphere(1e-20, (0.6, 12), 20.0), &steps, &SolverOptions::default(), None, &mut kept);
+        let jumps = kept.records.iter().filter_map(|record| record.jump);
+        (
+            jumps.map(|jump| jump.rejected).max(),
+            kept.warnings.matches("more than wear.tolerance allows").count(),
+        )
+    };
+    assert_eq!(warned(1e-25), (Some(12), 1));
+    let (rejected, count) = warned(1e-2);
+    assert!(rejected < Some(12) && count == 0, "{rejected:?} {count}");
+}
+
+/// Truth: the load of a body that nothing holds along n presses as a prescribed force does: the jumps are the same.
+#[test]
+fn own_loads_and_prescribed_forces_take_the_same_jumps() {
+    let force = 200.0;
+    let run_with = |floats: bool| {
+        let mut model = rubbed_sphere(1e-8, (1.0, 16), 20.0);
+        let n = model.frame.n_cells();
+        if floats {
+            let gap = (0..3 * n).map(|k| f64::from(u8::from(k >= 2 * n))).collect();
+            let relative_motion = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            let modes = vec![RigidBodyMode { relative_motion, gap, load_work: -force }];
+            model.floating.push(UnconstrainedModes {
+                side: Side::Upper,
+                modes,
+                names: vec!["translation z".to_owned()],
+            });
+        }
+        let first = if floats { Step { wear: false, ..step("press") } } else { press(force) };
+        // 4e-3 of the approach is worn in the end.
+        let result = solve(&model, &[first, slide_to(20.0, 1e-5)]);
+        assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
+        let last = result.records.last().expect("records");
+        assert!(relative(last.normal_force, force) < 1e-7, "{}", last.normal_force);
+        println!("{} of {}", last.max_wear_depth, last.approach);
+        result.records.iter().filter_map(|record| record.jump).map(|jump| jump.length).collect::<Vec<_>>()
+    };
+    let [held, floats] = [false, true].map(run_with);
+    println!("{held:?} {floats:?}");
+    assert!(held.len() > 3 && held.len() == floats.len(), "{held:?} {floats:?}");
+    assert!(held.iter().zip(&floats).all(|(a, b)| relative(*a, *b) < 1e-4), "{held:?} {floats:?}");
+}
