@@ -1,5 +1,6 @@
 //! Boundary-element bodies: what is known of a body from its surface alone.
 
+mod cube_table;
 pub mod finite;
 pub mod full_space;
 pub mod green_tensor;

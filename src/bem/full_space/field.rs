@@ -3,18 +3,18 @@
 use nalgebra::Vector3;
 
 use super::barnett::BarnettField;
-use super::cube_table::CubeTable;
 use super::kelvin::Kelvin;
+use crate::bem::cube_table::{CubeTable, DirectionSymmetry, SYMMETRIC_LEN};
 use crate::bem::green_tensor::GreenTensor;
 use crate::error::Result;
-use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
+use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Raised whenever what a table holds, or its arithmetic, changes.
-const FORMAT: u64 = 2;
+/// Names the tables in the cache.
+const KIND: &str = "full space";
 
-/// Names of kept tables end so.
-const CACHE_EXTENSION: &str = "directions";
+/// Wanted error of a table, over its largest entry.
+const ERROR: f64 = 1e-9;
 
 /// Field of a unit force at the origin of a body without surfaces.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct FullSpaceField(Form);
 #[derive(Debug, Clone)]
 enum Form {
     Closed(Kelvin),
-    Tabulated(Box<CubeTable>),
+    Tabulated(Box<CubeTable<SYMMETRIC_LEN>>),
 }
 
 impl FullSpaceField {
@@ -44,21 +44,11 @@ impl FullSpaceField {
         if let Some(closed) = Kelvin::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
         }
-        let key = key(stiffness);
-        let mut note = None;
-        if let Some(cache) = cache {
-            match cache.read_list(&key, CACHE_EXTENSION)? {
-                CacheLookup::Hit(values) => match CubeTable::from_values(&values) {
-                    Some(table) => return Ok((Self(Form::Tabulated(Box::new(table))), None)),
-                    None => note = Some(damage("its shape is wrong")),
-                },
-                CacheLookup::Miss => {}
-                CacheLookup::Damaged(how) => note = Some(damage(&how)),
-            }
-        }
-        let table = CubeTable::new(&BarnettField::new(stiffness))?;
-        let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, CACHE_EXTENSION, &table.values()));
-        let note = note.or(written.err().map(|error| error.to_string()));
+        let symmetry = DirectionSymmetry::Inversion;
+        let (table, note) = CubeTable::load_or_compute((KIND, stiffness), symmetry, cache, || {
+            let integrals = BarnettField::new(stiffness);
+            CubeTable::new(symmetry, ERROR, std::iter::empty(), |x| integrals.at(x))
+        })?;
         Ok((Self(Form::Tabulated(Box::new(table))), note))
     }
 
@@ -79,15 +69,4 @@ impl FullSpaceField {
             Form::Tabulated(table) => table.error(),
         }
     }
-}
-
-/// The key of the table of a material.
-fn key(stiffness: &Stiffness) -> CacheKey {
-    let mut hash = CacheKeyBuilder::new(&format!("full space {FORMAT}"));
-    hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
-    hash.finish()
-}
-
-fn damage(how: &str) -> String {
-    format!("the field of a point force in the cache was damaged ({how}); it was computed anew")
 }

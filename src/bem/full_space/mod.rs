@@ -4,7 +4,6 @@
 //! fills and is held against.
 
 mod barnett;
-mod cube_table;
 mod field;
 mod kelvin;
 

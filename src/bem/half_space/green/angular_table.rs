@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use crate::bem::half_space::green::{SurfaceGreen, assemble};
 
 /// Nodes of the local Lagrange interpolation.
-pub(crate) const NODES: usize = 8;
+const NODES: usize = 8;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
@@ -108,37 +108,8 @@ impl AngularTable {
 }
 
 /// Weights of the nodes -3, ..., 4 at `t`, in [0, 1] for the best accuracy.
-pub(crate) fn lagrange(t: f64) -> [f64; NODES] {
-    products(std::array::from_fn(|j| t + 3.0 - j as f64))
-}
-
-/// The same and their derivatives.
-pub(in crate::bem::half_space) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
+fn lagrange(t: f64) -> [f64; NODES] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
-    let (mut weights, mut slopes) = (LAGRANGE, [0.0; NODES]);
-    // Products of the distances before a node with their derivatives, then times those after it.
-    let (mut product, mut slope) = (1.0, 0.0);
-    for j in 0..NODES {
-        (weights[j], slopes[j]) = (LAGRANGE[j] * product, LAGRANGE[j] * slope);
-        (product, slope) = (product * distances[j], slope * distances[j] + product);
-    }
-    (product, slope) = (1.0, 0.0);
-    for j in (0..NODES).rev() {
-        (weights[j], slopes[j]) = (weights[j] * product, slopes[j] * product + weights[j] * slope);
-        (product, slope) = (product * distances[j], slope * distances[j] + product);
-    }
-    [weights, slopes]
-}
-
-/// The weights at `t` over the distance of `t` from node `node`, which vanish there; zero for the node itself.
-pub(in crate::bem::half_space) fn lagrange_over_distance(t: f64, node: usize) -> [f64; NODES] {
-    let mut weights = products(std::array::from_fn(|j| if j == node { 1.0 } else { t + 3.0 - j as f64 }));
-    weights[node] = 0.0;
-    weights
-}
-
-/// Weights by the distances of a point from the nodes.
-fn products(distances: [f64; NODES]) -> [f64; NODES] {
     let mut weights = LAGRANGE;
     let (mut before, mut after) = (1.0, 1.0);
     for j in 0..NODES {

@@ -7,7 +7,6 @@
 mod boussinesq;
 pub mod point_force;
 pub mod point_force_integral;
-mod point_force_table;
 mod surface_point_force;
 
 use std::ops::Range;

@@ -1,26 +1,37 @@
 //! Field of a point force on the surface of a half-space, fast enough for millions of points.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 
+use crate::bem::cube_table::{CubeTable, DirectionSymmetry, GENERAL_LEN};
 use crate::bem::green_tensor::GreenTensor;
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::subsurface::boussinesq::Boussinesq;
 use crate::bem::half_space::subsurface::point_force_integral::PointForceIntegral;
-use crate::bem::half_space::subsurface::point_force_table::PointForceTable;
 use crate::bem::half_space::subsurface::surface_point_force::SurfacePointForce;
 use crate::error::Result;
 use crate::geometry::Side;
-use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
+use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
 /// Points nearer to the surface, over their distance from the force, count as on it.
 const SURFACE_TOLERANCE: f64 = 1e-9;
 
-/// Raised whenever what a table holds, or its arithmetic, changes.
-const FORMAT: u64 = 2;
+/// Names the tables in the cache.
+const KIND: &str = "point force";
 
-/// Names of kept tables end so.
-const CACHE_EXTENSION: &str = "field";
+/// Wanted error of a table, over its largest entry.
+const ERROR: f64 = 3e-8;
+
+/// Change of the direct integral by doubling its points at which a node of a table is accepted: what is left is about its square.
+const MAX_INTEGRAL_CHANGE: f64 = 1e-5;
+
+/// Directions in the surface in which a table is compared with the surface's own field.
+const COMPARED_ON_SURFACE: usize = 1024;
+
+/// Stiffnesses below this share of the largest one count as zero: rounding of turned axes.
+const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
 ///
@@ -37,14 +48,8 @@ enum Form {
 
 #[derive(Debug, Clone)]
 struct Tabulated {
-    inside: PointForceTable,
+    inside: CubeTable<GENERAL_LEN>,
     surface: SurfacePointForce,
-}
-
-impl Tabulated {
-    fn form(inside: PointForceTable, surface: SurfacePointForce) -> Form {
-        Form::Tabulated(Box::new(Self { inside, surface }))
-    }
 }
 
 impl PointForceField {
@@ -67,22 +72,20 @@ impl PointForceField {
         }
         let green = SurfaceGreen::new(stiffness, Side::Lower)?;
         let surface = SurfacePointForce::new(stiffness, &green);
-        let key = key(stiffness);
-        let mut note = None;
-        if let Some(cache) = cache {
-            match cache.read_list(&key, CACHE_EXTENSION)? {
-                CacheLookup::Hit(values) => match PointForceTable::from_values(values) {
-                    Some(inside) => return Ok((Self(Tabulated::form(inside, surface)), None)),
-                    None => note = Some(damage("its shape is wrong")),
-                },
-                CacheLookup::Miss => {}
-                CacheLookup::Damaged(how) => note = Some(damage(&how)),
-            }
-        }
-        let table = PointForceTable::new(&PointForceIntegral::new(stiffness, &green), &surface)?;
-        let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, CACHE_EXTENSION, &table.values()));
-        let note = note.or(written.err().map(|error| error.to_string()));
-        Ok((Self(Tabulated::form(table, surface)), note))
+        let symmetry = DirectionSymmetry::Planes([0, 1].map(|axis| is_mirror(stiffness, axis)));
+        let (inside, note) = CubeTable::load_or_compute((KIND, stiffness), symmetry, cache, || {
+            let integral = PointForceIntegral::new(stiffness, &green);
+            let angles = (0..COMPARED_ON_SURFACE).map(|k| 2.0 * PI * k as f64 / COMPARED_ON_SURFACE as f64);
+            let on_surface = angles.map(|phi| Vector3::new(phi.cos(), phi.sin(), -SURFACE_TOLERANCE));
+            CubeTable::new(symmetry, ERROR, on_surface, |x| {
+                Ok(if x.z < -SURFACE_TOLERANCE {
+                    integral.integrate(x, MAX_INTEGRAL_CHANGE).0
+                } else {
+                    surface.at(x.x, x.y)
+                })
+            })
+        })?;
+        Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
     /// The field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts as on it:
@@ -109,20 +112,54 @@ impl PointForceField {
     }
 }
 
-/// The key of the table of a material.
-fn key(stiffness: &Stiffness) -> CacheKey {
-    let mut hash = CacheKeyBuilder::new(&format!("point force {FORMAT}"));
-    hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
-    hash.finish()
-}
-
-fn damage(how: &str) -> String {
-    format!("the field of a point force in the cache was damaged ({how}); it was computed anew")
+/// Whether the plane across an axis is a plane of symmetry: stiffnesses with an odd number of indices of that axis vanish.
+fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
+    let largest = stiffness.voigt().amax();
+    let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
+    let odd = indices().filter(|indices| indices.iter().filter(|i| **i == axis).count() % 2 == 1);
+    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs())
+        .all(|c| c <= ZERO_STIFFNESS_TOLERANCE * largest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bem::cube_table::{CACHE_EXTENSION, cache_key};
+    use crate::linalg::cache::CacheLookup;
+
+    /// Truth: a transversely isotropic material is its own mirror image across planes that contain the fibre or that the fibre is normal
+    /// to; the direct integral in all quadrants.
+    #[test]
+    fn mirror_images_are_the_direct_integral() {
+        let fibre = Stiffness::transversely_isotropic(14e3, 10e3, 5e3, 0.3, 0.4).unwrap();
+        let turned = |axis: Vector3<f64>, angle: f64| {
+            fibre.rotated(nalgebra::Rotation3::from_scaled_axis(axis * angle).matrix())
+        };
+        let [y, z] = [Vector3::y(), Vector3::z()];
+        // The fibre lies along x, is tilted in the plane y = 0, in the plane x = 0, lies between x and y.
+        let upright = turned(y, 0.5).rotated(nalgebra::Rotation3::from_scaled_axis(z * (0.5 * PI)).matrix());
+        let cases = [
+            (fibre.clone(), [true, true]),
+            (turned(y, 0.5), [false, true]),
+            (upright, [true, false]),
+            (turned(z, 0.5), [false, false]),
+        ];
+        for (stiffness, mirrors) in cases {
+            assert_eq!([0, 1].map(|axis| is_mirror(&stiffness, axis)), mirrors);
+            let green = SurfaceGreen::new(&stiffness, Side::Lower).unwrap();
+            let integral = PointForceIntegral::new(&stiffness, &green);
+            let field = PointForceField::new(&stiffness).unwrap();
+            for k in 0..16 {
+                let (phi, t) = (0.2 + 2.0 * PI * k as f64 / 16.0, 0.3 + 0.04 * k as f64);
+                let (sin, cos) = (2.0 * t / (1.0 + t * t), (1.0 - t * t) / (1.0 + t * t));
+                let x = Vector3::new(sin * phi.cos(), sin * phi.sin(), -cos);
+                let (found, wanted) = (field.at(&x), integral.at(&x).unwrap());
+                let value = (found.value - wanted.value).amax() / wanted.value.amax();
+                let gradient = found.max_gradient_difference(&wanted) / wanted.max_gradient();
+                assert!(value.max(gradient) < 1e-6, "{mirrors:?}, {k}: {value:e} {gradient:e}");
+            }
+        }
+    }
 
     /// Truth: a table that is kept is read, to the last bit; a damaged one is made anew, and told.
     #[test]
@@ -137,14 +174,14 @@ mod tests {
         assert_eq!(note, None);
         let path = folder.path().read_dir().unwrap().next().unwrap().unwrap().path();
         let whole = std::fs::read(&path).unwrap();
+        let key = cache_key(KIND, &stiffness);
         // A mark in the file tells what is read from what is made anew.
         let list = |error: f64| {
-            let CacheLookup::Hit(mut values) = cache.read_list(&key(&stiffness), CACHE_EXTENSION).unwrap()
-            else {
+            let CacheLookup::Hit(mut values) = cache.read_list(&key, CACHE_EXTENSION).unwrap() else {
                 panic!("no list")
             };
-            values[1] = error;
-            cache.write_list(&key(&stiffness), CACHE_EXTENSION, &values).unwrap();
+            values[0] = error;
+            cache.write_list(&key, CACHE_EXTENSION, &values).unwrap();
         };
         list(0.5);
         let (read, note) = PointForceField::load_or_compute(&stiffness, Some(&cache)).unwrap();
@@ -157,7 +194,7 @@ mod tests {
         assert!(note.is_some_and(|note| note.contains("computed anew")));
         assert_eq!((again.error(), at(&again)), (made.error(), at(&made)));
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        cache.write_list(&key(&stiffness), CACHE_EXTENSION, &[96.0, 0.0, 1.0]).unwrap();
+        cache.write_list(&key, CACHE_EXTENSION, &[96.0, 0.0, 1.0]).unwrap();
         let (again, note) = PointForceField::load_or_compute(&stiffness, Some(&cache)).unwrap();
         assert!(note.is_some() && again.error() == made.error());
     }

@@ -9,6 +9,7 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
 use crate::bem::half_space::green::barnett_lothe::condition;
 use crate::error::{Error, Result};
+use crate::linalg::simd::wide;
 use crate::material::Stiffness;
 
 /// First and largest number of points of the angular rule.
@@ -17,8 +18,11 @@ const POINTS: [usize; 2] = [16, 1 << 14];
 /// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
 const MAX_CHANGE: f64 = 1e-11;
 
-/// Stiffnesses below this share of the largest one count as zero: rounding of turned axes.
-const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
+/// Points of a rule that are added at once, to fill wide registers.
+const LANES: usize = POINTS[0];
+
+/// Entries of the integrand: G and its derivatives along x, y, z.
+const TERMS: usize = 36;
 
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
@@ -32,6 +36,8 @@ pub struct PointForceIntegral {
     plane: [Matrix3<f64>; 3],
     /// C(e_x, e3), C(e_y, e3).
     mixed: [Matrix3<f64>; 2],
+    /// Their sums with their transposes.
+    mixed_sum: [Matrix3<f64>; 2],
     /// C(e3, e3).
     normal: Matrix3<f64>,
     /// A(θ), antisymmetric: its entries xy, xz, yz.
@@ -40,35 +46,17 @@ pub struct PointForceIntegral {
     circle: Vec<[f64; 2]>,
     /// Number of points below which rules are not compared.
     min_points: usize,
-    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
-    mirrors: [bool; 2],
 }
 
-/// Sums over the points of a rule.
-#[derive(Debug, Clone, Copy)]
-struct GreenTensorSums {
-    value: [f64; 9],
-    gradient: [[f64; 9]; 3],
-}
-
-/// Points of the rules of all directions at one angle from the inner axis, made as they are needed.
-pub(super) struct DirectionRule {
-    /// z at distance 1.
-    depth: f64,
-    /// Distance from the axis over the depth.
-    radius_over_depth: f64,
-    /// Poles near the real line are moved away from it by this factor.
-    pole_stretch: f64,
-    /// Points of the first rule, and of those between that each doubling adds.
-    levels: Vec<Vec<RuleNode>>,
-}
-
-/// A point of a rule: ψ, its cosine and sine, and its weight.
-struct RuleNode {
-    psi: f64,
+/// Direction of a point from the force, and the substitution of its rule.
+struct Direction {
+    phi: f64,
     cos: f64,
     sin: f64,
-    weight: f64,
+    /// Distance from the inner axis over the depth.
+    slope: f64,
+    /// Poles near the real line are moved away from it by this factor.
+    pole_stretch: f64,
 }
 
 impl PointForceIntegral {
@@ -81,22 +69,18 @@ impl PointForceIntegral {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
         let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
+        let mixed = [contract(0, 2), contract(1, 2)];
         // Features of the integrand have the width of the square root of ratios of stiffnesses.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
-            mixed: [contract(0, 2), contract(1, 2)],
+            mixed,
+            mixed_sum: mixed.map(|mixed| mixed + mixed.transpose()),
             normal: contract(2, 2),
             coupling: AngularTable::new(&coupling),
             circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
             min_points: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 4),
-            mirrors: [0, 1].map(|axis| is_mirror(stiffness, axis)),
         }
-    }
-
-    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
-    pub(super) fn mirrors(&self) -> [bool; 2] {
-        self.mirrors
     }
 
     /// The field at a point below the surface, mm.
@@ -108,10 +92,9 @@ impl PointForceIntegral {
         if !distance.is_finite() || x.z >= 0.0 {
             return Err(Error::input(format!("the point {:?} does not lie below the surface", x.as_slice())));
         }
-        let mut rule = DirectionRule::new(x.x.hypot(x.y) / distance, x.z / distance);
-        let (field, change) = self.gradient(&mut rule, x.y.atan2(x.x), MAX_CHANGE);
+        let (field, change) = self.integrate(x, MAX_CHANGE);
         if change <= MAX_CHANGE {
-            return Ok(field.at_distance(distance));
+            return Ok(field);
         }
         Err(Error::numerical(format!(
             "the field at {:?} does not converge: it lies {:.1e} of its distance from the force below the surface",
@@ -120,89 +103,63 @@ impl PointForceIntegral {
         )))
     }
 
-    /// The displacement at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its
-    /// largest entry.
-    pub(super) fn value(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (Matrix3<f64>, f64) {
-        let (field, last) = self.integrate::<false>(rule, phi, change);
-        (field.value, last)
-    }
-
-    /// The field at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its largest
-    /// entries. The error of the field is about the square of the change.
-    pub(super) fn gradient(&self, rule: &mut DirectionRule, phi: f64, change: f64) -> (GreenTensor, f64) {
-        self.integrate::<true>(rule, phi, change)
-    }
-
+    /// The field at a point below the surface, and the last change by doubling the points, over its largest entries. The error of the
+    /// field is about the square of the change.
+    ///
     /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
     /// points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
     /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
-    fn integrate<const GRADIENT: bool>(
-        &self,
-        rule: &mut DirectionRule,
-        phi: f64,
-        change: f64,
-    ) -> (GreenTensor, f64) {
-        let mut sums = GreenTensorSums { value: [0.0; 9], gradient: [[0.0; 9]; 3] };
-        let phi = phi - 2.0 * PI * (phi / (2.0 * PI)).round();
+    pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
+        let direction = Direction::new(x);
+        let mut sums = [0.0; TERMS];
         let (mut coarse, mut before): (Option<GreenTensor>, f64) = (None, f64::INFINITY);
-        let mut level = 0;
+        // Poles lie about as far from the real line as they are moved by.
+        let least = (2.0 / direction.pole_stretch) as usize;
+        let mut points = self.min_points.max(least.next_power_of_two()).min(POINTS[1] / 4);
         loop {
-            let points = self.level(rule, level);
-            let turn = [phi.cos(), phi.sin()];
-            for point in &rule.levels[level] {
-                self.add::<GRADIENT>(rule.radius_over_depth, phi, turn, point, &mut sums);
+            let stride = POINTS[1] / points;
+            let (from, step) = if coarse.is_none() { (0, stride) } else { (stride, 2 * stride) };
+            let mut taken = self.circle[from..].iter().step_by(step);
+            while let Some(&first) = taken.next() {
+                let mut block = [first; LANES];
+                block[1..].iter_mut().zip(&mut taken).for_each(|(point, &taken)| *point = taken);
+                self.add(&direction, &block, &mut sums);
             }
-            let fine = sums.field(rule.depth, points);
+            let fine = field(&sums, x.z, points);
             let last = coarse.map_or(f64::INFINITY, |coarse| {
                 let value = (fine.value - coarse.value).amax() / fine.value.amax();
-                let steep =
-                    if GRADIENT { fine.max_gradient_difference(&coarse) / fine.max_gradient() } else { 0.0 };
-                value.max(steep)
+                value.max(fine.max_gradient_difference(&coarse) / fine.max_gradient())
             });
             if last <= change && before <= 10.0 * change.sqrt() || points >= POINTS[1] {
                 return (fine, last);
             }
-            (coarse, before, level) = (Some(fine), last, level + 1);
+            (coarse, before, points) = (Some(fine), last, 2 * points);
         }
     }
 
-    /// Makes the points of a level of a rule, and tells how many there are up to it.
-    fn level(&self, rule: &mut DirectionRule, level: usize) -> usize {
-        // Poles lie about as far from the real line as they are moved by.
-        let least = (2.0 / rule.pole_stretch) as usize;
-        let first = self.min_points.max(least.next_power_of_two()).min(POINTS[1] / 4);
-        let points = first << level;
-        if level == rule.levels.len() {
-            let stride = POINTS[1] / points;
-            let (from, step) = if level == 0 { (0, stride) } else { (stride, 2 * stride) };
-            let at =
-                (from..POINTS[1]).step_by(step).map(|k| RuleNode::new(self.circle[k], rule.pole_stretch));
-            rule.levels.push(at.collect());
+    /// Adds the points of a rule at some s, by their cosines and sines.
+    fn add(&self, direction: &Direction, points: &[[f64; 2]; LANES], sums: &mut [f64; TERMS]) {
+        let [mut cos, mut sin, mut weight] = [[0.0; LANES]; 3];
+        let mut coupling = [[0.0; 3]; LANES];
+        for (l, &[c, s]) in points.iter().enumerate() {
+            let s = direction.pole_stretch * s;
+            let inverse = 1.0 / (c * c + s * s).sqrt();
+            (cos[l], sin[l]) = (c * inverse, s * inverse);
+            weight[l] = direction.pole_stretch * inverse * inverse;
+            self.coupling.add_at(direction.phi + FRAC_PI_2 + s.atan2(c), &mut coupling[l]);
         }
-        points
+        let mut terms = [[0.0; LANES]; TERMS];
+        weigh(self, direction, [&cos, &sin, &weight], &coupling, &mut terms);
+        sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
     }
 
-    /// Adds a point of a rule.
-    #[inline]
-    fn add<const GRADIENT: bool>(
-        &self,
-        slope: f64,
-        phi: f64,
-        turn: [f64; 2],
-        point: &RuleNode,
-        sums: &mut GreenTensorSums,
-    ) {
-        let &RuleNode { psi, cos, sin, weight } = point;
+    /// F, m_x F', m_y F' and F + τF' at a point of a rule, times its weight.
+    #[inline(always)]
+    fn term(&self, direction: &Direction, [cos, sin, weight]: [f64; 3], a: [f64; 3]) -> [f64; TERMS] {
         // m at θ = φ + π/2 + ψ, and τ.
-        let m = [-(turn[1] * cos + turn[0] * sin), turn[0] * cos - turn[1] * sin];
-        let tau = -sin * slope;
-        let mut a = [0.0; 3];
-        self.coupling.add_at(phi + FRAC_PI_2 + psi, &mut a);
-
-        let both = |i: usize, k: usize| {
-            let part = |j: usize| self.mixed[j][(i, k)] + self.mixed[j][(k, i)];
-            m[0] * part(0) + m[1] * part(1)
-        };
+        let m = [-(direction.sin * cos + direction.cos * sin), direction.cos * cos - direction.sin * sin];
+        let tau = -sin * direction.slope;
+        let both = |i: usize, k: usize| m[0] * self.mixed_sum[0][(i, k)] + m[1] * self.mixed_sum[1][(i, k)];
         let squares = [m[0] * m[0], m[0] * m[1], m[1] * m[1]];
         let d = |i: usize, k: usize| {
             let q: f64 = (0..3).map(|j| squares[j] * self.plane[j][(i, k)]).sum();
@@ -218,61 +175,74 @@ impl PointForceIntegral {
         };
         let right = [row(0), row(1), row(2)];
         let f = factor.solve([0, 1, 2].map(|i| [0, 1, 2].map(|k| f64::from(u8::from(i == k)) - right[i][k])));
-        (0..9).for_each(|k| sums.value[k] += weight * f[k / 3][k % 3]);
-        if GRADIENT {
-            let row = |i: usize| {
-                let entry = |k: usize| both(i, k) + 2.0 * tau * self.normal[(i, k)];
-                let through = [entry(0), entry(1), entry(2)];
-                let coupled = times_antisymmetric([0, 1, 2].map(|k| self.normal[(i, k)]), a);
-                [0, 1, 2].map(|j| {
-                    -(through[0] * f[0][j] + through[1] * f[1][j] + through[2] * f[2][j]) - coupled[j]
-                })
-            };
-            let slope = factor.solve([row(0), row(1), row(2)]);
-            for k in 0..9 {
-                let (f, slope) = (f[k / 3][k % 3], weight * slope[k / 3][k % 3]);
-                sums.gradient[0][k] += m[0] * slope;
-                sums.gradient[1][k] += m[1] * slope;
-                sums.gradient[2][k] += weight * f + tau * slope;
-            }
+        let row = |i: usize| {
+            let entry = |k: usize| both(i, k) + 2.0 * tau * self.normal[(i, k)];
+            let through = [entry(0), entry(1), entry(2)];
+            let coupled = times_antisymmetric([0, 1, 2].map(|k| self.normal[(i, k)]), a);
+            [0, 1, 2]
+                .map(|j| -(through[0] * f[0][j] + through[1] * f[1][j] + through[2] * f[2][j]) - coupled[j])
+        };
+        let slope = factor.solve([row(0), row(1), row(2)]);
+        let mut terms = [0.0; TERMS];
+        for k in 0..9 {
+            let (f, slope) = (weight * f[k / 3][k % 3], weight * slope[k / 3][k % 3]);
+            terms[k] = f;
+            terms[9 + k] = m[0] * slope;
+            terms[18 + k] = m[1] * slope;
+            terms[27 + k] = f + tau * slope;
+        }
+        terms
+    }
+}
+
+/// The terms of points of a rule by cos ψ, sin ψ and their weights, and by A.
+fn weigh(
+    integral: &PointForceIntegral,
+    direction: &Direction,
+    points: [&[f64; LANES]; 3],
+    coupling: &[[f64; 3]; LANES],
+    terms: &mut [[f64; LANES]; TERMS],
+) {
+    wide!(weigh_inline(
+        integral => integral: &PointForceIntegral,
+        direction => direction: &Direction,
+        points => points: [&[f64; LANES]; 3],
+        coupling => coupling: &[[f64; 3]; LANES],
+        terms => terms: &mut [[f64; LANES]; TERMS]
+    ))
+}
+
+#[inline(always)]
+fn weigh_inline(
+    integral: &PointForceIntegral,
+    direction: &Direction,
+    points: [&[f64; LANES]; 3],
+    coupling: &[[f64; 3]; LANES],
+    terms: &mut [[f64; LANES]; TERMS],
+) {
+    for l in 0..LANES {
+        let point = [points[0][l], points[1][l], points[2][l]];
+        let term = integral.term(direction, point, coupling[l]);
+        for k in 0..TERMS {
+            terms[k][l] = term[k];
         }
     }
 }
 
-impl DirectionRule {
-    /// For directions with this sine of the angle from the inner axis and this z, at distance 1.
-    pub(super) fn new(sin: f64, depth: f64) -> Self {
-        let pole_stretch = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
-        Self { depth, radius_over_depth: -sin / depth, pole_stretch, levels: Vec::new() }
+impl Direction {
+    fn new(x: &Vector3<f64>) -> Self {
+        let radius = x.x.hypot(x.y);
+        let (cos, sin) = if radius > 0.0 { (x.x / radius, x.y / radius) } else { (1.0, 0.0) };
+        let slope = -radius / x.z;
+        Self { phi: sin.atan2(cos), cos, sin, slope, pole_stretch: 1.0 / slope.sqrt().max(1.0) }
     }
 }
 
-impl RuleNode {
-    fn new([c, s]: [f64; 2], cluster: f64) -> Self {
-        let s = cluster * s;
-        let length = c.hypot(s);
-        Self { psi: s.atan2(c), cos: c / length, sin: s / length, weight: cluster / (length * length) }
-    }
-}
-
-impl GreenTensorSums {
-    /// The field at depth −`z` by the sums over `points` points.
-    fn field(&self, z: f64, points: usize) -> GreenTensor {
-        let factor = 1.0 / (2.0 * PI * points as f64);
-        GreenTensor {
-            value: Matrix3::from_row_slice(&self.value) * (-factor / z),
-            gradient: self.gradient.map(|part| Matrix3::from_row_slice(&part) * (factor / (z * z))),
-        }
-    }
-}
-
-/// Whether the plane across an axis is a plane of symmetry: stiffnesses with an odd number of indices of that axis vanish.
-fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
-    let largest = stiffness.voigt().amax();
-    let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
-    let odd = indices().filter(|indices| indices.iter().filter(|i| **i == axis).count() % 2 == 1);
-    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs())
-        .all(|c| c <= ZERO_STIFFNESS_TOLERANCE * largest)
+/// The field at depth −`z` by the sums over `points` points.
+fn field(sums: &[f64; TERMS], z: f64, points: usize) -> GreenTensor {
+    let factor = 1.0 / (2.0 * PI * points as f64);
+    let part = |k: usize, factor: f64| Matrix3::from_row_slice(&sums[9 * k..9 * k + 9]) * factor;
+    GreenTensor { value: part(0, -factor / z), gradient: [1, 2, 3].map(|k| part(k, factor / (z * z))) }
 }
 
 /// L and 1/d of a positive definite L diag(d) Lᵀ.
@@ -283,6 +253,7 @@ struct Factor {
 
 impl Factor {
     /// From the entries xx, yx, yy, zx, zy, zz.
+    #[inline(always)]
     fn new([xx, yx, yy, zx, zy, zz]: [f64; 6]) -> Self {
         let first = 1.0 / xx;
         let (l10, l20) = (yx * first, zx * first);
@@ -293,6 +264,7 @@ impl Factor {
     }
 
     /// The solution for the rows of three right sides.
+    #[inline(always)]
     fn solve(&self, [mut x, mut y, mut z]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         let ([l10, l20, l21], [first, second, third]) = (self.l, self.inverse);
         for j in 0..3 {
@@ -306,6 +278,7 @@ impl Factor {
 }
 
 /// A row times the antisymmetric matrix of the entries xy, xz, yz.
+#[inline(always)]
 fn times_antisymmetric([x, y, z]: [f64; 3], [xy, xz, yz]: [f64; 3]) -> [f64; 3] {
     [-(y * xy + z * xz), x * xy - z * yz, x * xz + y * yz]
 }

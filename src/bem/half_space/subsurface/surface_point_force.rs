@@ -40,11 +40,4 @@ impl SurfacePointForce {
         let normal = self.normal[0] * along + self.normal[1] * across;
         GreenTensor { value: gamma, gradient: [along, across, normal] }.at_distance(r)
     }
-
-    /// Γ(φ) for the direction of (x, y).
-    pub(super) fn gamma(&self, x: f64, y: f64) -> [f64; 9] {
-        let mut functions = [0.0; 18];
-        self.table.add(x, y, 1.0, &mut functions);
-        std::array::from_fn(|k| functions[k])
-    }
 }

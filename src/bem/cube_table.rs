@@ -1,0 +1,440 @@
+//! Field of a point force by polynomials over directions.
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use crate::bem::green_tensor::GreenTensor;
+use crate::cancel;
+use crate::error::Result;
+use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
+use crate::linalg::simd::wide;
+use crate::material::{Stiffness, voigt_to_tensor};
+
+/// Raised whenever what a table holds, or its arithmetic, changes.
+const FORMAT: u64 = 3;
+
+/// Names of kept tables end so.
+pub(super) const CACHE_EXTENSION: &str = "directions";
+
+/// Total degree of the polynomials of a patch.
+const DEGREE: usize = 10;
+
+/// Their number.
+const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
+
+/// Nodes along a side of a patch at which it is fitted: one more than its polynomials need shows what they leave out.
+const NODES: usize = DEGREE + 2;
+
+/// Halvings of the side of a cube's face, at most.
+const MOST_HALVINGS: u32 = 7;
+
+/// Directions in which a table of three faces is compared with the integrals.
+const COMPARED: usize = 2048;
+
+/// Values in front of the coefficients of a kept patch: face, halvings, place.
+const SQUARE_LEN: usize = 4;
+
+/// Rows and columns of the entries of a matrix, row by row or (xx, yy, zz, yz, xz, xy) of a symmetric one.
+const GENERAL: [(usize, usize); 9] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
+const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+
+/// Entries of a direction if G is symmetric, with two zeros that fill wide registers.
+pub(super) const SYMMETRIC_LEN: usize = 20;
+
+/// Entries of a direction if G is not symmetric, with a zero.
+pub(super) const GENERAL_LEN: usize = 28;
+
+/// The reflections that leave a field unchanged: a table covers one direction of each set of images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum DirectionSymmetry {
+    /// G(-x) = G(x) in a full space.
+    Inversion,
+    /// Those of a half-space z <= 0 across the planes x = 0 and y = 0, each if it is a plane of symmetry.
+    Planes([bool; 2]),
+}
+
+/// The field on faces of a cube about the force, each divided into patches until polynomials on them suffice.
+///
+/// On a face across the axis a the coordinates are x_b / |x_a| and x_c / |x_a|, b and c following a. The entries of a direction are G and
+/// its derivatives along b and c. G is of degree -1: x·∂G = -G gives the derivative along a.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CubeTable<const LEN: usize> {
+    symmetry: DirectionSymmetry,
+    /// Squares along a side of a face that the smallest patches fill.
+    squares: usize,
+    /// Patch of each square, `[6, squares, squares]`.
+    patch_of: Vec<u32>,
+    patches: Vec<ChebyshevPatch<LEN>>,
+    /// Largest difference from the integrals, over the largest entry.
+    error: f64,
+}
+
+/// Chebyshev polynomials on a square of a face.
+#[derive(Debug, Clone, PartialEq)]
+struct ChebyshevPatch<const LEN: usize> {
+    square: FaceSquare,
+    middle: [f64; 2],
+    /// 1 over half of its side.
+    inverse_half_side: f64,
+    /// Of T_i(u) T_j(v), i + j up to the degree, `[TERMS]`.
+    coefficients: Vec<[f64; LEN]>,
+}
+
+/// A square of a face; face a lies at x_a = 1, face a + 3 at x_a = -1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FaceSquare {
+    face: usize,
+    level: u32,
+    place: [usize; 2],
+}
+
+/// The key of the table of a kind of field in a material.
+pub(super) fn cache_key(kind: &str, stiffness: &Stiffness) -> CacheKey {
+    let mut hash = CacheKeyBuilder::new(&format!("{kind} {FORMAT}"));
+    hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
+    hash.finish()
+}
+
+/// Directions spread evenly over the sphere: the R2 sequence of the plastic number.
+fn spread_directions() -> impl Iterator<Item = Vector3<f64>> {
+    (1..).map(|k| {
+        let [a, b] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|step| step * f64::from(k) % 1.0);
+        let (height, angle) = (1.0 - 2.0 * b, 2.0 * std::f64::consts::PI * a);
+        let rho = (1.0 - height * height).sqrt();
+        Vector3::new(rho * angle.cos(), rho * angle.sin(), height)
+    })
+}
+
+/// Places of the entries of one matrix.
+fn components<const LEN: usize>() -> &'static [(usize, usize)] {
+    if LEN == SYMMETRIC_LEN { &SYMMETRIC } else { &GENERAL }
+}
+
+fn entries<const LEN: usize>(field: &GreenTensor, axis: usize) -> [f64; LEN] {
+    let parts = [&field.value, &field.gradient[(axis + 1) % 3], &field.gradient[(axis + 2) % 3]];
+    let used = parts.iter().flat_map(|part| components::<LEN>().iter().map(|&place| part[place]));
+    let mut entries = [0.0; LEN];
+    entries.iter_mut().zip(used).for_each(|(entry, value)| *entry = value);
+    entries
+}
+
+/// T_0 to T_DEGREE at `u`.
+#[inline(always)]
+fn chebyshev(u: f64) -> [f64; DEGREE + 1] {
+    let mut values = [1.0; DEGREE + 1];
+    values[1] = u;
+    for k in 2..=DEGREE {
+        values[k] = 2.0 * u * values[k - 1] - values[k - 2];
+    }
+    values
+}
+
+/// Chebyshev nodes in [-1, 1].
+fn node(k: usize) -> f64 {
+    (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).cos()
+}
+
+impl DirectionSymmetry {
+    /// Signs of the axes in the covered image of a point, whose largest coordinate is that of `axis`.
+    #[inline]
+    fn signs(self, x: &Vector3<f64>, axis: usize) -> Vector3<f64> {
+        let sign = |folds: bool, x: f64| if folds { 1.0_f64.copysign(x) } else { 1.0 };
+        match self {
+            Self::Inversion => Vector3::repeat(sign(true, x[axis])),
+            Self::Planes([across_x, across_y]) => Vector3::new(sign(across_x, x.x), sign(across_y, x.y), 1.0),
+        }
+    }
+
+    /// Whether a table covers a square of half a side of a face or less.
+    fn covers(self, square: &FaceSquare) -> bool {
+        let x = square.point([0.0; 2]);
+        match self {
+            Self::Inversion => square.face < 3,
+            Self::Planes(mirrors) => x.z < 0.0 && (0..2).all(|axis| !mirrors[axis] || x[axis] > 0.0),
+        }
+    }
+
+    /// Quarters of the faces that a table covers.
+    fn squares(self) -> impl Iterator<Item = FaceSquare> {
+        let faces = (0..6).map(|face| FaceSquare { face, level: 0, place: [0; 2] });
+        faces.flat_map(|face| face.quarters()).filter(move |square| self.covers(square))
+    }
+}
+
+impl FaceSquare {
+    /// Its middle and half of its side.
+    fn extent(&self) -> ([f64; 2], f64) {
+        let half = 1.0 / f64::from(1 << self.level);
+        (self.place.map(|k| -1.0 + half * (2 * k + 1) as f64), half)
+    }
+
+    /// The point of the face at (s, t) of [-1, 1]² in the square.
+    fn point(&self, [s, t]: [f64; 2]) -> Vector3<f64> {
+        let ([u, v], half) = self.extent();
+        let (axis, mut x) = (self.face % 3, Vector3::zeros());
+        x[axis] = if self.face < 3 { 1.0 } else { -1.0 };
+        (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (u + half * s, v + half * t);
+        x
+    }
+
+    fn quarters(&self) -> [Self; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|which| Self {
+            face: self.face,
+            level: self.level + 1,
+            place: [0, 1].map(|c| 2 * self.place[c] + which[c]),
+        })
+    }
+}
+
+impl<const LEN: usize> ChebyshevPatch<LEN> {
+    fn new(square: FaceSquare, coefficients: Vec<[f64; LEN]>) -> Self {
+        let (middle, half) = square.extent();
+        Self { square, middle, inverse_half_side: 1.0 / half, coefficients }
+    }
+
+    /// Fitted to the integrals, and the largest difference from them at the nodes, of displacement and derivatives.
+    fn fitted(
+        square: FaceSquare,
+        integral: &impl Fn(&Vector3<f64>) -> Result<GreenTensor>,
+    ) -> Result<(Self, [f64; 2])> {
+        cancel::check()?;
+        let nodes: Vec<[f64; 2]> = (0..NODES * NODES).map(|k| [node(k / NODES), node(k % NODES)]).collect();
+        let sample = |node: &[f64; 2]| Ok(entries(&integral(&square.point(*node))?, square.face % 3));
+        let samples = nodes.iter().map(sample).collect::<Result<Vec<[f64; LEN]>>>()?;
+        let mut coefficients = vec![[0.0; LEN]; TERMS];
+        for ([s, t], sample) in nodes.iter().zip(&samples) {
+            let (along, across) = (chebyshev(*s), chebyshev(*t));
+            let mut term = 0;
+            for (i, along) in along.iter().enumerate() {
+                for (j, across) in across[..=DEGREE - i].iter().enumerate() {
+                    let twice = f64::from(1 << (u8::from(i > 0) + u8::from(j > 0)));
+                    let weight = along * across * twice / (NODES * NODES) as f64;
+                    let sums = coefficients[term].iter_mut().zip(sample);
+                    sums.for_each(|(sum, value)| *sum += weight * value);
+                    term += 1;
+                }
+            }
+        }
+        let patch = Self::new(square, coefficients);
+        let mut apart = [0.0_f64; 2];
+        for ([s, t], sample) in nodes.iter().zip(&samples) {
+            let mut found = [0.0; LEN];
+            weigh(&patch.coefficients, *s, *t, &mut found);
+            for (k, (found, wanted)) in found.iter().zip(sample).enumerate() {
+                let part = &mut apart[usize::from(k >= components::<LEN>().len())];
+                *part = part.max((found - wanted).abs());
+            }
+        }
+        Ok((patch, apart))
+    }
+}
+
+impl<const LEN: usize> CubeTable<LEN> {
+    /// A table whose error is about `tolerance`; larger only where the smallest patches do not suffice. It is compared with the integrals in
+    /// directions spread evenly and in `others`.
+    ///
+    /// # Errors
+    /// As the integrals, or if a stop is wished.
+    pub(super) fn new(
+        symmetry: DirectionSymmetry,
+        tolerance: f64,
+        others: impl Iterator<Item = Vector3<f64>>,
+        integral: impl Fn(&Vector3<f64>) -> Result<GreenTensor> + Sync,
+    ) -> Result<Self> {
+        let mut squares: Vec<FaceSquare> = symmetry.squares().collect();
+        let below = |x: Vector3<f64>| match symmetry {
+            DirectionSymmetry::Inversion => x,
+            DirectionSymmetry::Planes(_) => Vector3::new(x.x, x.y, -x.z.abs()),
+        };
+        let spread = spread_directions().take(COMPARED * squares.len() / 12).map(below);
+        let compared = (spread.chain(others).collect::<Vec<_>>().into_par_iter())
+            .map(|x| Ok((x, integral(&x)?)))
+            .collect::<Result<Vec<(Vector3<f64>, GreenTensor)>>>()?;
+        let fields = compared.iter().map(|(_, field)| [field.value.amax(), field.max_gradient()]);
+        let size = fields.fold([0.0_f64; 2], |size, field| [0, 1].map(|k| size[k].max(field[k])));
+        let mut patches = Vec::new();
+        while !squares.is_empty() {
+            let fitted = squares
+                .par_iter()
+                .map(|&square| ChebyshevPatch::fitted(square, &integral))
+                .collect::<Result<Vec<_>>>()?;
+            squares.clear();
+            for (patch, apart) in fitted {
+                let error = (apart[0] / size[0]).max(apart[1] / size[1]);
+                if error > tolerance && patch.square.level < MOST_HALVINGS {
+                    squares.extend(patch.square.quarters());
+                } else {
+                    patches.push(patch);
+                }
+            }
+        }
+        let mut table = Self::of(symmetry, patches, 0.0);
+        table.error = table.measure_error(&compared, size);
+        Ok(table)
+    }
+
+    /// A table of a `kind` of field in a material from a cache, or computed and put there, and what the user should know of the cache: a
+    /// damaged entry, or one that could not be written.
+    ///
+    /// # Errors
+    /// As `compute`, and if memory does not suffice.
+    pub(super) fn load_or_compute(
+        (kind, stiffness): (&str, &Stiffness),
+        symmetry: DirectionSymmetry,
+        cache: Option<&Cache>,
+        compute: impl FnOnce() -> Result<Self>,
+    ) -> Result<(Self, Option<String>)> {
+        let Some(cache) = cache else { return Ok((compute()?, None)) };
+        let key = cache_key(kind, stiffness);
+        let damage = match cache.read_list(&key, CACHE_EXTENSION)? {
+            CacheLookup::Hit(values) => match Self::from_values(symmetry, &values) {
+                Some(table) => return Ok((table, None)),
+                None => Some("its shape is wrong".to_owned()),
+            },
+            CacheLookup::Miss => None,
+            CacheLookup::Damaged(how) => Some(how),
+        };
+        let table = compute()?;
+        let written = cache.write_list(&key, CACHE_EXTENSION, &table.values());
+        let note = damage.map(|how| {
+            format!("the field of a point force in the cache was damaged ({how}); it was computed anew")
+        });
+        Ok((table, note.or(written.err().map(|error| error.to_string()))))
+    }
+
+    /// The table of patches that cover its directions.
+    fn of(symmetry: DirectionSymmetry, patches: Vec<ChebyshevPatch<LEN>>, error: f64) -> Self {
+        let halvings = patches.iter().map(|patch| patch.square.level).max().unwrap_or(0);
+        let squares = 1 << halvings;
+        let mut patch_of = vec![0; 6 * squares * squares];
+        for (index, patch) in patches.iter().enumerate() {
+            let FaceSquare { face, level, place } = patch.square;
+            let side = 1 << (halvings - level);
+            for i in 0..side {
+                let first = (face * squares + place[0] * side + i) * squares + place[1] * side;
+                patch_of[first..first + side].fill(index as u32);
+            }
+        }
+        Self { symmetry, squares, patch_of, patches, error }
+    }
+
+    /// Largest difference from the integrals, over the largest entries.
+    fn measure_error(&self, wanted: &[(Vector3<f64>, GreenTensor)], size: [f64; 2]) -> f64 {
+        let apart = wanted.iter().map(|(x, wanted)| {
+            let found = self.at(x);
+            let value = (found.value - wanted.value).amax() / size[0];
+            value.max(found.max_gradient_difference(wanted) / size[1])
+        });
+        apart.fold(0.0, f64::max)
+    }
+
+    /// Largest difference found from the integrals, over the largest entry.
+    pub(super) fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// What a table is restored from: the error, and of each patch face, halvings, place and coefficients.
+    pub(super) fn values(&self) -> Vec<f64> {
+        let mut values = vec![self.error];
+        for patch in &self.patches {
+            let FaceSquare { face, level, place: [i, j] } = patch.square;
+            values.extend([face as f64, f64::from(level), i as f64, j as f64]);
+            values.extend(patch.coefficients.iter().flat_map(|entries| &entries[..Self::used()]));
+        }
+        values
+    }
+
+    /// Entries that are not padding.
+    fn used() -> usize {
+        3 * components::<LEN>().len()
+    }
+
+    /// The table of such values; `None` if they are none of a table.
+    pub(super) fn from_values(symmetry: DirectionSymmetry, values: &[f64]) -> Option<Self> {
+        let (&error, rest) = values.split_first()?;
+        let of_patch = rest.chunks_exact(SQUARE_LEN + TERMS * Self::used());
+        if !of_patch.remainder().is_empty() {
+            return None;
+        }
+        let (mut patches, mut area) = (Vec::new(), 0.0);
+        for values in of_patch {
+            let level = (1..=MOST_HALVINGS).find(|&level| f64::from(level) == values[1])?;
+            let whole = |k: usize, end: usize| (0..end).find(|&whole| whole as f64 == values[k]);
+            let place = [whole(2, 1 << level)?, whole(3, 1 << level)?];
+            let square = FaceSquare { face: whole(0, 6)?, level, place };
+            if !symmetry.covers(&square) {
+                return None;
+            }
+            area += 4.0 / f64::from(1 << (2 * level));
+            let coefficients = values[SQUARE_LEN..].chunks_exact(Self::used()).map(|used| {
+                let mut entries = [0.0; LEN];
+                entries[..Self::used()].copy_from_slice(used);
+                entries
+            });
+            patches.push(ChebyshevPatch::new(square, coefficients.collect()));
+        }
+        (area == symmetry.squares().count() as f64).then(|| Self::of(symmetry, patches, error))
+    }
+
+    /// The field at a point other than the origin.
+    #[inline]
+    pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
+        let axis = x.iamax();
+        let signs = self.symmetry.signs(x, axis);
+        let x = x.component_mul(&signs);
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        let inverse = 1.0 / x[axis].abs();
+        let (u, v) = (x[b] * inverse, x[c] * inverse);
+        let half = 0.5 * self.squares as f64;
+        let square = |u: f64| (((u + 1.0) * half) as usize).min(self.squares - 1);
+        let face = if x[axis] < 0.0 { axis + 3 } else { axis };
+        let place = (face * self.squares + square(u)) * self.squares + square(v);
+        let patch = &self.patches[self.patch_of[place] as usize];
+        let mut sums = [0.0; LEN];
+        let [s, t] = [
+            (u - patch.middle[0]) * patch.inverse_half_side,
+            (v - patch.middle[1]) * patch.inverse_half_side,
+        ];
+        weigh(&patch.coefficients, s, t, &mut sums);
+        let pairs = signs * signs.transpose();
+        let matrix = |part: usize, factor: f64| {
+            if LEN == SYMMETRIC_LEN {
+                // The signs of inversions are all the same.
+                voigt_to_tensor(&std::array::from_fn(|k| factor * sums[6 * part + k]))
+            } else {
+                Matrix3::from_fn(|i, k| factor * pairs[(i, k)] * sums[9 * part + 3 * i + k])
+            }
+        };
+        let slope = inverse * inverse;
+        let value = matrix(0, inverse);
+        let mut gradient = [Matrix3::zeros(); 3];
+        (gradient[b], gradient[c]) = (matrix(1, slope * signs[b]), matrix(2, slope * signs[c]));
+        let across = gradient[b] * (x[b] * signs[b]) + gradient[c] * (x[c] * signs[c]);
+        gradient[axis] = (value + across) * (-signs[axis] / x[axis]);
+        GreenTensor { value, gradient }
+    }
+}
+
+/// The sums of the polynomials of a patch at (s, t) in [-1, 1]².
+fn weigh<const LEN: usize>(coefficients: &[[f64; LEN]], s: f64, t: f64, sums: &mut [f64; LEN]) {
+    wide!(weigh_inline<LEN>(
+        coefficients => coefficients: &[[f64; LEN]], s => s: f64, t => t: f64, sums => sums: &mut [f64; LEN]
+    ))
+}
+
+#[inline(always)]
+fn weigh_inline<const LEN: usize>(coefficients: &[[f64; LEN]], s: f64, t: f64, sums: &mut [f64; LEN]) {
+    let (along, across) = (chebyshev(s), chebyshev(t));
+    let mut total = [0.0; LEN];
+    let mut terms = coefficients.iter();
+    for (i, along) in along.iter().enumerate() {
+        for (across, term) in across[..=DEGREE - i].iter().zip(&mut terms) {
+            let weight = along * across;
+            // The compiler keeps all sums in registers only if it is shown their groups.
+            for (sums, entries) in total.as_chunks_mut::<4>().0.iter_mut().zip(term.as_chunks::<4>().0) {
+                (0..4).for_each(|k| sums[k] += weight * entries[k]);
+            }
+        }
+    }
+    *sums = total;
+}
