@@ -11,7 +11,7 @@ use crate::linalg::simd::wide;
 use crate::material::{Stiffness, voigt_to_tensor};
 
 /// Raised whenever what a table holds, or its arithmetic, changes.
-const FORMAT: u64 = 3;
+const FORMAT: u64 = 4;
 
 /// Names of kept tables end so.
 pub(super) const CACHE_EXTENSION: &str = "directions";
@@ -27,6 +27,9 @@ const NODES: usize = DEGREE + 2;
 
 /// Halvings of the side of a cube's face, at most.
 const MOST_HALVINGS: u32 = 7;
+
+/// Patches of a table, at most: the worst are divided as long as there is room.
+const MAX_PATCHES: usize = 1024;
 
 /// Directions in which a table of three faces is compared with the integrals.
 const COMPARED: usize = 2048;
@@ -65,7 +68,7 @@ pub(super) struct CubeTable<const LEN: usize> {
     /// Patch of each square, `[6, squares, squares]`.
     patch_of: Vec<u32>,
     patches: Vec<ChebyshevPatch<LEN>>,
-    /// Largest difference from the integrals, over the largest entry.
+    /// Largest difference of displacement or gradient from the integrals, over the largest entry, or their own error if it is larger.
     error: f64,
 }
 
@@ -192,15 +195,19 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
         Self { square, middle, inverse_half_side: 1.0 / half, coefficients }
     }
 
-    /// Fitted to the integrals, and the largest difference from them at the nodes, of displacement and derivatives.
+    /// Fitted to the integrals, the largest difference from them at the nodes, of displacement and derivatives, and their largest error.
     fn fitted(
         square: FaceSquare,
-        integral: &impl Fn(&Vector3<f64>) -> Result<GreenTensor>,
-    ) -> Result<(Self, [f64; 2])> {
+        integral: &impl Fn(&Vector3<f64>) -> Result<(GreenTensor, f64)>,
+    ) -> Result<(Self, [f64; 2], f64)> {
         cancel::check()?;
         let nodes: Vec<[f64; 2]> = (0..NODES * NODES).map(|k| [node(k / NODES), node(k % NODES)]).collect();
-        let sample = |node: &[f64; 2]| Ok(entries(&integral(&square.point(*node))?, square.face % 3));
-        let samples = nodes.iter().map(sample).collect::<Result<Vec<[f64; LEN]>>>()?;
+        let (mut samples, mut uncertainty) = (Vec::with_capacity(nodes.len()), 0.0_f64);
+        for node in &nodes {
+            let (field, error) = integral(&square.point(*node))?;
+            samples.push(entries::<LEN>(&field, square.face % 3));
+            uncertainty = uncertainty.max(error);
+        }
         let mut coefficients = vec![[0.0; LEN]; TERMS];
         for ([s, t], sample) in nodes.iter().zip(&samples) {
             let (along, across) = (chebyshev(*s), chebyshev(*t));
@@ -225,13 +232,14 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
                 *part = part.max((found - wanted).abs());
             }
         }
-        Ok((patch, apart))
+        Ok((patch, apart, uncertainty))
     }
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// A table whose error is about `tolerance`; larger only where the smallest patches do not suffice. It is compared with the integrals in
-    /// directions spread evenly and in `others`.
+    /// A table whose error is about `tolerance`; larger only where the smallest or the most patches do not suffice, or where the integrals
+    /// have larger errors. It is compared with the integrals in directions spread evenly and in `others`. `integral` gives the field and an
+    /// estimate of its error, over its largest entries.
     ///
     /// # Errors
     /// As the integrals, or if a stop is wished.
@@ -239,7 +247,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         symmetry: DirectionSymmetry,
         tolerance: f64,
         others: impl Iterator<Item = Vector3<f64>>,
-        integral: impl Fn(&Vector3<f64>) -> Result<GreenTensor> + Sync,
+        integral: impl Fn(&Vector3<f64>) -> Result<(GreenTensor, f64)> + Sync,
     ) -> Result<Self> {
         let mut squares: Vec<FaceSquare> = symmetry.squares().collect();
         let below = |x: Vector3<f64>| match symmetry {
@@ -248,28 +256,35 @@ impl<const LEN: usize> CubeTable<LEN> {
         };
         let spread = spread_directions().take(COMPARED * squares.len() / 12).map(below);
         let compared = (spread.chain(others).collect::<Vec<_>>().into_par_iter())
-            .map(|x| Ok((x, integral(&x)?)))
+            .map(|x| Ok((x, integral(&x)?.0)))
             .collect::<Result<Vec<(Vector3<f64>, GreenTensor)>>>()?;
         let fields = compared.iter().map(|(_, field)| [field.value.amax(), field.max_gradient()]);
         let size = fields.fold([0.0_f64; 2], |size, field| [0, 1].map(|k| size[k].max(field[k])));
-        let mut patches = Vec::new();
+        let (mut patches, mut at_nodes) = (Vec::new(), 0.0_f64);
         while !squares.is_empty() {
             let fitted = squares
                 .par_iter()
-                .map(|&square| ChebyshevPatch::fitted(square, &integral))
+                .map(|&square| {
+                    let (patch, apart, uncertainty) = ChebyshevPatch::fitted(square, &integral)?;
+                    Ok(((apart[0] / size[0]).max(apart[1] / size[1]), uncertainty, patch))
+                })
                 .collect::<Result<Vec<_>>>()?;
             squares.clear();
-            for (patch, apart) in fitted {
-                let error = (apart[0] / size[0]).max(apart[1] / size[1]);
-                if error > tolerance && patch.square.level < MOST_HALVINGS {
-                    squares.extend(patch.square.quarters());
-                } else {
-                    patches.push(patch);
-                }
+            let (mut divided, kept): (Vec<_>, Vec<_>) =
+                fitted.into_iter().partition(|(error, uncertainty, patch)| {
+                    *error > tolerance.max(*uncertainty) && patch.square.level < MOST_HALVINGS
+                });
+            divided.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let room = MAX_PATCHES.saturating_sub(patches.len() + kept.len() + divided.len()) / 3;
+            let rest = divided.split_off(room.min(divided.len()));
+            squares.extend(divided.iter().flat_map(|(.., patch)| patch.square.quarters()));
+            for (error, uncertainty, patch) in kept.into_iter().chain(rest) {
+                at_nodes = at_nodes.max(error).max(uncertainty);
+                patches.push(patch);
             }
         }
         let mut table = Self::of(symmetry, patches, 0.0);
-        table.error = table.measure_error(&compared, size);
+        table.error = table.measure_error(&compared, size).max(at_nodes);
         Ok(table)
     }
 
@@ -328,7 +343,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         apart.fold(0.0, f64::max)
     }
 
-    /// Largest difference found from the integrals, over the largest entry.
+    /// Largest difference of displacement or gradient from the integrals that was found, over the largest entry, or their own error if it is larger.
     pub(super) fn error(&self) -> f64 {
         self.error
     }
@@ -379,6 +394,7 @@ impl<const LEN: usize> CubeTable<LEN> {
     /// The field at a point other than the origin.
     #[inline]
     pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
+        debug_assert_eq!(LEN == SYMMETRIC_LEN, self.symmetry == DirectionSymmetry::Inversion);
         let axis = x.iamax();
         let signs = self.symmetry.signs(x, axis);
         let x = x.component_mul(&signs);

@@ -31,7 +31,7 @@ const MIN_DEPTH_CELLS: f64 = 0.02;
 /// Height over the size of a cell up to which a point above the surface counts as on it.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
-/// Error of the table of the field inside, over the largest gradient, from which on it is told.
+/// Largest error of displacement or gradient in the table of the field inside, over the largest entry, above which a warning is given.
 const FIELD_ERROR_WARNING: f64 = 1e-3;
 
 /// Points evaluated between two looks at whether to stop.

@@ -47,7 +47,7 @@ impl FullSpaceField {
         let symmetry = DirectionSymmetry::Inversion;
         let (table, note) = CubeTable::load_or_compute((KIND, stiffness), symmetry, cache, || {
             let integrals = BarnettField::new(stiffness);
-            CubeTable::new(symmetry, ERROR, std::iter::empty(), |x| integrals.at(x))
+            CubeTable::new(symmetry, ERROR, std::iter::empty(), |x| Ok((integrals.at(x)?, 0.0)))
         })?;
         Ok((Self(Form::Tabulated(Box::new(table))), note))
     }

@@ -41,7 +41,7 @@ pub struct Indicators {
     pub nodes: [usize; 2],
     /// Height of the contact surface under the frame, over the longer of half its sides; 0 for a plane.
     pub rise: f64,
-    /// Error of the derivatives of the table of point forces; 0 for isotropic bodies.
+    /// Largest error of displacement or gradient in the table of point forces, over the largest entry; 0 for isotropic bodies.
     pub field_error: f64,
     /// Defect of the balance of the half-space's tractions on the boundary and the unit force.
     pub imbalance: f64,

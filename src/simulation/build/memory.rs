@@ -53,8 +53,9 @@ const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 /// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep, where contact is solved on such parts.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
-/// Bytes of the table of the field inside an anisotropic half-space.
-const SUBSURFACE_TABLE_BYTES: usize = 4_700_000;
+/// Bytes of the table of the field inside an anisotropic half-space: 156 patches for CFRP (E1/E2 = 17.5) out of its planes of symmetry, and the rules of
+/// the integral while the table is made.
+const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
 /// What is said of points inside for which there is no memory.
 const FEWER_POINTS: &str = "ask for fewer points (output.inside)";

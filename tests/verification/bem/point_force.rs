@@ -101,18 +101,17 @@ fn gradients_are_limits_of_differences() {
 }
 
 /// Truth: the direct integral at random points, a third of them next to the surface and next to the inner axis each. Bound: twice the
-/// error that the table states, which is a maximum over other points. Nearer to the surface than 0.003 the integral loses digits to 1/z²; `the_surface_is_free`
-/// looks there.
+/// error that the table states, which is a maximum over other points.
 #[test]
 fn tables_are_the_direct_integral() {
     for (name, stiffness, table) in TABLES.iter() {
         let direct = direct(stiffness);
-        assert!(table.error() > 0.0 && table.error() <= 1e-6, "{name}: {}", table.error());
+        assert!(table.error() > 0.0 && table.error() <= 1e-7, "{name}: {}", table.error());
         let mut random = Random(5);
         let (mut largest, mut scale, mut value) = (0.0_f64, 0.0_f64, 0.0_f64);
         for k in 0..900 {
             let u = 1.0 - random.next();
-            let z = [0.003 + 0.997 * u, 0.003 + 0.02 * u, 1.0 - 5e-4 * u * u][k % 3];
+            let z = [0.003 + 0.997 * u, 1e-3 + 0.02 * u, 1.0 - 5e-4 * u * u][k % 3];
             let x = direction(&mut random, z);
             let distance = 0.1 + 5.0 * random.next();
             let wanted = direct.at(&x).expect("convergence");
@@ -129,7 +128,7 @@ fn tables_are_the_direct_integral() {
             largest / scale,
             table.error()
         );
-        assert!(value < 1e-6, "{name}: value {value:e}");
+        assert!(value < 2e-7, "{name}: value {value:e}");
     }
 }
 
@@ -157,7 +156,7 @@ fn the_surface_is_free() {
                 assert!((at.gradient[axis] - difference).amax() < 2e-5 * scale, "{name} along {axis}");
             }
             let below = field.at(&(x - Vector3::z() * (1e-7 * r)));
-            assert!(apart(&below, &at) < 2e-5 * scale, "{name}: {:e}", apart(&below, &at) / scale);
+            assert!(apart(&below, &at) < 2e-6 * scale, "{name}: {:e}", apart(&below, &at) / scale);
         }
     }
 }
@@ -178,7 +177,7 @@ fn tractions_on_a_hemisphere_balance_the_force() {
                     * (weight * 2.0 * PI / around as f64);
             }
         }
-        assert!((sum + Matrix3::identity()).amax() < 1e-5, "{name}: {sum}");
+        assert!((sum + Matrix3::identity()).amax() < 2e-7, "{name}: {sum}");
     }
 }
 
@@ -203,6 +202,29 @@ fn legendre(n: usize) -> Vec<(f64, f64)> {
             (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
         })
         .collect()
+}
+
+/// Truth: the direct integral at random points, half of them within 0.03 of the fibre, E1/E2 = 3000. Bound: twice the error that the table states.
+#[test]
+fn stiff_fibres_have_the_error_that_their_table_states() {
+    let tilt = 29_f64.to_radians();
+    let stiffness = Stiffness::transversely_isotropic(3e6, 1e3, 400.0, 0.3, 0.3)
+        .expect("a material")
+        .rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), -tilt).matrix());
+    let (table, direct) = (field(&stiffness), direct(&stiffness));
+    assert!(table.error() > 0.0 && table.error() < 1e-3, "{}", table.error());
+    let mut random = Random(7);
+    let (mut largest, mut scale) = (0.0_f64, 0.0_f64);
+    for k in 0..200 {
+        let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
+        let fibre = Vector3::new(sign * tilt.cos(), 0.0, -tilt.sin());
+        let x = direction(&mut random, 0.01 + 0.99 * f64::from(k) / 200.0);
+        let x = if k % 2 == 0 { x } else { (fibre + x * 0.03).normalize() };
+        let wanted = direct.at(&x).expect("convergence");
+        largest = largest.max(apart(&table.at(&x), &wanted));
+        scale = scale.max(steepest(&wanted.gradient));
+    }
+    assert!(largest < 2.0 * table.error() * scale, "{:e}, stated {:e}", largest / scale, table.error());
 }
 
 /// Truth: one thread and several give the same bits.

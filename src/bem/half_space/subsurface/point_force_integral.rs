@@ -18,6 +18,9 @@ const POINTS: [usize; 2] = [16, 1 << 14];
 /// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
 const MAX_CHANGE: f64 = 1e-11;
 
+/// Number of rules for points near the surface. Points nearer than 4^(1 - RULES) of their distance from the inner axis take the last one.
+const RULES: i32 = 10;
+
 /// Points of a rule that are added at once, to fill wide registers.
 const LANES: usize = POINTS[0];
 
@@ -42,21 +45,26 @@ pub struct PointForceIntegral {
     normal: Matrix3<f64>,
     /// A(θ), antisymmetric: its entries xy, xz, yz.
     coupling: AngularTable,
-    /// cos s, sin s at the points of the largest rule, half a turn from −π/2.
-    circle: Vec<[f64; 2]>,
+    /// The points of the largest rule for depths of 1, 1/4, 1/16, ... of the distance from the inner axis.
+    rules: Vec<Vec<RulePoint>>,
     /// Number of points below which rules are not compared.
     min_points: usize,
 }
 
-/// Direction of a point from the force, and the substitution of its rule.
+/// tan ψ, and dψ/ds times half a turn over the range of s.
+#[derive(Debug, Clone, Copy)]
+struct RulePoint {
+    tangent: f64,
+    weight: f64,
+}
+
+/// Direction of a point from the force.
 struct Direction {
     phi: f64,
     cos: f64,
     sin: f64,
     /// Distance from the inner axis over the depth.
     slope: f64,
-    /// Poles near the real line are moved away from it by this factor.
-    pole_stretch: f64,
 }
 
 impl PointForceIntegral {
@@ -68,7 +76,6 @@ impl PointForceIntegral {
         let coupling = [0, 1, 2].map(|c| {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
-        let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
         let mixed = [contract(0, 2), contract(1, 2)];
         // Features of the integrand have the width of the square root of ratios of stiffnesses.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
@@ -78,7 +85,7 @@ impl PointForceIntegral {
             mixed_sum: mixed.map(|mixed| mixed + mixed.transpose()),
             normal: contract(2, 2),
             coupling: AngularTable::new(&coupling),
-            circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
+            rules: (0..RULES).map(|k| rule(0.25_f64.powi(k))).collect(),
             min_points: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 4),
         }
     }
@@ -103,23 +110,23 @@ impl PointForceIntegral {
         )))
     }
 
-    /// The field at a point below the surface, and the last change by doubling the points, over its largest entries. The error of the
-    /// field is about the square of the change.
+    /// The field at a point below the surface, and the last change by doubling the points, over its largest entries.
     ///
-    /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
-    /// points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
+    /// By the trapezoidal rule in s, tan ψ = k' sc(s, k), θ = φ + π/2 + ψ, where k' is about the depth over the distance from the inner axis: the
+    /// poles near tan ψ = ±i k' and ±i lie far from the real line. Points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
     /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
         let (mut coarse, mut before): (Option<GreenTensor>, f64) = (None, f64::INFINITY);
-        // Poles lie about as far from the real line as they are moved by.
-        let least = (2.0 / direction.pole_stretch) as usize;
-        let mut points = self.min_points.max(least.next_power_of_two()).min(POINTS[1] / 4);
+        let rule =
+            &self.rules[(direction.slope.max(1.0).log2() / 2.0).round().min(f64::from(RULES - 1)) as usize];
+        let mut points = self.min_points;
         loop {
             let stride = POINTS[1] / points;
             let (from, step) = if coarse.is_none() { (0, stride) } else { (stride, 2 * stride) };
-            let mut taken = self.circle[from..].iter().step_by(step);
+            let mut taken = rule[from..].iter().step_by(step);
+            debug_assert_eq!(taken.len() % LANES, 0);
             while let Some(&first) = taken.next() {
                 let mut block = [first; LANES];
                 block[1..].iter_mut().zip(&mut taken).for_each(|(point, &taken)| *point = taken);
@@ -137,17 +144,16 @@ impl PointForceIntegral {
         }
     }
 
-    /// Adds the points of a rule at some s, by their cosines and sines.
-    fn add(&self, direction: &Direction, points: &[[f64; 2]; LANES], sums: &mut [f64; TERMS]) {
-        let [mut cos, mut sin, mut weight] = [[0.0; LANES]; 3];
+    /// Adds points of a rule.
+    fn add(&self, direction: &Direction, points: &[RulePoint; LANES], sums: &mut [f64; TERMS]) {
+        let [mut cos, mut sin] = [[0.0; LANES]; 2];
         let mut coupling = [[0.0; 3]; LANES];
-        for (l, &[c, s]) in points.iter().enumerate() {
-            let s = direction.pole_stretch * s;
-            let inverse = 1.0 / (c * c + s * s).sqrt();
-            (cos[l], sin[l]) = (c * inverse, s * inverse);
-            weight[l] = direction.pole_stretch * inverse * inverse;
-            self.coupling.add_at(direction.phi + FRAC_PI_2 + s.atan2(c), &mut coupling[l]);
+        for (l, point) in points.iter().enumerate() {
+            cos[l] = 1.0 / (1.0 + point.tangent * point.tangent).sqrt();
+            sin[l] = point.tangent * cos[l];
+            self.coupling.add_at(direction.phi + FRAC_PI_2 + point.tangent.atan(), &mut coupling[l]);
         }
+        let weight = points.map(|point| point.weight);
         let mut terms = [[0.0; LANES]; TERMS];
         weigh(self, direction, [&cos, &sin, &weight], &coupling, &mut terms);
         sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
@@ -234,7 +240,41 @@ impl Direction {
         let radius = x.x.hypot(x.y);
         let (cos, sin) = if radius > 0.0 { (x.x / radius, x.y / radius) } else { (1.0, 0.0) };
         let slope = -radius / x.z;
-        Self { phi: sin.atan2(cos), cos, sin, slope, pole_stretch: 1.0 / slope.sqrt().max(1.0) }
+        Self { phi: sin.atan2(cos), cos, sin, slope }
+    }
+}
+
+/// The points of the largest rule for a depth of `ratio` of the distance from the inner axis, half a turn from −π/2.
+fn rule(ratio: f64) -> Vec<RulePoint> {
+    // Points half a step from the middle and the ends: no tangent is infinite.
+    let tangents = (0..POINTS[1]).map(|k| {
+        let s = (2 * k + 1) as f64 / POINTS[1] as f64 - 1.0;
+        (ratio * elliptic_tangent(s.abs(), ratio)).copysign(s)
+    });
+    let slope = |tangent: f64| ((tangent * tangent + ratio * ratio) / (1.0 + tangent * tangent)).sqrt();
+    let mean = arithmetic_geometric_mean(ratio);
+    tangents.map(|tangent| RulePoint { tangent, weight: slope(tangent) / mean }).collect()
+}
+
+/// sc(K s, k), 0 < s < 1, with the complementary modulus `ratio`, by Landen's transformation.
+fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
+    if s > 0.5 {
+        return 1.0 / (ratio * elliptic_tangent(1.0 - s, ratio));
+    }
+    if 1.0 - ratio < f64::EPSILON {
+        return (FRAC_PI_2 * s).tan();
+    }
+    let sum = 1.0 + ratio;
+    let inverse = 1.0 / elliptic_tangent(2.0 * s, 2.0 * ratio.sqrt() / sum);
+    2.0 / (sum * inverse + ((sum * inverse).powi(2) + 4.0 * ratio).sqrt())
+}
+
+/// Of 1 and `b` <= 1.
+fn arithmetic_geometric_mean(b: f64) -> f64 {
+    if 1.0 - b < f64::EPSILON {
+        1.0
+    } else {
+        0.5 * (1.0 + b) * arithmetic_geometric_mean(2.0 * b.sqrt() / (1.0 + b))
     }
 }
 
