@@ -144,10 +144,6 @@ impl Flexibility for ConstrainedFlexibility {
         Some(gaps)
     }
 
-    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
-        self.direct_sums(&[cell], tractions)?.pop()
-    }
-
     fn entry_access(&self) -> EntryAccess {
         self.inner.entry_access()
     }

@@ -111,9 +111,7 @@ impl Outline {
             Self::Polygon { vertices } => [0, 1].map(|k| bounds(vertices.iter().map(|v| v[k]))),
         }
     }
-}
 
-impl Outline {
     /// A box that holds all points which [`Self::contains`], rounding included.
     fn box_around(&self) -> [[f64; 2]; 2] {
         let [x, y] = self.extent();

@@ -334,36 +334,20 @@ fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::output::checkpoint;
     use crate::output::summary::Status;
     use crate::scene;
 
-    const SCENE: &str = r#"
-[materials.steel]
-model = "isotropic"
-E = 210e3
-nu = 0.3
-[body1]
-kind = "half-space"
-material = "steel"
-[body2]
-kind = "rigid"
-[frame]
-kind = "grid"
-half_width = [0.6, 0.6]
-cells = [4, 4]
-[gap]
-kind = "sphere"
-radius = 50.0
-[[steps]]
-name = "press"
-normal_force = 100.0
-increments = 4
-[output]
-fields = []
-checkpoint = { seconds = 1e-9 }
-"#;
+    /// A scene with few cells, no growth and a checkpoint after each entry.
+    fn small_scene() -> (&'static Path, Vec<String>) {
+        let few = ["frame.cells=[4, 4]", "steps.press.increments=4"];
+        let output = "output={ fields = [], checkpoint = { seconds = 1e-9 } }";
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/hertz.toml"));
+        (path, few.into_iter().chain([output]).map(str::to_owned).collect())
+    }
 
     /// Counts the frames it hears of, and the cells of the last one at each entry.
     #[derive(Default)]
@@ -387,11 +371,9 @@ checkpoint = { seconds = 1e-9 }
     /// Truth: the frame of the scene has 16 cells and does not grow; a scene from text is the one from the file.
     #[test]
     fn who_watches_hears_of_the_frame_first() {
-        let plan = scene::read_text(std::path::Path::new("scene.toml"), SCENE.to_owned(), &[]).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scene.toml");
-        std::fs::write(&path, SCENE).unwrap();
-        assert_eq!(plan.document.sha256, scene::read(&path, &[]).unwrap().document.sha256);
+        let (path, overrides) = small_scene();
+        let plan = scene::read_text(path, std::fs::read_to_string(path).unwrap(), &overrides).unwrap();
+        assert_eq!(plan.document.sha256, scene::read(path, &overrides).unwrap().document.sha256);
         let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
         let on_progress = &mut |_: ProgressEvent| {};
         let job = RunOptions::new(on_progress, &mut frames, &stop);
@@ -415,9 +397,8 @@ checkpoint = { seconds = 1e-9 }
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scene.toml");
-        std::fs::write(&path, SCENE).unwrap();
-        let plan = scene::read(&path, &[]).unwrap();
+        let (path, overrides) = small_scene();
+        let plan = scene::read(path, &overrides).unwrap();
         let out = folder.path().join("out");
         let mut summary = crate::simulation::job::new_summary(&plan);
         let (stop, checkpoints) = (AtomicBool::new(false), CheckpointSettings::for_new_run(&plan).unwrap());

@@ -412,7 +412,7 @@ fn maps_of_heights() {
         "{text}"
     );
     let (code, text) = said(11, 1.0, ".");
-    assert!(code == Some(2) && text.contains("gap heights reach 0.25 mm"), "{text}");
+    assert!(code == Some(2) && text.contains("gap heights reach 0.25 from their middle"), "{text}");
     let (code, text) = said(21, 1.0, ",");
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }

@@ -8,7 +8,6 @@ use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::state::RunState;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
 use crate::geometry::format_short;
@@ -187,9 +186,8 @@ impl Run<'_> {
             depths.map(|(worn, by)| worn + more * by).fold(0.0, f64::max)
         };
         let (before, after) = (deepest(0.0), deepest(1.0));
-        let RunState { rigid_motion, mode_amplitudes, .. } = &self.state;
-        let negligible =
-            NEGLIGIBLE_DEPTH_SHARE * self.prepared.approach_of(rigid_motion, mode_amplitudes).abs();
+        let approach = self.prepared.approach_of(&self.state.rigid_motion, &self.state.mode_amplitudes);
+        let negligible = NEGLIGIBLE_DEPTH_SHARE * approach.abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + length / cycles.count);
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))

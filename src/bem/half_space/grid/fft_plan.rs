@@ -17,33 +17,15 @@ const TASKS: usize = 16;
 /// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
 
-/// A floating-point type that is transformed.
-pub(in crate::bem::half_space) trait FftReal: FftNum {
+/// Numbers that transforms are taken of: single and double precision.
+pub(in crate::bem::half_space) trait FftReal: FftNum + Into<f64> {
     /// The nearest to a number.
-    fn from_double(value: f64) -> Self;
-    /// The number.
-    fn to_double(self) -> f64;
-}
-
-impl FftReal for f64 {
     fn from_double(value: f64) -> Self {
-        value
-    }
-
-    fn to_double(self) -> f64 {
-        self
+        Self::from_f64(value).expect("single and double precision take any number")
     }
 }
 
-impl FftReal for f32 {
-    fn from_double(value: f64) -> Self {
-        value as f32
-    }
-
-    fn to_double(self) -> f64 {
-        f64::from(self)
-    }
-}
+impl<T: FftNum + Into<f64>> FftReal for T {}
 
 /// The plans for a grid of `cells` padded with zeros to `padded`.
 pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
@@ -215,7 +197,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
                             self.real_row(k, scratch);
                             row.iter_mut()
                                 .zip(&scratch.real)
-                                .for_each(|(value, real)| *value = factor * real.to_double());
+                                .for_each(|(value, real)| *value = factor * Into::<f64>::into(*real));
                         }
                     }
                 },

@@ -261,7 +261,7 @@ fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
     if s > 0.5 {
         return 1.0 / (ratio * elliptic_tangent(1.0 - s, ratio));
     }
-    if 1.0 - ratio < f64::EPSILON {
+    if ratio > 1.0 - f64::EPSILON {
         return (FRAC_PI_2 * s).tan();
     }
     let sum = 1.0 + ratio;
@@ -271,7 +271,7 @@ fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
 
 /// Of 1 and `b` <= 1.
 fn arithmetic_geometric_mean(b: f64) -> f64 {
-    if 1.0 - b < f64::EPSILON {
+    if b > 1.0 - f64::EPSILON {
         1.0
     } else {
         0.5 * (1.0 + b) * arithmetic_geometric_mean(2.0 * b.sqrt() / (1.0 + b))
