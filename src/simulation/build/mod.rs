@@ -81,7 +81,7 @@ pub fn build<'p>(
 }
 
 /// As [`build`], on a frame that was made for another plan, if one is given, and with the stiffness of worn meshes
-/// ([`mesh_motion::worn_meshes`]) where there are any.
+/// ([`crate::simulation::mesh_motion::worn_meshes`]) where there are any.
 ///
 /// # Errors
 /// As [`build`].
