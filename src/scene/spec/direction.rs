@@ -101,7 +101,7 @@ pub struct Layup {
     /// z of the lower face of the lowest ply; default: lowest node of the elements.
     pub bottom: Option<f64>,
     /// Number of repetitions of the sequence `plies`, at most 100000.
-    #[serde(default = "super::one")]
+    #[serde(default = "super::frame::one")]
     #[schemars(range(min = 1, max = 100_000))]
     pub repeat: PositiveCount,
     /// Whether the stack is followed by its mirror image (symmetric laminate).

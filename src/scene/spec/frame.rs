@@ -26,7 +26,7 @@ pub enum Frame {
         #[serde(default)]
         periodic: [bool; 2],
         /// Whether the frame is enlarged when the worn contact reaches its edge; if false, the run stops there (exit code 3).
-        #[serde(default = "super::yes")]
+        #[serde(default = "yes")]
         grow: bool,
     },
     /// The contact group of a meshed body, divided into cells by its mesh.
@@ -47,6 +47,16 @@ pub enum Frame {
         #[serde(default = "upward")]
         normal: [f64; 3],
     },
+}
+
+/// Default of switches that are on.
+pub(super) fn yes() -> bool {
+    true
+}
+
+/// Default of counts.
+pub(super) fn one() -> PositiveCount {
+    PositiveCount(1)
 }
 
 fn upward() -> [f64; 3] {

@@ -65,13 +65,3 @@ pub struct Scene {
     #[serde(default)]
     pub compare: compare::Compare,
 }
-
-/// Default of switches that are on.
-fn yes() -> bool {
-    true
-}
-
-/// Default of counts.
-fn one() -> frame::PositiveCount {
-    frame::PositiveCount(1)
-}

@@ -32,13 +32,13 @@ pub struct Step {
     /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
     pub history: Option<LoadHistory>,
     /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
-    #[serde(default = "super::one")]
+    #[serde(default = "super::frame::one")]
     pub increments: PositiveCount,
     /// Whether friction acts in this step.
-    #[serde(default = "super::yes")]
+    #[serde(default = "super::frame::yes")]
     pub friction: bool,
     /// Whether wear acts in this step.
-    #[serde(default = "super::yes")]
+    #[serde(default = "super::frame::yes")]
     pub wear: bool,
     /// Fretting cycles about the position at the start of the step.
     pub cycles: Option<Cycles>,
