@@ -3,6 +3,8 @@
 //! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, n = outward normal
 //! of body 1; components of local vectors are always in that order.
 
+pub(crate) mod ball_tree;
+
 use nalgebra::{Matrix3, Vector3};
 
 /// A point or vector in global coordinates.

@@ -33,7 +33,7 @@ class Fields:
     slip (N, 2): slip of the increment along (x, y), length; of rolling per rolled distance.
     contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): lost by both bodies, length.
     grid: number of cells along x, y, None where the frame is no grid; places (N,): the cells' places in it, y fastest.
-    units: of `length` and `force`.
+    units: of `length` and `force`. rolling: whether the entry is one of rolling.
 
     The arrays are what was computed and cannot be written to; `pressure` is a view of `tractions`. Copy to change them.
     """
@@ -50,9 +50,12 @@ class Fields:
     grid: tuple[int, int] | None
     places: npt.NDArray[np.int64]
     units: dict[str, str]
+    rolling: bool
 
-    def __init__(self, arrays: dict[str, Any], units: Mapping[str, str] | None = None) -> None:
-        self.__setstate__({**arrays, "units": {**UNITS, **(units or {})}})
+    def __init__(
+        self, arrays: dict[str, Any], units: Mapping[str, str] | None = None, *, rolling: bool = False
+    ) -> None:
+        self.__setstate__({**arrays, "units": {**UNITS, **(units or {})}, "rolling": rolling})
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(read_only(state))

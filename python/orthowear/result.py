@@ -45,7 +45,8 @@ class Result(FieldAttributes):
 
     def __init__(self, summary: dict[str, Any], fields: dict[str, Any] | None) -> None:
         self.summary = summary
-        self.fields = None if fields is None else Fields(fields, summary.get("units"))
+        rolling = bool(summary["steps"] and summary["steps"][-1].get("rolling"))
+        self.fields = None if fields is None else Fields(fields, summary.get("units"), rolling=rolling)
 
     @property
     def status(self) -> str:

@@ -213,7 +213,7 @@ class Entry(FieldAttributes):
 
     def __init__(self, record: dict[str, Any], fields: dict[str, Any], units: Mapping[str, str] | None = None) -> None:
         self.record = record
-        self.fields: Fields = Fields(fields, units)
+        self.fields: Fields = Fields(fields, units, rolling=bool(record.get("rolling")))
 
     def __getitem__(self, name: str) -> Any:
         return self.record[name]

@@ -144,21 +144,27 @@ class StudyResult:
     def to_xarray(self) -> Any:
         """An xarray.Dataset over the axes: what was collected, NaN where a run has none or was left out.
 
-        Axes that set several keys, and samples, count from 0; their keys are coordinates along them.
+        Axes that set several keys, and samples, count from 0; their keys are coordinates along them. Values that are lists or
+        tables, such as those of frame.cells, are coordinates as text: "[16, 16]".
         """
+        import json
+
         import numpy
         import xarray
+
+        def label(value: Any) -> Any:
+            return json.dumps(value) if isinstance(value, list | dict) else value
 
         axes = self.summary["axes"]
         coords: dict[str, Any] = {}
         for axis in axes:
             name, keys, values = axis["name"], axis["keys"], axis["values"]
             if len(keys) == 1:
-                coords[name] = values
+                coords[name] = [label(value) for value in values]
                 continue
             coords[name] = list(range(len(values)))
             for k, key in enumerate(keys):
-                coords[key] = (name, [value[k] for value in values])
+                coords[key] = (name, [label(value[k]) for value in values])
         places = [
             {_key([value] if len(axis["keys"]) == 1 else value): i for i, value in enumerate(axis["values"])}
             for axis in axes

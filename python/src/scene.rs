@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use orthowear::adaptive::AccuracySearch;
 use orthowear::bem::half_space::SurfaceGreen;
 use orthowear::cli::{MaxMemory, parse_max_memory};
 use orthowear::error::ErrorKind;
@@ -126,7 +127,9 @@ impl Scene {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
         let looked = run_in_background(py, settings.threads, move |_| {
-            Ok::<_, SceneError>((estimate(&shared)?, simulation::fit_warnings(&shared)?))
+            let looked = (estimate(&shared)?, simulation::fit_warnings(&shared)?);
+            AccuracySearch::new(&shared)?;
+            Ok::<_, SceneError>(looked)
         })?;
         let (forecast, notes) = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {

@@ -222,6 +222,18 @@ def test_convergence(pyplot):
     rings = [line.get_ydata()[0] for line in ax.lines if line.get_marker() == "o"]
     assert rings == [found["relative"] for found in accuracy["results"] if found["relative"] > 0]
     assert ax.lines[-1].get_ydata()[0] == 0.02 and ax.get_yscale() == "log"
+    # Runs on the cells of a mesh have none of their own (docs/results.md).
+    runs = [{key: value for key, value in run.items() if key != "cells"} for run in accuracy["runs"]]
+    on_mesh = orthowear.Result({**result.summary, "accuracy": {**accuracy, "runs": runs}}, None)
+    labels = [label.get_text() for label in plot.convergence(on_mesh).get_xticklabels()]
+    assert len(labels) == len(runs) and all(label.startswith("mesh") for label in labels)
+
+
+def test_slip_of_rolling(pyplot):
+    """Truth: docs/results.md: the slip of rolling is per rolled distance, without unit."""
+    result = orthowear.Scene.load(ROOT / "scenes" / "rolling-cylinders.toml").run()
+    bar = plot.field(result, "slip").figure.axes[1]
+    assert bar.get_ylabel() == "slip per rolled distance"
 
 
 def test_refusals(pyplot, result):

@@ -96,6 +96,9 @@ def test_check(scene):
     plan = scene.check()
     assert (plan["cells"], plan["contact_problems"]) == (256, 5)
     assert plan["memory_bytes"] > 0 and len(plan["bodies"]) == 2
+    # As `orthowear check` does (docs/accuracy.md): nothing wears here.
+    with pytest.raises(orthowear.InputError, match=r"accuracy\.of"):
+        scene.replace({"accuracy": {"relative": 1e-3, "of": ["worn_volume"]}}).check()
 
 
 def test_grids(scene):

@@ -77,6 +77,18 @@ def test_tables(folder):
         assert found == run["results"]["shift.normal_force"]
 
 
+def test_values_that_are_lists(tmp_path):
+    """Truth: the runs of study.json, by the text of their value."""
+    pytest.importorskip("xarray")
+    text = f'[study]\nscene = "{SCENES.as_posix()}/hertz.toml"\n[[axes]]\nkeys = ["frame.cells"]\nvalues = [[8, 8], [12, 12]]\n'
+    (tmp_path / "study.toml").write_text(text + '[output]\ncollect = ["press.normal_force"]\n')
+    result = Study(tmp_path / "study.toml").run()
+    data = result.to_xarray()["press.normal_force"]
+    for run in result.runs:
+        cells = str(run["values"]["frame.cells"])
+        assert data.sel(cells=cells).item() == run["results"]["press.normal_force"]
+
+
 def test_parts(folder):
     """Truth: the whole study: of parts and their collection; runs that are missing have no status; resumed runs are left as they were."""
     study = pickle.loads(pickle.dumps(Study(folder / "study.toml", {})))

@@ -3,7 +3,10 @@
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, n points err by ρ^(-2n), ρ + 1/ρ = |z - 1| + |z + 1| for the nearest complex z at which the
 //! kernel is singular. That of an isotropic material is where (x - y)·(x - y) = 0. In a stiff direction an anisotropic one varies as if that
 //! were shorter: its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl = C_kjkl of displacements along the axes k of
-//! the material, which this takes for the singularities of the whole.
+//! the material, which this takes for the singularities of the whole. Where shear along other directions is much softer, as along the
+//! diagonals of cubic crystals, displacements along these have their forms, too.
+
+use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -76,22 +79,63 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
     0.5 * (((along - 1.0).powi(2) + square).sqrt() + ((along + 1.0).powi(2) + square).sqrt())
 }
 
+/// Directions between the axes of a material that are looked at.
+const DIRECTIONS: usize = 200;
+
+/// A direction has a form of its own if the ratio of the form's eigenvalues is so many times that of the axes, and at least this share of the
+/// largest of all.
+const MIN_RATIO_OVER_AXES: f64 = 1.2;
+const MIN_RATIO_SHARE: f64 = 0.5;
+
+/// Cosine of the least angle between such directions, 20 degrees.
+const MAX_COSINE: f64 = 0.94;
+
 fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
     if stiffness.isotropic_constants().is_some() {
         return vec![Matrix3::identity()];
     }
     let dilatation = |i: usize, j: usize| -> f64 { (0..3).map(|k| stiffness.component(i, j, k, k)).sum() };
     let axes = SymmetricEigen::new(Matrix3::from_fn(dilatation)).eigenvectors;
-    let form = |axis: usize| {
-        let e: Point = axes.column(axis).into();
+    let form = |e: Point| {
         let entry = |j: usize, l: usize| -> f64 {
             let pairs = (0..3).flat_map(|k| (0..3).map(move |m| (k, m)));
             pairs.map(|(k, m)| stiffness.component(k, j, m, l) * e[k] * e[m]).sum()
         };
         Matrix3::from_fn(entry)
     };
+    let ratio = |form: &Matrix3<f64>| {
+        let eigenvalues = form.symmetric_eigenvalues();
+        eigenvalues.max() / eigenvalues.min()
+    };
+    let mut forms: Vec<Matrix3<f64>> = (0..3).map(|axis| form(axes.column(axis).into())).collect();
+    let of_axes = forms.iter().map(ratio).fold(1.0, f64::max);
+    let mut others: Vec<(f64, Point)> = directions().map(|e| (ratio(&form(e)), e)).collect();
+    others.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let least = (MIN_RATIO_SHARE * others[0].0).max(MIN_RATIO_OVER_AXES * of_axes);
+    let mut kept: Vec<Point> = Vec::new();
+    for (_, e) in others.into_iter().filter(|(ratio, _)| *ratio >= least) {
+        if kept.iter().all(|other| other.dot(&e).abs() < MAX_COSINE) {
+            kept.push(e);
+            forms.push(form(e));
+        }
+    }
     // Positive definite as the stiffness is: C_kjml e_k e_m v_j v_l > 0.
-    (0..3).filter_map(|axis| form(axis).try_inverse()).collect()
+    forms.iter().filter_map(|form| form.try_inverse()).collect()
+}
+
+/// Directions of half a sphere, evenly: a Fibonacci spiral, and the diagonals between the axes.
+fn directions() -> impl Iterator<Item = Point> {
+    let golden_angle = PI * (3.0 - 5f64.sqrt());
+    let spiral = (0..DIRECTIONS).map(move |i| {
+        let z = (i as f64 + 0.5) / DIRECTIONS as f64;
+        let (sin, cos) = (golden_angle * i as f64).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        Point::new(radius * cos, radius * sin, z)
+    });
+    let steps = [-1.0, 0.0, 1.0];
+    let upper = steps.into_iter().flat_map(move |x| steps.into_iter().map(move |y| Point::new(x, y, 1.0)));
+    let flat = [1.0, -1.0].map(|y| Point::new(1.0, y, 0.0));
+    upper.chain(flat).map(|e| e.normalize()).chain(spiral)
 }
 
 #[cfg(test)]

@@ -80,7 +80,9 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let differences = comparison.compared_steps();
     let ends = VariantStates { frame: &frame, ends: &ends, differences: &differences };
     write(&comparison, &ends, &directory).map_err(|error| print_error(&error))?;
-    if !arguments.quiet || !computed {
+    if arguments.quiet && !computed {
+        to_stderr(&format!("error: no variant was computed\n{}\n", describe(&comparison)));
+    } else if !arguments.quiet {
         let count = counted(comparison.variants.len(), "variant");
         let total = format_duration(started.elapsed().as_secs_f64());
         let place = directory.join("compare.json");

@@ -18,10 +18,12 @@ mod slurm;
 mod study;
 mod table;
 
+use std::error::Error as _;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Parser, Subcommand};
 
@@ -160,6 +162,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::INPUT));
         }
     };
+    report_large_files_as_errors();
     std::panic::set_hook(Box::new(report_panic));
     let code = std::panic::catch_unwind(|| match command {
         Command::Run(arguments) => run_interruptible(arguments.scene.threads, || run::run(&arguments)),
@@ -174,10 +177,21 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });
-    ExitCode::from(match code {
+    let code = match code {
         Ok(Ok(code) | Err(code)) => code,
         Err(_) => exit::FAILED,
-    })
+    };
+    let lost = if OUTPUT_LOST.load(Ordering::Relaxed) { exit::RESOURCES } else { exit::DONE };
+    ExitCode::from(exit::worse(code, lost))
+}
+
+/// Makes a write beyond the file size limit of the shell (`ulimit -f`) an error of that file, where its signal would end the program.
+fn report_large_files_as_errors() {
+    #[cfg(unix)]
+    // SAFETY: ignoring a signal runs no code of ours.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
 }
 
 /// What is printed when the program itself is wrong.
@@ -201,11 +215,19 @@ fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult 
 /// Does `work` on one of the `threads` (as many as there are cores if not given): work handed over from another one would wait
 /// for it each time.
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
-    // Fails only if a pool exists already, which then has the number of the first call.
-    let _ = rayon::ThreadPoolBuilder::new()
+    let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .stack_size(THREAD_STACK_BYTES)
         .build_global();
+    // A pool that exists already, which is no fault, has no cause.
+    if let Err(error) = pool
+        && let Some(cause) = error.source()
+    {
+        let message = format!(
+            "the threads cannot be started: {cause}; give fewer with --threads, or raise the limits of the shell (ulimit)"
+        );
+        return Err(print_error(&Error::resources(message)));
+    }
     rayon::scope(|_| work())
 }
 
@@ -226,9 +248,18 @@ fn with_severity(message: &str) -> String {
     if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
 }
 
-/// Prints to standard output; a reader that has gone is no failure.
+/// Whether standard output could not be written, as on a full disk.
+static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
+
+/// Prints to standard output; a reader that has gone is no failure, a disk that is full is told once and decides the exit code.
 fn to_stdout(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    let mut out = std::io::stdout().lock();
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
+    {
+        to_stderr(&format!("error: standard output cannot be written: {error}\n"));
+    }
 }
 
 /// Prints to standard error; a reader that has gone is no failure.

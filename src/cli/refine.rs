@@ -95,6 +95,11 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     let stop = signal::install();
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     keep_steps_to_run(&mut plan, arguments).map_err(|error| print_error(&error))?;
+    if plan.accuracy.is_some() && !arguments.quiet {
+        to_stderr(
+            "note: `accuracy` is not used here: the scene runs once, with its own cells and increments\n",
+        );
+    }
     let bodies = bodies_to_refine(&plan, arguments).map_err(|error| print_error(&error))?;
     let mut progress = ProgressDisplay::new(arguments.quiet);
     let study = match simulation::build(&plan, &mut |event| progress.on_event(event), stop) {
@@ -137,9 +142,17 @@ fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
             let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
             Error::input(format!("there is no step `{name}`; the scene's steps are {}", names.join(", ")))
         })?,
-        None => {
-            plan.steps.iter().position(|step| step.cycles.is_some()).unwrap_or(plan.steps.len()).max(1) - 1
-        }
+        None => match plan.steps.iter().position(|step| step.cycles.is_some()) {
+            None => plan.steps.len() - 1,
+            Some(0) => {
+                return Err(Error::input(format!(
+                    "the first step, `{0}`, has cycles, and there is none before it to run: add a step without cycles, or run \
+                     all cycles of this one with --step {0}",
+                    plan.steps[0].name
+                )));
+            }
+            Some(first) => first - 1,
+        },
     };
     plan.steps.truncate(last + 1);
     Ok(())

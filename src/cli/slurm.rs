@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::max_memory::MaxMemory;
 use super::study::StudyArgs;
-use crate::estimate::estimate;
 use crate::sweep::Sweep;
 
 /// Most jobs of an array where none are asked for: one below what Slurm allows by default.
@@ -31,8 +31,19 @@ pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> 
     let jobs = runs.div_ceil(each);
     let threads = arguments.threads.unwrap_or(DEFAULT_THREADS_PER_JOB);
     let aside = each.min(usize::from(threads)) as f64;
-    let memory = estimate(&sweep.first).map_or(0.0, |forecast| forecast.memory_bytes);
-    let memory = (MEMORY_MARGIN_FACTOR * aside * memory / f64::from(1 << 20)).max(MIN_JOB_MEMORY_MIB).ceil();
+    let memory = match arguments.max_memory {
+        Some(MaxMemory::Bytes(limit)) => Some(limit as f64),
+        _ => {
+            let numbers: Vec<usize> = (0..runs).collect();
+            sweep.largest_memory(&numbers).map(|largest| MEMORY_MARGIN_FACTOR * aside * largest)
+        }
+    };
+    let memory = match memory {
+        Some(bytes) => {
+            format!("#SBATCH --mem={}M", (bytes / f64::from(1 << 20)).max(MIN_JOB_MEMORY_MIB).ceil())
+        }
+        None => "# Add --mem: the memory that a run needs could not be estimated.".to_owned(),
+    };
     let study = shell_quoted(&arguments.study.to_string_lossy());
     let out = shell_quoted(&directory.to_string_lossy());
     let name = arguments.study.file_stem().map_or("study".into(), |stem| stem.to_string_lossy());
@@ -51,7 +62,7 @@ pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> 
 # Submit with `bash SCRIPT`: it submits the array and the collecting job. Jobs that reach their time limit resume when it is submitted again.
 #SBATCH --job-name={name}
 #SBATCH --cpus-per-task={threads}
-#SBATCH --mem={memory}M
+{memory}
 #SBATCH --signal=B:TERM@60
 # Add here what your cluster requires for both jobs: --time, --partition, --account.
 

@@ -8,8 +8,8 @@ use crate::geometry::Point;
 /// surfaces first touch: there a small error of the meshes is a large motion.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// They count where the others alone would leave an overlap, down to this share.
-const MIN_STEEP_COSINE: f64 = 0.05;
+/// They count where the others alone would leave an overlap, down to this share. A plane has no distance from steeper ones.
+pub const MIN_STEEP_COSINE: f64 = 0.05;
 
 /// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;

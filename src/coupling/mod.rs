@@ -24,7 +24,7 @@ use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::omitted::{OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
-pub use distance::{MeshedGap, mesh_distance};
+pub use distance::{MIN_STEEP_COSINE, MeshedGap, mesh_distance};
 
 /// Coupling of a finite-element body to the contact frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]

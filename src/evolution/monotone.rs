@@ -208,6 +208,11 @@ impl Run<'_> {
         };
         self.controls = ramp.load_path.end;
         while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
+            // Increments that need no iteration would not ask.
+            if self.observer.cancelled() {
+                self.result.outcome = Outcome::Interrupted;
+                break;
+            }
             let number = ramp.increments_done + 1;
             let (rigid, floating) = ramp.predictor.motions(&self.state);
             let now = (rigid, self.prepared.rotation(&floating));

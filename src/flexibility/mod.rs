@@ -22,6 +22,9 @@ use crate::flexibility::per_cell::PerCell;
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
 ///
 /// Symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`.
+///
+/// One product at a time: operators hold their work space while their loops run in parallel. Two tasks of one thread pool that apply the
+/// same operator could wait for each other.
 pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;

@@ -1,17 +1,20 @@
 //! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
 
-use super::ball_tree::{Ball, BallTree};
 use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
 use super::facets::{Facet, facets_of_face};
 use super::shape_integrals::{Facing, ProjectedFacet};
 use super::{ContactFrame, Side};
 use crate::error::{Error, Result};
+use crate::geometry::ball_tree::{Ball, BallTree};
 use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
 /// Largest part of a cell that may be covered twice, and on grids uncovered.
 const COVERAGE_TOLERANCE: f64 = 1e-9;
+
+/// Rounding of a cell's area over that of the coordinates of its corners.
+const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
 /// Largest uncovered part of a cell made from a face. Where two bodies end on one edge or symmetry plane, surfaces that
 /// are a gap apart end a little apart as seen along the inclined normal of the last cell; averages go over the covered
@@ -66,8 +69,9 @@ impl<'a> FacetIndex<'a> {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
         let covered = hits.iter().map(|hit| hit.area).sum::<f64>();
-        if frame.grid.is_none() && covered > area * (1.0 + COVERAGE_TOLERANCE) {
-            self.keep_nearest(&mut hits, area);
+        let most = area * (1.0 + coverage_tolerance(frame, cell));
+        if frame.grid.is_none() && covered > most {
+            self.keep_nearest(&mut hits, most);
         }
         (hits, folded)
     }
@@ -144,8 +148,8 @@ impl<'a> FacetIndex<'a> {
     }
 
     /// Of several sheets of faces over a cell (connected through their nodes) keeps the nearest, and the next ones as
-    /// long as the cell is not covered twice.
-    fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, area: f64) {
+    /// long as they do not cover more than the area `most`.
+    fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];
         for first in 0..hits.len() {
@@ -173,7 +177,7 @@ impl<'a> FacetIndex<'a> {
         let mut total = 0.0;
         for sheet in order {
             let (members, covered, _) = &sheets[sheet];
-            if total == 0.0 || total + covered <= area * (1.0 + COVERAGE_TOLERANCE) {
+            if total == 0.0 || total + covered <= most {
                 total += covered;
                 members.iter().for_each(|&i| kept[i] = true);
             }
@@ -223,9 +227,15 @@ fn folded(face: &SurfaceFace) -> Error {
     ))
 }
 
+/// Largest part of a cell that may be covered twice, and on grids uncovered: coordinates far from the origin are rounded.
+fn coverage_tolerance(frame: &ContactFrame, cell: usize) -> f64 {
+    let rounding = f64::EPSILON * frame.centers[cell].amax() / frame.areas[cell].sqrt();
+    COVERAGE_TOLERANCE + AREA_PER_COORDINATE_ROUNDING * rounding
+}
+
 /// Whether the faces cover the cell enough to take part in contact.
-pub(super) fn is_covered(frame: &ContactFrame, cover: &CellCoverage) -> bool {
-    let missing = if frame.grid.is_some() { COVERAGE_TOLERANCE } else { MAX_UNCOVERED_SHARE };
+pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage) -> bool {
+    let missing = if frame.grid.is_some() { coverage_tolerance(frame, cell) } else { MAX_UNCOVERED_SHARE };
     cover.coverage >= 1.0 - missing
 }
 
@@ -235,9 +245,13 @@ pub(super) fn refuse_uncovered(
     covers: &[CellCoverage],
     (side, faces): (Side, &[SurfaceFace]),
 ) -> Result<()> {
-    let bad = |c: &&CellCoverage| !is_covered(frame, c) || c.coverage > 1.0 + COVERAGE_TOLERANCE;
-    let Some(cell) = covers.iter().position(|c| bad(&c)) else { return Ok(()) };
-    let count = covers.iter().filter(bad).count();
+    let is_bad = |&cell: &usize| {
+        let cover = &covers[cell];
+        !is_covered(frame, cell, cover) || cover.coverage > 1.0 + coverage_tolerance(frame, cell)
+    };
+    let bad: Vec<usize> = (0..covers.len()).filter(is_bad).collect();
+    let Some(&cell) = bad.first() else { return Ok(()) };
+    let count = bad.len();
     let coverage = covers[cell].coverage;
     if let Some(face) = covers[cell].folded {
         return Err(folded(&faces[face]));

@@ -54,7 +54,7 @@ fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)
 /// grids, nine tenths where the cells are faces themselves.
 pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
     let faces = FacetIndex::new(mesh, faces, side);
-    let cover = |cell: usize| is_covered(frame, &faces.cover(frame, cell));
+    let cover = |cell: usize| is_covered(frame, cell, &faces.cover(frame, cell));
     (0..frame.n_cells()).into_par_iter().map(cover).collect()
 }
 

@@ -2,7 +2,6 @@
 //!
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
-mod ball_tree;
 mod cell_coverage;
 mod clip;
 mod edge_strips;

@@ -109,9 +109,10 @@ fn advice(reason: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; make it writable or choose another directory with --out"
         }
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "; free some space or choose another disk with --out"
         }
+        io::ErrorKind::FileTooLarge => "; raise the limit of file sizes of the shell (ulimit -f)",
         _ => "",
     }
 }

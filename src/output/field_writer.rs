@@ -77,7 +77,8 @@ pub struct FieldWriter<'a> {
 /// What has been written so far, and what is kept for the end.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
-    n_written: usize,
+    /// Number of the last entry that was written, from 1.
+    last_entry: usize,
     /// Files of each series with their times.
     series_files: BTreeMap<String, Vec<(f64, String)>>,
     pictures: RunFigures,
@@ -87,7 +88,7 @@ pub struct WrittenFields {
 /// How far a writer had come.
 #[derive(Debug, Clone, Copy)]
 pub struct FieldRollback {
-    increments: usize,
+    last_entry: usize,
     peaks: usize,
 }
 
@@ -141,20 +142,20 @@ impl<'a> FieldWriter<'a> {
         !self.kinds.is_empty()
     }
 
-    /// Writes the fields of the next increment.
+    /// Writes the fields of an entry; `number` is its place in `summary.steps`, from 1.
     ///
     /// # Errors
     /// Resources, if a file cannot be written; numerical, if a field is not finite or cannot be recovered.
     pub fn write_entry(
         &mut self,
         output: &mut OutputDir,
-        record: &IncrementRecord,
+        (number, record): (usize, &IncrementRecord),
         (state, inside): (&FrameState, Vec<PointStates>),
     ) -> Result<()> {
         if !self.selects(record) {
             return Ok(());
         }
-        self.written.n_written += 1;
+        self.written.last_entry = number;
         if self.kinds.contains(&FieldKind::Vtu) {
             let grid = frame_grid(self.frame, (self.frame_mesh(), &self.surface), state)?;
             self.write_grid(output, "frame", &grid)?;
@@ -179,15 +180,15 @@ impl<'a> FieldWriter<'a> {
 
     /// What was written before an entry, for [`FieldWriter::roll_back`].
     pub fn rollback_mark(&self) -> FieldRollback {
-        FieldRollback { increments: self.written.n_written, peaks: self.written.peaks.len() }
+        FieldRollback { last_entry: self.written.last_entry, peaks: self.written.peaks.len() }
     }
 
     /// Forgets the entry after `mark`, which was broken off.
     pub fn roll_back(&mut self, mark: FieldRollback) {
-        let WrittenFields { n_written, series_files, pictures: _, peaks } = &mut self.written;
-        *n_written = mark.increments;
+        let WrittenFields { last_entry, series_files, pictures: _, peaks } = &mut self.written;
+        *last_entry = mark.last_entry;
         peaks.truncate(mark.peaks);
-        series_files.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
+        series_files.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.last_entry as f64));
         series_files.retain(|_, files| !files.is_empty());
     }
 
@@ -215,7 +216,7 @@ impl<'a> FieldWriter<'a> {
         // Other bodies in the place of the scene's own, as for comparisons, may have none.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
-        output.write_text(&format!("{series}_{:04}.csv", self.written.n_written), &request.csv(states)?)?;
+        output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;
         if request.across.is_some() {
             self.write_grid(output, &series, &request.grid(states))?;
         }
@@ -258,11 +259,11 @@ impl<'a> FieldWriter<'a> {
     }
 
     fn write_grid(&mut self, output: &mut OutputDir, series: &str, grid: &UnstructuredGrid) -> Result<()> {
-        let increments = self.written.n_written;
-        let file = format!("{series}_{increments:04}.vtu");
+        let number = self.written.last_entry;
+        let file = format!("{series}_{number:04}.vtu");
         output.write(&file, |out| grid.write(out))?;
         let files = self.written.series_files.entry(series.to_owned()).or_default();
-        files.push((increments as f64, file));
+        files.push((number as f64, file));
         Ok(())
     }
 

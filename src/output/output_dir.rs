@@ -2,6 +2,7 @@
 //! run has ended, so that a run that fails or is killed loses nothing that was there. What a run with checkpoints has gathered
 //! stays there for the one that goes on with it.
 
+use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -207,6 +208,7 @@ impl OutputDir {
         self.set_aside_unfinished_run()?;
         let path = self.staging.join(name);
         let shown = self.target.join(name);
+        let is_new = !path.exists();
         let written = (|| {
             let file = File::create(&path).map_err(|e| file_error("cannot write", &shown, &e))?;
             let mut buffered = io::BufWriter::with_capacity(1 << 16, HashingWriter::new(file));
@@ -216,7 +218,9 @@ impl OutputDir {
             file.sync_all().map_err(|e| file_error("cannot write", &shown, &e))?;
             Ok(StagedFile { name: name.to_owned(), bytes, sha256: hexadecimal(&hash) })
         })();
-        self.files.retain(|known| known.name != name);
+        if !is_new {
+            self.files.retain(|known| known.name != name);
+        }
         match written {
             Ok(file) => self.files.push(file),
             Err(error) => {
@@ -301,17 +305,14 @@ impl OutputDir {
     /// Removes files that the earlier run's summary lists and this run did not write: fields of steps that no
     /// longer exist would be taken for results of this run.
     fn remove_stale(&self) -> Result<()> {
+        let own: HashSet<&str> = self.files.iter().map(|file| file.name.as_str()).collect();
         for name in earlier_files(&self.target) {
             let path = self.target.join(&name);
-            if !self.has(&name) && path.is_file() {
+            if !own.contains(name.as_str()) && path.is_file() {
                 fs::remove_file(&path).map_err(|e| file_error("cannot remove", &path, &e))?;
             }
         }
         Ok(())
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.files.iter().any(|file| file.name == name)
     }
 
     /// Moves the files of the earlier run, and others that this one is going to replace, into a folder of their own.

@@ -134,14 +134,19 @@ impl<'a> Recorder<'a> {
             summary.set_failure(&error);
             let kept = self.checkpoints.is_some_and(|keeping| keeping.writer.has_written());
             if output.is_resumed() || self.has_checkpoint_files || kept {
-                output.suspend(summary)?;
-                return Err(error);
+                return match output.suspend(summary) {
+                    Ok(()) => Err(error),
+                    Err(second) => Err(error.followed_by(&second)),
+                };
             }
             let target = output.path().to_owned();
             // Frees the disk of what was gathered before the summary is tried.
             drop(output);
-            OutputDir::open(&target)?.finish(summary)?;
-            return Err(error);
+            let second = OutputDir::open(&target).and_then(|output| output.finish(summary));
+            return match second {
+                Ok(()) => Err(error),
+                Err(second) => Err(error.followed_by(&second)),
+            };
         }
         output.finish(summary)
     }
@@ -207,7 +212,7 @@ impl Observer for Recorder<'_> {
         self.records.push(record.clone());
         let (Some(fields), Some(output)) = (&mut self.fields, &mut self.output) else { return Ok(()) };
         let (mark, files) = (fields.rollback_mark(), output.files().len());
-        let written = fields.write_entry(output, record, (state, inside));
+        let written = fields.write_entry(output, (self.records.len(), record), (state, inside));
         if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
             // As if it had not been computed: a run that goes on computes it again.
             fields.roll_back(mark);

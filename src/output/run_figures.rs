@@ -41,7 +41,7 @@ impl RunFigures {
             (cycles, Some(_)) => format!(", {cycles} cycles, + end"),
         };
         let title = format!("{}{cycles}", record.name);
-        let kept = StepEndFields::new([&record.name, &title], n, state);
+        let kept = StepEndFields::new([&record.name, &title], n, state, record.rolling.is_some());
         match self.steps.iter_mut().find(|known| known.name == record.name) {
             Some(known) => *known = kept,
             None => self.steps.push(kept),

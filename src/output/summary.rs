@@ -178,6 +178,9 @@ pub struct Summary {
     /// The message of the error that ended a failed run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// The exit code of the program for that error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exit_code: Option<u8>,
     /// The frame at the end, where it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<FrameRecord>,
@@ -255,7 +258,7 @@ impl Summary {
         let not_converged = error.kind() == ErrorKind::NotConverged;
         self.status = if not_converged { Status::NotConverged } else { Status::Failed };
         self.reason = not_converged.then(|| "linear-solver".to_owned());
-        self.error = Some(error.to_string());
+        (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
     /// The JSON text, with a line end. A number that is not finite turns the run into a failed one, named in

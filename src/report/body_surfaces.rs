@@ -35,7 +35,7 @@ impl Bodies {
         let mut bodies = Self::default();
         for body in [1, 2] {
             let files = source.series(&format!("body{body}"));
-            let entries = entries_of_files(&source.summary, files.len());
+            let entries = entries_of_files(&source.summary, &files);
             for index in last_files_of_steps(&source.summary, &entries).into_iter().rev() {
                 let (number, name) = &files[index];
                 let read = VtuGrid::read(&source.path(name))

@@ -41,7 +41,7 @@ impl Frames {
     pub(super) fn read(source: &mut ResultDirectory) -> Self {
         let mut frames = Self::default();
         let files = source.series("frame");
-        let entries = entries_of_files(&source.summary, files.len());
+        let entries = entries_of_files(&source.summary, &files);
         let chosen = select_files(source, &files, &entries);
         if chosen.len() < files.len() && !chosen.is_empty() {
             source.problems.push(format!(
@@ -96,19 +96,10 @@ impl Frames {
     }
 }
 
-/// The entry of the summary, from 0, that each field file belongs to; `None` where that is not known.
-pub(super) fn entries_of_files(said: &Value, n_files: usize) -> Vec<Option<usize>> {
-    let every = said["accuracy"]["runs"].as_array().and_then(|runs| runs.last());
-    let every = every.and_then(|run| run["increments"].as_u64()).unwrap_or(1).max(1);
-    let steps = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
-    let written = |record: &Value| {
-        let monotone = record.get("jump").is_none() && record.get("rolling").is_none();
-        !monotone
-            || record["converged"] == false
-            || record["increment"].as_u64().unwrap_or(0).is_multiple_of(every)
-    };
-    let list: Vec<usize> = (0..steps.len()).filter(|&i| written(&steps[i])).collect();
-    if list.len() == n_files { list.into_iter().map(Some).collect() } else { vec![None; n_files] }
+/// The entry of the summary, from 0, that each field file belongs to, by the number of the file; `None` if there is no such entry.
+pub(super) fn entries_of_files(said: &Value, files: &[(usize, String)]) -> Vec<Option<usize>> {
+    let n = said["steps"].as_array().map_or(0, Vec::len);
+    files.iter().map(|(number, _)| number.checked_sub(1).filter(|&entry| entry < n)).collect()
 }
 
 /// Which of the entries with fields are the last of their step.

@@ -38,7 +38,7 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
 fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {
-        _ if damaged => ("bad", "HOW IT ENDED IS NOT KNOWN: its file is damaged".to_owned()),
+        _ if damaged => ("bad", "HOW IT ENDED IS NOT KNOWN: its file cannot be read".to_owned()),
         n if n == good && n > 0 => ("good", format!("All {n} {word} converged")),
         n => ("bad", format!("{} OF {n} {word} DID NOT CONVERGE OR WERE NOT COMPUTED", n - good)),
     };

@@ -1,5 +1,6 @@
 //! What lies in a directory of results, read as far as it can be.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 
 /// Larger texts and pictures are left out, bytes.
-const MAX_TEXT_BYTES: u64 = 64 << 20;
+const MAX_TEXT_BYTES: u64 = 512 << 20;
 
 /// What a directory holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,14 +106,14 @@ impl ResultDirectory {
 
     /// Whether there is a file or folder of the name.
     pub(super) fn has(&self, name: &str) -> bool {
-        self.names.iter().any(|known| known == name)
+        self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
     /// Its files by name, as far as the summary counts them among its own.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
-        let own: Option<Vec<&str>> =
+        let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
-        let counted = |name: &&String| own.as_ref().is_none_or(|own| own.contains(&name.as_str()));
+        let counted = |name: &&String| own.as_ref().is_none_or(|own| own.contains(name.as_str()));
         let named = |name: &&String| name.starts_with(begin) && name.ends_with(end);
         self.names.iter().filter(named).filter(counted).cloned().collect()
     }

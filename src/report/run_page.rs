@@ -44,8 +44,13 @@ pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
         "frames": frames.list,
         "surfaces": bodies.surfaces,
         "bodies": bodies.list,
-        "rolling": source.summary["steps"].as_array().into_iter().flatten().any(|step| step["rolling"].is_object()),
+        "rolling": records(&source.summary).map(|record| record["rolling"].is_object()).collect::<Vec<_>>(),
     }))
+}
+
+/// The entries of a summary.
+fn records(said: &Value) -> impl Iterator<Item = &Value> {
+    said["steps"].as_array().into_iter().flatten()
 }
 
 /// Each entry in words.
@@ -57,7 +62,7 @@ fn labels(said: &Value) -> Vec<Value> {
         let name = record["name"].as_str().unwrap_or("");
         json!(format!("{}: {name}, {what} {}{cycles}", i + 1, record["increment"]))
     };
-    said["steps"].as_array().into_iter().flatten().enumerate().map(label).collect()
+    records(said).enumerate().map(label).collect()
 }
 
 /// How the run ended.
@@ -72,7 +77,7 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
         Some("not-converged") => ("bad", format!("NOT CONVERGED. {so_far}")),
         Some("failed") => ("bad", format!("FAILED. {so_far}")),
         Some("interrupted") => ("bad", format!("INTERRUPTED. {so_far}")),
-        _ => ("bad", "HOW THE RUN ENDED IS NOT KNOWN: summary.json is damaged".to_owned()),
+        _ => ("bad", "HOW THE RUN ENDED IS NOT KNOWN: summary.json cannot be read".to_owned()),
     };
     let reason = [&said["reason"], &said["error"]]
         .into_iter()

@@ -1,5 +1,6 @@
 //! The scene file as a tree whose every value remembers where it was written.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -105,7 +106,7 @@ impl Document {
 
     /// The value at a dotted key, if there.
     pub fn get(&self, key: &str) -> Option<&TomlNode> {
-        key_segments(key).try_fold(&self.root, |node, segment| node.child(segment).map(|(_, child)| child))
+        key_segments(key).try_fold(&self.root, |node, segment| node.child(&segment).map(|(_, child)| child))
     }
 
     /// The scene with its overrides as JSON; numbers that are not finite, dates and numbers too large to hold as text.
@@ -115,7 +116,7 @@ impl Document {
 
     /// Takes the entry at a dotted key out of its table.
     pub(crate) fn remove(&mut self, key: &str) {
-        let mut table: Vec<&str> = key_segments(key).collect();
+        let mut table: Vec<Cow<'_, str>> = key_segments(key).collect();
         let Some(name) = table.pop() else { return };
         let mut node = &mut self.root;
         for segment in table {
@@ -123,7 +124,7 @@ impl Document {
                 TomlValue::Table(entries) => {
                     entries.iter_mut().find(|entry| entry.name == segment).map(|entry| &mut entry.node)
                 }
-                TomlValue::Array(items) => element_index(items, segment).and_then(|i| items.get_mut(i)),
+                TomlValue::Array(items) => element_index(items, &segment).and_then(|i| items.get_mut(i)),
                 _ => None,
             };
             match inner {
@@ -141,7 +142,7 @@ impl Document {
         let mut node = &self.root;
         let mut found = None;
         for segment in key_segments(key) {
-            let Some((origin, child)) = node.child(segment) else { break };
+            let Some((origin, child)) = node.child(&segment) else { break };
             found = Some((origin, child));
             node = child;
         }
@@ -166,24 +167,47 @@ impl Document {
     }
 }
 
-/// The parts of a dotted key; a part in quotes may hold dots, as in TOML.
-pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = &str> {
+/// The parts of a dotted key; a part in quotes may be empty or hold dots, and quotes and backslashes after a backslash, as in TOML.
+pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     let mut rest = key;
     std::iter::from_fn(move || {
         rest = rest.trim_start_matches('.');
-        let (segment, after) = match rest.strip_prefix('"') {
-            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
-            None => rest.split_once('.').unwrap_or((rest, "")),
-        };
+        if let Some(quoted) = rest.strip_prefix('"') {
+            let (segment, after) = unquoted(quoted);
+            rest = after;
+            return Some(segment.into());
+        }
+        let (segment, after) = rest.split_once('.').unwrap_or((rest, ""));
         rest = after;
-        Some(segment).filter(|segment| !segment.is_empty())
+        Some(segment.into()).filter(|_| !segment.is_empty())
     })
+}
+
+/// The text up to the closing quote, and what follows it.
+fn unquoted(text: &str) -> (String, &str) {
+    let (mut segment, mut escaped) = (String::new(), false);
+    for (i, c) in text.char_indices() {
+        match c {
+            '\\' if !escaped => escaped = true,
+            '"' if !escaped => return (segment, &text[i + 1..]),
+            _ => {
+                segment.push(c);
+                escaped = false;
+            }
+        }
+    }
+    (segment, "")
 }
 
 /// The dotted key of the entry `name` of the table at `key`.
 pub(super) fn join_key(key: &str, name: &str) -> String {
     let dot = if key.is_empty() { "" } else { "." };
-    if name.contains('.') { format!("{key}{dot}\"{name}\"") } else { format!("{key}{dot}{name}") }
+    if name.is_empty() || name.contains(['.', '"', '\\']) {
+        let name = name.replace('\\', "\\\\").replace('"', "\\\"");
+        format!("{key}{dot}\"{name}\"")
+    } else {
+        format!("{key}{dot}{name}")
+    }
 }
 
 /// SHA-256 of the text of a scene, followed by each override on a line of its own.
@@ -322,4 +346,18 @@ pub(super) fn node_from_toml(
         DeValue::Table(entries) => table_from_toml(entries, origin),
     };
     TomlNode { source: origin(parsed.span()), value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the parts of a key that was joined are its names again, whatever characters they have.
+    #[test]
+    fn keys_of_any_names_come_apart_again() {
+        for name in ["steel", "a.b", "a.\"b", "", "\"", "back\\slash", "\\\"", "ä ö"] {
+            let key = join_key(&join_key("materials", name), "E1");
+            assert_eq!(key_segments(&key).collect::<Vec<_>>(), ["materials", name, "E1"], "{key}");
+        }
+    }
 }

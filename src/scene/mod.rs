@@ -7,6 +7,7 @@
 pub mod diagnostic;
 pub mod document;
 pub mod mean_material;
+mod mesh_cache;
 pub mod parse;
 pub mod plan;
 mod resolve;
@@ -21,6 +22,7 @@ use std::path::Path;
 
 pub use diagnostic::{Diagnostic, DiagnosticKind, Diagnostics};
 pub use document::Document;
+pub use mesh_cache::MeshCache;
 pub use plan::Plan;
 pub use unit_checks::UNIT_WARNING_PREFIX;
 
@@ -36,7 +38,15 @@ fn missing_diagnostic(document: &Document) -> Diagnostic {
 /// # Errors
 /// Everything wrong with the scene, all at once.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
-    plan_from_document(parse::read_document(path, overrides)?)
+    read_with_meshes(path, overrides, &MeshCache::default())
+}
+
+/// As [`read`], with meshes that were read before.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -> Result<Plan, Diagnostics> {
+    plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
 /// As [`read`], of a scene whose text is given; `path` is its name in messages, in whose folder relative paths begin.
@@ -44,11 +54,11 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
 /// # Errors
 /// As [`read`].
 pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan, Diagnostics> {
-    plan_from_document(parse::parse_document(path, text, overrides)?)
+    plan_from_document(parse::parse_document(path, text, overrides)?, &MeshCache::default())
 }
 
 /// The plan of a document.
-fn plan_from_document(mut document: Document) -> Result<Plan, Diagnostics> {
+fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan, Diagnostics> {
     if document.get("study").is_some() && document.get("axes").is_some() {
         let mistake = Diagnostic::at(&document, "study", "this is a study, not a scene").label("a study");
         let mend = format!("run it with `orthowear study {}`", document.file);
@@ -58,7 +68,7 @@ fn plan_from_document(mut document: Document) -> Result<Plan, Diagnostics> {
     let clean = mistakes.is_empty();
     // Without the keys that no table knows, what is left may still be checked.
     unknown.iter().for_each(|key| document.remove(key));
-    let (plan, nonsense, notes) = resolve::resolve(&document, clean);
+    let (plan, nonsense, notes) = resolve::resolve(&document, meshes, clean);
     mistakes.extend(nonsense);
     match plan {
         Some(mut plan) if mistakes.is_empty() => {

@@ -1,5 +1,6 @@
 //! Reads a scene file and lays the command line's overrides over it.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -141,7 +142,7 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
     let value = override_value(value, index).map_err(|message| {
         wrong(message, "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
     })?;
-    let parts: Vec<&str> = key_segments(key).collect();
+    let parts: Vec<Cow<'_, str>> = key_segments(key).collect();
     set(root, &parts, value, index).map_err(|message| {
         wrong(message, "use a key that scenes have (docs/keys.md); list elements are counted from 0")
     })
@@ -166,7 +167,7 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
 }
 
 /// Puts `value` at the end of the path, making tables on the way.
-fn set(at: &mut TomlNode, path: &[&str], value: TomlNode, index: usize) -> Result<(), String> {
+fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) -> Result<(), String> {
     let Some((segment, rest)) = path.split_first() else {
         *at = value;
         return Ok(());
@@ -177,7 +178,7 @@ fn set(at: &mut TomlNode, path: &[&str], value: TomlNode, index: usize) -> Resul
                 let node =
                     TomlNode { source: ValueSource::Override(index), value: TomlValue::Table(Vec::new()) };
                 entries.push(TomlEntry {
-                    name: (*segment).to_owned(),
+                    name: segment.clone().into_owned(),
                     origin: ValueSource::Override(index),
                     node,
                 });

@@ -47,6 +47,8 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
+    /// Of friction and wear, the body whose fibre the law takes, 0 or 1; `None` where it takes none, or one of its own.
+    pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the worn depth taken from body 1.
     pub wear_share: f64,
     /// Share of the elements that a meshed body wears by until its mesh moves; `None` where it does not.

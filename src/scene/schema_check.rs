@@ -117,6 +117,14 @@ impl<'a> SchemaWalk<'a> {
         if words.contains(&found.as_str()) {
             return;
         }
+        if let Some((_, mend)) = REMOVED_VALUES.iter().find(|(value, _)| value == found) {
+            return self.report(
+                key,
+                format!("\"{found}\" is not known any more"),
+                "removed",
+                (*mend).to_owned(),
+            );
+        }
         let name = last(key);
         let hint = match closest(found, words) {
             Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
@@ -315,6 +323,13 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
         "remove it: explicit jumps beyond the stability limit are refused; for longer jumps use `integrator = \"sdirk2\"`",
     ),
     ("solver.precision", "remove it: all products with the flexibility are in double precision"),
+];
+
+/// Values of earlier versions, and what to do about them.
+const REMOVED_VALUES: [(&str, &str); 3] = [
+    ("mirror-half", "remove it: mirror-symmetric grids are no longer halved"),
+    ("sliding-friction", "remove it: contacts that slip everywhere are solved like others"),
+    ("reduced-precision", "remove it: all products with the flexibility are in double precision"),
 ];
 
 /// Largest count.

@@ -9,7 +9,7 @@ use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use super::spec::body::NearField;
 use crate::evolution::step::{Normal, Tangential};
 use crate::frame::GapShape;
-use crate::geometry::bounds;
+use crate::geometry::{Point, bounds};
 use crate::material::{PlacedMaterial, Stiffness};
 
 /// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.
@@ -144,7 +144,7 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;
-    let mut sides = extent(fe, Some(&fe.contact))?;
+    let mut sides = extent(fe, &fe.contact)?;
     sides.sort_by(f64::total_cmp);
     let faces = fe.mesh.group_of_dim(&fe.contact, 2).ok()?.cells.len();
     Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
@@ -225,26 +225,31 @@ fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
     (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
 }
 
-/// Extent along x, y, z of the nodes of a group, or of the whole mesh.
-fn extent(fe: &MeshedBodyPlan, group: Option<&str>) -> Option<[f64; 3]> {
-    let nodes = match group {
-        Some(group) => fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?,
-        None => (0..fe.mesh.n_points()).collect(),
-    };
+/// Extent along x, y, z of the nodes of a group.
+fn extent(fe: &MeshedBodyPlan, group: &str) -> Option<[f64; 3]> {
+    let nodes = fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?;
     Some([0, 1, 2].map(|k| {
         let [low, high] = bounds(nodes.iter().map(|&node| fe.mesh.points[node][k]));
         high - low
     }))
 }
 
+/// Extent of the mesh along the normal of the frame, along which bodies approach.
+fn height(plan: &Plan, fe: &MeshedBodyPlan) -> f64 {
+    let normal = match plan.frame {
+        FramePlan::Mesh { normal, .. } => Point::from(normal).normalize(),
+        FramePlan::Grid { .. } => Point::z(),
+    };
+    let [low, high] = bounds(fe.mesh.points.iter().map(|&p| Point::from(p).dot(&normal)));
+    high - low
+}
+
 /// Meshes against the frame and the displacements.
 fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
     for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
         let Some(fe) = body.as_meshed() else { continue };
-        let (Some(contact), Some(whole)) = (extent(fe, Some(&fe.contact)), extent(fe, None)) else {
-            continue;
-        };
-        let (side, height) = (contact[0].max(contact[1]), least(whole));
+        let Some(contact) = extent(fe, &fe.contact) else { continue };
+        let (side, height) = (contact[0].max(contact[1]), height(plan, fe));
         if let Some([half, cell]) = grid_half_width_and_cell(&plan.frame) {
             let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
             let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
@@ -267,7 +272,7 @@ fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
         let approach = plan.max_prescribed_approach().unwrap_or(0.0);
         if approach > 0.3 * height {
             notes.push(format!(
-                "the approach is {approach:.4e}, more than 30 % of the smallest dimension of the mesh of {key}, {height:.4e}"
+                "the approach is {approach:.4e}, more than 30 % of the height of the mesh of {key} along the normal, {height:.4e}"
             ));
         }
     }

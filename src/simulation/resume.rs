@@ -137,6 +137,7 @@ pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary
     (summary.status, summary.steps, summary.warnings) = (status, steps, warnings);
     let words = |key: &str| found[key].as_str().map(str::to_owned);
     (summary.reason, summary.error) = (words("reason"), words("error"));
+    summary.exit_code = found["exit_code"].as_u64().and_then(|code| u8::try_from(code).ok());
     for (stage, seconds) in found["timings"].as_object().into_iter().flatten() {
         summary.timings.add(stage, seconds.as_f64().unwrap_or(0.0));
     }
@@ -157,6 +158,18 @@ fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     let summary = read_json(&path)?;
     let is_of_plan = summary["scene_sha256"] == plan.document.sha256.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION")
+        && has_accuracy_of(plan, &summary)
         && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written));
     is_of_plan.then_some(summary)
+}
+
+/// Whether a summary is of a run with the same target accuracy, which an option may set: with another one it is of other cells.
+fn has_accuracy_of(plan: &Plan, summary: &Value) -> bool {
+    match (summary["accuracy"]["requested"].as_f64(), &plan.accuracy) {
+        (Some(requested), Some(accuracy)) => requested == accuracy.relative,
+        (Some(_), None) => false,
+        // A run that failed before its first estimate has no record.
+        (None, Some(_)) => summary["status"] != "converged",
+        (None, None) => true,
+    }
 }

@@ -278,10 +278,12 @@ fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
             let Some(key) = axes[i].keys.first().cloned() else { continue };
-            let short =
-                key_segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
+            let short = key_segments(&key)
+                .filter(|part| part.parse::<usize>().is_err())
+                .last()
+                .unwrap_or((&key).into());
             let is_taken = axes.iter().any(|axis| axis.name == short);
-            axes[i].name = if is_taken { key } else { short.to_owned() };
+            axes[i].name = if is_taken { key } else { short.into_owned() };
         }
         let name = axes[i].name.clone();
         axes[i].locations.iter_mut().for_each(|written| written.name.clone_from(&name));

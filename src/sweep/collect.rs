@@ -1,5 +1,7 @@
 //! Numbers out of the results of a run, by paths like `fretting.worn_volume`.
 
+use std::borrow::Cow;
+
 use serde_json::Value;
 
 use crate::evolution::records::{IncrementRecord, JumpRecord, Resultants, RollingRecord};
@@ -23,7 +25,7 @@ impl CollectedQuantity {
     /// # Errors
     /// If there is no such number in the entries of a step; the message, and how to mend it.
     pub fn parse(path: &str) -> Result<Self, (String, String)> {
-        let parts: Vec<String> = key_segments(path).map(str::to_owned).collect();
+        let parts: Vec<String> = key_segments(path).map(Cow::into_owned).collect();
         let Some((step, fields)) = parts.split_first() else {
             return Err(("the path is empty".to_owned(), EXAMPLE.to_owned()));
         };

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::heat_map::HeatMap;
-use crate::output::plot::{Canvas, PANEL, arrange_panels};
+use crate::output::plot::{Canvas, PANEL, arrange_panels_with_note};
 use crate::output::summary::Status;
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
@@ -21,11 +21,9 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
     let study = StudyPlots { sweep, result, places };
     let mut pictures = Vec::new();
-    let mut keep = |name: String, panels: Vec<Canvas>| {
-        if !panels.is_empty() {
-            let shown: Vec<Canvas> = panels.into_iter().take(MOST_PANELS).collect();
-            pictures
-                .push((format!("{}.svg", plain(&name)), arrange_panels(&shown, PANEL, 3.min(shown.len()))));
+    let mut keep = |name: String, panels: Panels| {
+        if panels.count > 0 {
+            pictures.push((format!("{}.svg", plain(&name)), panels.arrange()));
         }
     };
     for quantity in &sweep.curves {
@@ -36,6 +34,32 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
         keep(format!("heat-{}", quantity.path), study.heats(quantity));
     }
     pictures
+}
+
+/// The panels of a picture: the first [`MOST_PANELS`] are drawn, the others only counted.
+#[derive(Default)]
+struct Panels {
+    drawn: Vec<Canvas>,
+    count: usize,
+}
+
+impl Panels {
+    fn add(&mut self, draw: impl FnOnce() -> Canvas) {
+        if self.drawn.len() < MOST_PANELS {
+            self.drawn.push(draw());
+        }
+        self.count += 1;
+    }
+
+    /// The picture; its last line says how many panels are missing.
+    fn arrange(&self) -> String {
+        let note = if self.count > self.drawn.len() {
+            format!("the first {} of {} panels; all numbers are in study.csv", self.drawn.len(), self.count)
+        } else {
+            String::new()
+        };
+        arrange_panels_with_note(&self.drawn, PANEL, 3, &note)
+    }
 }
 
 /// Letters that every file system takes.
@@ -70,10 +94,10 @@ impl StudyPlots<'_> {
     }
 
     /// Results over two axes, a panel for each combination of the others.
-    fn heats(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
+    fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
-        let mut panels = Vec::new();
+        let mut panels = Panels::default();
         for [x, y] in pairs {
             for choice in self.combinations_of_other_axes(&[x, y]) {
                 let places = [x, y].map(|i| self.in_order(i));
@@ -95,7 +119,7 @@ impl StudyPlots<'_> {
                 });
                 let labels = [words(x), words(y), quantity.label(&self.sweep.units)];
                 let title = self.title(quantity, &[x, y], &choice);
-                panels.push(HeatMap { title, labels, names, values }.panel());
+                panels.add(|| HeatMap { title, labels, names, values }.panel());
             }
         }
         panels
@@ -115,12 +139,12 @@ impl StudyPlots<'_> {
     }
 
     /// Results over each key of the sample, with each other axis as family.
-    fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Vec<Canvas> {
+    fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Panels {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
         let families: Vec<Option<usize>> =
             if others.is_empty() { vec![None] } else { others.into_iter().map(Some).collect() };
-        let mut panels = Vec::new();
+        let mut panels = Panels::default();
         for (k, key) in axis.keys.iter().enumerate() {
             for &family in &families {
                 let free: Vec<usize> = family.into_iter().chain([sample]).collect();
@@ -140,7 +164,7 @@ impl StudyPlots<'_> {
                     let title = self.title(quantity, &free, &choice);
                     let labels = [key.clone(), quantity.label(&self.sweep.units)];
                     let chart = Chart { title, labels, scales: [Scale::Linear; 2], series };
-                    panels.push(chart.scattered_panel());
+                    panels.add(|| chart.scattered_panel());
                 }
             }
         }
@@ -183,8 +207,8 @@ impl StudyPlots<'_> {
     }
 
     /// Curves over the cycles: for each axis a family of its values, a panel for each combination of the others.
-    fn curves(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
-        let mut panels = Vec::new();
+    fn curves(&self, quantity: &CollectedQuantity) -> Panels {
+        let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
             // As many lines as points.
             return panels;
@@ -200,15 +224,15 @@ impl StudyPlots<'_> {
                     None => ("increment".to_owned(), Scale::Whole),
                 };
                 let title = self.title(quantity, &[family], &choice);
-                panels.extend(self.chart(quantity, title, (x, scale), series));
+                self.add_chart(&mut panels, quantity, title, (x, scale), series);
             }
         }
         panels
     }
 
     /// Results over each axis, with each other one as family.
-    fn results(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
-        let mut panels = Vec::new();
+    fn results(&self, quantity: &CollectedQuantity) -> Panels {
+        let mut panels = Panels::default();
         let varied = self.varied();
         if let Some(sample) = varied.iter().copied().find(|&i| self.axes()[i].is_sample) {
             return self.scattered(sample, quantity);
@@ -226,7 +250,7 @@ impl StudyPlots<'_> {
                     let axis = &self.axes()[over];
                     let scale = if axis.is_numeric() { Scale::Linear } else { Scale::Whole };
                     let title = self.title(quantity, &free, &choice);
-                    panels.extend(self.chart(quantity, title, (axis_words(axis), scale), series));
+                    self.add_chart(&mut panels, quantity, title, (axis_words(axis), scale), series);
                 }
             }
         }
@@ -267,18 +291,19 @@ impl StudyPlots<'_> {
         (0..axis.values.len()).map(series).filter(|series| !series.points.is_empty()).collect()
     }
 
-    fn chart(
+    /// Adds a panel, unless no series has a point.
+    fn add_chart(
         &self,
+        panels: &mut Panels,
         quantity: &CollectedQuantity,
         title: String,
         (x, scale): (String, Scale),
         series: Vec<Series>,
-    ) -> Option<Canvas> {
-        if series.iter().all(|series| series.points.is_empty()) {
-            return None;
+    ) {
+        if series.iter().any(|series| !series.points.is_empty()) {
+            let labels = [x, quantity.label(&self.sweep.units)];
+            panels.add(|| Chart { title, labels, scales: [scale, Scale::Linear], series }.panel());
         }
-        let labels = [x, quantity.label(&self.sweep.units)];
-        Some(Chart { title, labels, scales: [scale, Scale::Linear], series }.panel())
     }
 }
 

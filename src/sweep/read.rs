@@ -2,13 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use crate::error::Error;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
-use crate::scene::{Diagnostic, Diagnostics, parse, schema_check};
+use crate::scene::{self, Diagnostic, Diagnostics, MeshCache, parse, schema_check};
 use crate::sweep::axes::{Axis, axes};
 use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::require::{Requirement, combinations};
@@ -62,9 +64,23 @@ pub struct Sweep {
     pub curve_abscissa: BTreeMap<String, &'static str>,
     /// The plan of the first run.
     pub first: Plan,
+    /// The meshes of its scenes.
+    pub meshes: Arc<MeshCache>,
 }
 
 impl Sweep {
+    /// The plan of a run.
+    ///
+    /// # Errors
+    /// Input, if the scene or a mesh has changed since the study was read, and is wrong now.
+    pub fn plan(&self, number: usize) -> Result<Plan, Error> {
+        let run = &self.runs[number];
+        let read = scene::read_with_meshes(&self.scene, &run.overrides, &self.meshes);
+        let mut plan = read.map_err(|mistakes| mistakes.to_error())?;
+        plan.memory_limit = run.memory;
+        Ok(plan)
+    }
+
     /// Gives all runs another memory limit, if there is one.
     pub fn set_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         let Some(limit) = limit else { return };
@@ -125,7 +141,8 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
     let left_out = all - choices.len();
-    let mut reader = SceneReader::new(&document, &scene);
+    let meshes = Arc::new(MeshCache::default());
+    let mut reader = SceneReader::new(&document, &scene, &meshes);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let SceneReader {
@@ -155,6 +172,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
         runs,
         curve_abscissa,
         first,
+        meshes,
     })
 }
 
@@ -227,21 +245,22 @@ fn runs(
             own.extend(lines.map(|(key, node)| format!("{key}={}", node.to_toml())));
         }
         let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
-        folders.insert(folder.clone());
+        folders.insert(folder.to_lowercase());
         let Some(memory) = read(&choice, &own) else { continue };
         runs.push(RunSpec { choice, overrides: own, folder, memory });
     }
     runs
 }
 
-/// A name that is not too long and not taken: with the number of the run where it has to be.
+/// A name that is not too long and not `taken`: with the number of the run where it has to be. Taken names are in lower case, for some
+/// file systems do not tell them apart.
 fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
-    if name.len() <= LONGEST && !taken.contains(&name) {
+    if name.len() <= LONGEST && !taken.contains(&name.to_lowercase()) {
         return name;
     }
     // By plain letters alone, so that any place is one between them.
     let mut short = format!("{}-{}", &name[..name.len().min(LONGEST)], number + 1);
-    while taken.contains(&short) {
+    while taken.contains(&short.to_lowercase()) {
         short.push('-');
     }
     short
@@ -271,4 +290,17 @@ fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
     let step = if plain { last.name.clone() } else { format!("\"{}\"", last.name) };
     let quantity = |name: &&str| CollectedQuantity::parse(&format!("{step}.{name}")).ok();
     names.iter().filter_map(quantity).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a file system that ignores case keeps a folder for each run.
+    #[test]
+    fn folders_differ_by_more_than_case() {
+        let taken = BTreeSet::from(["material-a".to_owned()]);
+        assert_eq!(unique_folder_name("material-A".to_owned(), 1, &taken), "material-A-2");
+        assert_eq!(unique_folder_name("material-b".to_owned(), 1, &taken), "material-b");
+    }
 }

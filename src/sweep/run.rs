@@ -1,27 +1,26 @@
 //! The runs of a study: side by side, each into a folder of its own.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
 use crate::adaptive::run;
-use crate::error::{Error, Result, exit};
-use crate::estimate::estimate;
+use crate::error::{Error, Result, exit, panic_message};
 use crate::fem::FlexibilityCache;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
 use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
-use crate::scene::{self, Plan};
 use crate::simulation::SceneError;
 use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
 use crate::simulation::segments::{NullObserver, RunOptions};
+use crate::sweep::Sweep;
 use crate::sweep::plots::pictures;
 use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::table::{StudyResult, StudyRun};
-use crate::sweep::{RunSpec, Sweep};
 
 /// Why a folder does not count.
 const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
@@ -70,9 +69,10 @@ enum WorkerMessage {
 impl StudyRunner<'_> {
     /// How the runs of these numbers share `threads` and what memory there is.
     pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
-        let runs = &self.sweep.runs;
-        let needed = estimate(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes);
-        let free = runs.first().and_then(|run| run.memory.remaining());
+        // One thread takes one run after the other, whatever they need.
+        let several = threads > 1 && numbers.len() > 1;
+        let needed = if several { self.sweep.largest_memory(numbers) } else { None };
+        let free = self.sweep.runs.first().and_then(|run| run.memory.remaining());
         plan_concurrency(numbers.len(), threads, needed, free)
     }
 
@@ -136,7 +136,7 @@ impl StudyRunner<'_> {
         while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed))
             && !self.stop.load(Ordering::Relaxed)
         {
-            let ended = pool.install(|| self.run_one(number));
+            let ended = self.catch_panic(number, || pool.install(|| self.run_one(number)));
             if said.send(WorkerMessage::Ended(Box::new(ended))).is_err() {
                 return;
             }
@@ -159,6 +159,17 @@ impl StudyRunner<'_> {
         FinishedRun { number, result, code, kept }
     }
 
+    /// The end of a run; a panic ends this run alone, and the others go on.
+    fn catch_panic(&self, number: usize, run: impl FnOnce() -> FinishedRun) -> FinishedRun {
+        catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
+            let message = panic_message(&*panic);
+            let mut result = StudyRun::new(self.sweep, number);
+            result.status = Some(Status::Failed);
+            result.reason = Some(format!("internal error: {message}; please report it with the scene"));
+            FinishedRun { number, result, code: exit::FAILED, kept: false }
+        })
+    }
+
     fn compute(
         &self,
         number: usize,
@@ -167,7 +178,7 @@ impl StudyRunner<'_> {
     ) -> std::result::Result<u8, SceneError> {
         let spec = &self.sweep.runs[number];
         let unkeyed = |error: Error| SceneError { error, key: String::new() };
-        let mut plan = plan(self.sweep, spec).map_err(unkeyed)?;
+        let mut plan = self.sweep.plan(number).map_err(unkeyed)?;
         plan.flexibility_cache = self.cache.cloned();
         *summary = crate::simulation::job::new_summary(&plan);
         let directory = self.directory.join(&spec.folder);
@@ -198,7 +209,7 @@ impl StudyRunner<'_> {
         for (number, spec) in self.sweep.runs.iter().enumerate() {
             let mut result = StudyRun::new(self.sweep, number);
             let folder = self.directory.join(&spec.folder);
-            let found = plan(self.sweep, spec).ok().and_then(|plan| {
+            let found = self.sweep.plan(number).ok().and_then(|plan| {
                 let mut summary = new_summary(&plan);
                 load_finished_run(&plan, &folder, &Status::ALL, &mut summary).then_some(summary)
             });
@@ -213,7 +224,7 @@ impl StudyRunner<'_> {
                     match summary.status {
                         Status::Converged => exit::DONE,
                         Status::NotConverged => exit::NOT_CONVERGED,
-                        Status::Failed => exit::FAILED,
+                        Status::Failed => summary.exit_code.unwrap_or(exit::FAILED),
                         Status::Interrupted => exit::INTERRUPTED,
                     }
                 }
@@ -265,9 +276,24 @@ impl StudyRunner<'_> {
     }
 }
 
-/// The plan of a run. Its scene was right when the study was read; what has changed since then is told.
-fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
-    let mut plan = scene::read(&sweep.scene, &spec.overrides).map_err(|mistakes| mistakes.to_error())?;
-    plan.memory_limit = spec.memory;
-    Ok(plan)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a panic in a run is a failed run with exit code 1, not the end of the study.
+    #[test]
+    fn a_panic_ends_its_run_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path().join("study.toml");
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/hertz.toml");
+        let axis = "[[axes]]\nkeys = [\"gap.radius\"]\nvalues = [40.0, 50.0]\n";
+        std::fs::write(&study, format!("[study]\nscene = {scene:?}\n{axis}")).unwrap();
+        let sweep = crate::sweep::read(&study, &[]).unwrap();
+        let stop = AtomicBool::new(false);
+        let (cache, resume) = (None, false);
+        let runner = StudyRunner { sweep: &sweep, directory: folder.path(), cache, stop: &stop, resume };
+        let ended = runner.catch_panic(1, || panic!("index {} is out of bounds", 7));
+        assert_eq!((ended.number, ended.code, ended.result.status), (1, exit::FAILED, Some(Status::Failed)));
+        assert!(ended.result.reason.unwrap().contains("index 7 is out of bounds"));
+    }
 }

@@ -7,7 +7,7 @@ use crate::evolution::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::diagnostic::Location;
 use crate::scene::plan::Plan;
-use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document};
+use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document, MeshCache};
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
 
@@ -15,6 +15,8 @@ use crate::sweep::collect::CollectedQuantity;
 pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
+    /// The meshes of all runs.
+    meshes: &'a MeshCache,
     /// What is wrong with the study file.
     pub study_diagnostics: Vec<Diagnostic>,
     /// What is wrong with the scene itself.
@@ -28,11 +30,12 @@ pub(super) struct SceneReader<'a> {
 
 impl<'a> SceneReader<'a> {
     /// Nothing read yet.
-    pub fn new(document: &'a Document, scene: &'a Path) -> Self {
+    pub fn new(document: &'a Document, scene: &'a Path, meshes: &'a MeshCache) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
         Self {
             document,
             scene,
+            meshes,
             study_diagnostics: Vec::new(),
             scene_diagnostics: None,
             first: None,
@@ -43,7 +46,7 @@ impl<'a> SceneReader<'a> {
 
     /// Reads the scene of a run: the memory that it may take, or `None` if the scene is wrong.
     pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
-        match scene::read(self.scene, overrides) {
+        match scene::read_with_meshes(self.scene, overrides, self.meshes) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
                 for (step, cycles) in plan.steps.iter().filter_map(|step| Some((step, step.cycles?))) {
@@ -82,7 +85,7 @@ impl<'a> SceneReader<'a> {
                 if !lost.is_empty() {
                     let others: Vec<String> =
                         overrides.iter().filter(|line| !lost.contains(line)).cloned().collect();
-                    if let Err(mistakes) = scene::read(self.scene, &others) {
+                    if let Err(mistakes) = scene::read_with_meshes(self.scene, &others, self.meshes) {
                         self.sort_diagnostics(mistakes, axes, choice);
                     }
                 }

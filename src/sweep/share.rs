@@ -1,5 +1,15 @@
 //! How the runs of a study share threads and memory.
 
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::estimate::estimate;
+use crate::sweep::read::Sweep;
+
+/// Sections of a scene whose values change no size of its problem.
+const SECTIONS_WITHOUT_MEMORY: [&str; 6] = ["title", "units", "materials", "friction", "wear", "gap"];
+
 /// Runs side by side, and the threads of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Concurrency {
@@ -7,6 +17,32 @@ pub struct Concurrency {
     pub parallel_runs: usize,
     /// Threads of each of them.
     pub threads_per_run: usize,
+}
+
+impl Sweep {
+    /// Estimated memory of the largest of these runs, bytes; `None` where no run has an estimate. Runs that differ only in values
+    /// without effect on memory are estimated once, and runs whose scene is refused do not count: they end before they need any.
+    pub fn largest_memory(&self, numbers: &[usize]) -> Option<f64> {
+        let sizing: Vec<usize> = (0..self.axes.len())
+            .filter(|&axis| self.axes[axis].keys.iter().any(|key| may_change_memory(key)))
+            .collect();
+        let mut distinct: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
+        for &number in numbers {
+            let choice = &self.runs[number].choice;
+            distinct.entry(sizing.iter().map(|&axis| choice[axis]).collect()).or_insert(number);
+        }
+        let distinct: Vec<usize> = distinct.into_values().collect();
+        let memory = |&number: &usize| Some(estimate(&self.plan(number).ok()?).ok()?.memory_bytes);
+        distinct.par_iter().filter_map(memory).reduce_with(f64::max)
+    }
+}
+
+/// Whether the value of a key of the scene may change the size of its problem.
+fn may_change_memory(key: &str) -> bool {
+    let mut segments = key.split('.');
+    let section = segments.next().unwrap_or("");
+    let is_value_of_step = section == "steps" && segments.count() >= 2;
+    !SECTIONS_WITHOUT_MEMORY.contains(&section) && !is_value_of_step && !key.contains(".fibre.")
 }
 
 /// The share of `runs` runs in `threads` threads, of which each needs about `needed` bytes of the `free` ones; `None` where that

@@ -314,7 +314,7 @@ fn cells_that_are_too_coarse_at_first() {
 }
 
 /// Truth: docs/scene.md: increments matter to friction and to wear without friction, and those of closed paths too; files are written at the
-/// increments of the scene only; no run of the search is set aside as an earlier result.
+/// increments of the scene only, with the numbers of their entries in `summary.steps`; no run of the search is set aside as an earlier result.
 #[test]
 fn increments_and_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -350,5 +350,34 @@ fn increments_and_files() {
             .collect();
         assert_eq!(names.iter().filter(|name| name.starts_with("frame_")).count(), 3, "{names:?}");
         assert!(!names.iter().any(|name| name.starts_with("previous")), "{names:?}");
+        let collection = fs::read_to_string(folder.path().join("scene.out/frame.pvd")).unwrap();
+        for entry in [times, 2 * times, 3 * times] {
+            let line = format!("timestep=\"{entry}\" group=\"\" part=\"0\" file=\"frame_{entry:04}.vtu\"");
+            assert!(collection.contains(&line), "{line}: {collection}");
+        }
     }
+}
+
+/// Truth: a run with another accuracy has other cells: its results are not those of the scene.
+#[test]
+fn results_of_another_accuracy_are_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let press = "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n";
+    let text = scene("steel", 0.0, press, "1").replacen("accuracy = 1\n", "", 1);
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let orthowear = |options: &[&str]| {
+        let mut program = crate::tools::orthowear();
+        let output =
+            program.current_dir(folder.path()).args(["run", "scene.toml"]).args(options).output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        let summary = fs::read(folder.path().join("scene.out/summary.json")).unwrap();
+        (text, serde_json::from_slice::<Value>(&summary).unwrap())
+    };
+    let (_, refined) = orthowear(&["--accuracy", "2e-2"]);
+    assert!(refined["accuracy"].is_object());
+    let (text, own) = orthowear(&["--resume"]);
+    assert!(!text.contains("already converged") && own["accuracy"].is_null(), "{text}");
+    let (text, _) = orthowear(&["--resume"]);
+    assert!(text.contains("already converged"), "{text}");
 }

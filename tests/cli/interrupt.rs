@@ -123,3 +123,17 @@ fn signals_are_heard_while_a_body_is_made() {
         assert!(kept.into_iter().all(|entry| entry.unwrap().path().extension().unwrap() != "unfinished"));
     }
 }
+
+/// Truth: docs/command-line.md: code 130 within about a second, of a run whose increments need no iterations; it would take days.
+#[test]
+fn signals_are_heard_between_increments() {
+    let folder = tempfile::tempdir().unwrap();
+    let punch = "[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3\n[body1]\nkind = \"half-space\"\nmaterial = \"steel\"\n\
+                 [body2]\nkind = \"rigid\"\n[frame]\nkind = \"grid\"\nhalf_width = [1.1, 1.1]\ncells = [16, 16]\n\
+                 outline = { shape = \"circle\", radius = 1.0 }\n[gap]\nkind = \"flat\"\n[[steps]]\nname = \"press\"\n\
+                 normal_force = 1000.0\nincrements = 1000000000\n[output]\nfields = []\n";
+    fs::write(folder.path().join("scene.toml"), punch).unwrap();
+    let (code, text, elapsed) = interrupted(folder.path(), Duration::from_millis(500));
+    assert_eq!(code, Some(130), "{text}");
+    assert!(elapsed.as_secs() < 20, "{elapsed:?}");
+}

@@ -280,3 +280,33 @@ fn an_indefinite_material_is_named_with_its_group_and_bound() {
         &["`bad` (group \"block\" of body1) is not admissible", "nu12^2 must be below E1/E2 = 10.000000"],
     );
 }
+
+/// Truth: in double precision these cannot be told from singular ones; each names the constants that make it so, whatever body it is of.
+#[test]
+fn nearly_singular_materials_are_refused() {
+    let orthotropic = |g12: &str, g13: &str, g23: &str, nu: &str| {
+        format!(
+            "model = \"orthotropic\"\nE1 = 1e3\nE2 = 1e3\nE3 = 1e3\nG12 = {g12}\nG13 = {g13}\nG23 = {g23}\n\
+             nu12 = {nu}\nnu13 = {nu}\nnu23 = {nu}"
+        )
+    };
+    let transverse = "model = \"transversely-isotropic\"\nE1 = 1e5\nE2 = 1e4\nG12 = 5e3\nnu12 = 0.0\nnu23 = 0.99999999999999989";
+    let cases = [
+        (orthotropic("333.0", "334.0", "333.5", "0.49999999999999994"), "the Poisson's ratios are too close"),
+        (orthotropic("400.0", "400.0", "1e-99", "0.3"), "G23 = 1e-99 is too small beside E"),
+        (orthotropic("400.0", "400.0", "1e-15", "0.3"), "G23 = 1e-15 is too small"),
+        (transverse.to_owned(), "the Poisson's ratios are too close"),
+        ("model = \"isotropic\"\nE = 1e3\nnu = 0.49999999999999994".to_owned(), "nu is too close"),
+    ];
+    for (bad, words) in cases {
+        let bad = format!("[materials.bad]\n{bad}");
+        let of_group = folder(&format!("regions.block = {{ material = \"bad\" }}\n{bad}"), "", &[]);
+        let of_body = folder(&format!("fibre = {{}}\n{bad}"), "", &[]);
+        let body2 = ["check", "scene.toml", "--set", "body2={ kind = \"half-space\", material = \"bad\" }"];
+        for (place, arguments) in [(of_group, &body2[..2]), (of_body, &body2)] {
+            let (code, _, errors) = orthowear(place.path(), arguments);
+            assert_eq!(code, Some(2), "{errors}");
+            assert!(errors.contains("nearly singular") && errors.contains(words), "{words}: {errors}");
+        }
+    }
+}

@@ -113,7 +113,7 @@ fn own_loads_with_friction() {
 /// of it, 0.002 mm is not.
 #[test]
 fn sliding_farther_than_the_contact_allows() {
-    let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
+    let folder = folder("fibre = { tilt = 0.0 }\nnear_field = \"mesh\"", "", &[]);
     let said = |distance: &str| {
         let set = format!("steps.shift.shift.distance={distance}");
         let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--set", &set]);

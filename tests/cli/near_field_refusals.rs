@@ -59,6 +59,24 @@ fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
 }
 
+/// Truth: a body moves with its frame: 3e5 mm from the origin the coordinates are rounded to 6e-11 mm, which leaves the forces of cells of
+/// 0.3 mm alone.
+#[test]
+fn bodies_may_lie_far_from_the_origin() {
+    let near = block();
+    let far = block();
+    rewrite(far.path(), "Nodes", |numbers, old| match numbers {
+        [node, x, y, z] => format!("{node} {} {y} {z}", x + 3e5),
+        _ => old.to_owned(),
+    });
+    let force = |folder: &Path, more: &[&str]| {
+        let sets = [&["frame.cells=[8, 8]", "body1.near_field=\"mesh\""], more].concat();
+        run(folder, &sets)["steps"][0]["normal_force"].as_f64().unwrap()
+    };
+    let (expected, found) = (force(near.path(), &[]), force(far.path(), &["frame.center=[3e5, 0.0]"]));
+    assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+}
+
 /// Truth: docs/theory-hybrid.md, where it is valid: the half-space's surface is free beside the contact.
 #[test]
 fn a_foundation_in_the_plane_of_the_contact() {

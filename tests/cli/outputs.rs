@@ -344,3 +344,39 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
+
+/// The program under bash, after `limits`; exit code and standard error.
+#[cfg(target_os = "linux")]
+fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let line = format!("{limits} {} {arguments}", env!("CARGO_BIN_EXE_orthowear"));
+    let output = std::process::Command::new("bash").current_dir(root).args(["-c", &line]).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// Truth: docs/command-line.md: exit code 4 where the output does not fit, wherever it goes; a reader that has gone is none.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_does_not_fit_is_a_lack_of_resources() {
+    for command in ["schema > /dev/full", "check scenes/hertz.toml > /dev/full"] {
+        let (code, errors) = limited("", command);
+        assert!(
+            code == Some(4) && errors.contains("standard output cannot be written"),
+            "{command}: {errors}"
+        );
+    }
+    let (code, errors) = limited("", "schema | true; exit ${PIPESTATUS[0]}");
+    assert_eq!(code, Some(0), "{errors}");
+    let folder = tempfile::tempdir().unwrap();
+    let run = format!("run scenes/hertz.toml --quiet --no-cache --out {}", folder.path().display());
+    let (code, errors) = limited("ulimit -f 1;", &run);
+    assert!(code == Some(4) && errors.contains("File too large"), "{errors}");
+}
+
+/// Truth: docs/command-line.md: exit code 4; 1024 threads with stacks of 8 MiB and more do not fit into 3 GB of addresses.
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_cannot_be_started_are_a_lack_of_resources() {
+    let (code, errors) = limited("ulimit -v 3000000;", "check scenes/hertz.toml --threads 1024");
+    assert!(code == Some(4) && errors.contains("--threads"), "{errors}");
+}

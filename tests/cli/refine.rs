@@ -113,5 +113,8 @@ fn refine_refuses_what_it_cannot_do() {
     );
     assert!(refused("sphere-on-cfrp-block.toml", &["--step", "press"]).contains("indent, shift, fretting"));
     assert!(refused("sphere-on-cfrp-block.toml", &["--error", "2"]).contains("between 0 and 1"));
+    let cycles =
+        ["--set", "steps=[{ name = \"rub\", approach = 0.01, cycles = { count = 10, amplitude = 0.01 } }]"];
+    assert!(refused("sphere-on-cfrp-block.toml", &cycles).contains("the first step, `rub`, has cycles"));
     assert!(refused("steel-cap-on-cfrp-block.toml", &["--out", "x.pos"]).contains("--body 1 or --body 2"));
 }

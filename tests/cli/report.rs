@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use serde_json::Value;
+
 use crate::bad_input::SOUND;
 use crate::tools::{browser, orthowear};
 
@@ -178,6 +180,31 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
         let (code, said) = report(folder.path(), &["run"]);
         assert!(code == 0 && said.contains(words), "{said}");
     }
+}
+
+/// Truth: the number of a field file is that of its entry in `summary.steps`: where a file is missing, the others keep their names.
+#[test]
+fn entries_keep_their_names_without_the_files_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    sound(folder.path());
+    for name in ["frame_0002.vtu", "body1_0002.vtu"] {
+        fs::remove_file(folder.path().join("run").join(name)).unwrap();
+    }
+    let (code, said) = report(folder.path(), &["run"]);
+    assert!(code == 0 && said.contains("files that summary.json names are not there"), "{said}");
+    let page = page(folder.path(), "run");
+    let (_, data) = page.split_once("<script type=\"application/json\" id=\"data\">").unwrap();
+    let data: Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    let pairs = |list: &str| -> Vec<[u64; 2]> {
+        let pair = |item: &Value| ["file", "entry"].map(|key| item[key].as_u64().unwrap());
+        data[list].as_array().unwrap().iter().map(pair).collect()
+    };
+    let frames = pairs("frames");
+    assert!(
+        frames.len() >= 4 && frames.iter().all(|[file, entry]| *file == entry + 1 && *file != 2),
+        "{frames:?}"
+    );
+    assert!(data["bodies"].as_array().unwrap().iter().any(|body| body["body"] == 1 && body["file"] == 1));
 }
 
 /// Truth: names in a summary are not followed out of the directory.

@@ -14,7 +14,7 @@ use super::study::{TWO_AXES, folder, json, orthowear};
 fn killed_studies_go_on() {
     let folder = folder(&TWO_AXES.replace("[0, 30.0]", "[0, 15, 30.0]"));
     let arguments = |out: &'static str| {
-        let set = ["--set", "steps.fretting.cycles.jumps=40", "--set", "output.checkpoint.seconds=1e-9"];
+        let set = ["--set", "steps.fretting.cycles.jumps=16", "--set", "output.checkpoint.seconds=1e-9"];
         [&["study", "study.toml", "--threads", "1", "--out", out][..], &set].concat()
     };
     let (code, _, errors) = orthowear(folder.path(), &arguments("whole"));
@@ -212,4 +212,55 @@ fn the_script_for_slurm_runs_the_study() {
     assert!(text.contains("4 runs, 4 of them finished"), "{text}");
     let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
     assert_eq!(table("whole"), table("it's"));
+}
+
+/// Truth: docs/study.md: memory is that of the largest run, wherever it stands among the values; with --max-memory a job gets what its
+/// runs may take.
+#[test]
+fn jobs_have_the_memory_of_the_largest_run() {
+    let memory = |values: &str, more: &[&str]| {
+        let axis = format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
+        let folder = folder(&format!("[study]\nscene = \"scene.toml\"\n{axis}"));
+        let arguments = [&["study", "study.toml", "--emit", "slurm"], more].concat();
+        let (code, script, errors) = orthowear(folder.path(), &arguments);
+        assert_eq!(code, Some(0), "{errors}");
+        let line = script.lines().find_map(|line| line.strip_prefix("#SBATCH --mem=")?.strip_suffix('M'));
+        line.unwrap_or_else(|| panic!("{script}")).parse::<u64>().unwrap()
+    };
+    let large = memory("[[2000, 2000]]", &[]);
+    assert!(large > 2000, "{large}");
+    assert_eq!(memory("[[16, 16], [2000, 2000]]", &["--jobs", "2"]), large);
+    assert_eq!(memory("[[2000, 2000], [16, 16]]", &["--jobs", "2"]), large);
+    assert_eq!(memory("[[16, 16]]", &["--max-memory", "64GiB"]), 64 << 10);
+}
+
+/// Truth: the exit code of the study whose runs were refused for lack of memory.
+#[test]
+fn collected_runs_have_the_exit_code_they_ended_with() {
+    let folder = folder(TWO_AXES);
+    let study = ["study", "study.toml", "--max-memory", "1MB", "--quiet"];
+    let (code, _, errors) = orthowear(folder.path(), &study);
+    assert_eq!(code, Some(4), "{errors}");
+    let (code, _, errors) = orthowear(folder.path(), &["study", "study.toml", "--collect", "--quiet"]);
+    assert_eq!(code, Some(4), "{errors}");
+}
+
+/// Truth: of three axes with 2, 2 and 7 values a result is drawn over each axis, with each other one as family: 2 (2 + 2 + 7) = 22 panels.
+#[test]
+fn pictures_say_how_many_panels_are_missing() {
+    let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");
+    let axes = axis("body1.fibre.tilt", "[0, 30]")
+        + &axis("steps.indent.approach", "[0.01, 0.02]")
+        + &axis("gap.radius", "[40, 42, 44, 46, 48, 50, 52]");
+    let folder = folder(&format!(
+        "[study]\nscene = \"scene.toml\"\n{axes}[output]\ncollect = [\"indent.normal_force\"]\n"
+    ));
+    let press = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
+    let (before, rest) = press.split_once("[[steps]]\nname = \"fretting\"").unwrap();
+    let press = format!("{before}{}", &rest[rest.find("[solver]").unwrap()..]).replace("[16, 16]", "[8, 8]");
+    fs::write(folder.path().join("scene.toml"), press).unwrap();
+    let (code, _, errors) = orthowear(folder.path(), &["study", "study.toml"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let picture = fs::read_to_string(folder.path().join("study.study/indent.normal_force.svg")).unwrap();
+    assert!(picture.contains("the first 12 of 22 panels; all numbers are in study.csv"));
 }

@@ -47,12 +47,22 @@ fn each_mixed_up_number_is_named() {
     set("gap.radius=2e7", &["radius of the gap is 2.0000e7"]);
     set(
         "steps.press.approach=5.0",
-        &["approach 5.0000e0 gives a contact", "smallest dimension of the mesh of body1, 1.0000e0"],
+        &["approach 5.0000e0 gives a contact", "height of the mesh of body1 along the normal, 1.0000e0"],
     );
     set("steps.press.approach=1e-9", &["much smaller than a cell"]);
     set("steps.shift.shift.distance=20.0", &["displacement of body 2 is 2.0000e1"]);
     let forced = "steps=[{ normal_force = 1e9 }]";
     set(forced, &["force 1.0000e9 gives a contact"]);
+}
+
+/// Truth: the slices of this pin and its hole are 1 mm thick along y, and 40 mm high along the normal, along which they approach by 0.31 mm.
+#[test]
+fn thin_slices_may_approach_along_their_plane() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pin-in-hole.toml");
+    let options = ["check", scene.to_str().unwrap(), "--set", "steps.press.approach=0.31"];
+    let (code, text, errors) = orthowear(Path::new("."), &options);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(!text.contains("possible unit error"), "{text}");
 }
 
 /// Truth: the scene has one material and uses it; a second one is left alone.

@@ -150,7 +150,8 @@ def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, 
         if result.get("relative"):
             ax.plot([len(runs)], [result["relative"]], "o", markerfacecolor="none", color=line.get_color())
     ax.axhline(accuracy["requested"], linestyle="--", color="0.4", linewidth=1.0)
-    names = [f"{run['cells'][0]}\N{MULTIPLICATION SIGN}{run['cells'][1]}" for run in runs]
+    # The cells of a mesh stay as they are.
+    names = ["\N{MULTIPLICATION SIGN}".join(map(str, run.get("cells", ["mesh"]))) for run in runs]
     if any(run["increments"] != 1 for run in runs):
         names = [f"{name}\n{run['increments']} incr." for name, run in zip(names, runs, strict=True)]
     ax.set_xticks(np.arange(1, len(runs) + 1), names)

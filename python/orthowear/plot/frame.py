@@ -193,6 +193,8 @@ def _part(fields: Fields, name: str, component: str | None) -> _Part:
         words = f"{words} along {component}"
     if name == "slip":
         values = np.where(fields.contact == 0, np.nan, values)
+        if fields.rolling:
+            words, dimension = f"{words} per rolled distance", ""
     label = f"{words} [{unit_of(dimension, fields.units)}]" if dimension else words
     return _Part(values, label, signed=component in ("x", "y"))
 

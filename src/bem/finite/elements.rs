@@ -11,6 +11,7 @@ use super::panel::Panel;
 use crate::bem::DisplacementGradient;
 use crate::bem::full_space::FullSpaceField;
 use crate::geometry::Point;
+use crate::geometry::ball_tree::{Ball, BallTree};
 use crate::material::Stiffness;
 
 /// Distance along a ray to a polygon; `None` if it misses.
@@ -137,6 +138,7 @@ impl BoundaryElements {
             places.iter().map(|xi| panel.position(*xi)).collect()
         };
         let all: Vec<Vec<Point>> = self.prepared.iter().map(|ready| corners(&ready.panel)).collect();
+        let tree = BallTree::new(all.iter().map(|corners| Ball::around(corners)).collect());
         let of_element = |i: usize| {
             let panel = self.panel(i);
             let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
@@ -144,8 +146,10 @@ impl BoundaryElements {
             let inward = -area.normalize();
             // Neighbours at a sharp edge are no thickness.
             let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
-            let hits =
-                all.iter().filter_map(|corners| depth(&from, &inward, corners).filter(|_| !joined(corners)));
+            let mut passed = Vec::new();
+            tree.query(&from, &inward, 0.0, &mut passed);
+            let hits = passed.into_iter().map(|other| &all[other]);
+            let hits = hits.filter_map(|corners| depth(&from, &inward, corners).filter(|_| !joined(corners)));
             let thickness = hits.fold(f64::INFINITY, f64::min);
             let size = area.norm() * if panel.is_triangle() { 0.5 } else { 4.0 };
             let spacing = (size / self.nodes_of(i).len() as f64).sqrt();

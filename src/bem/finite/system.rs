@@ -272,31 +272,93 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual of rows computed afresh, under all loads, over the largest sum of sizes in one of them.
+    /// Largest residual of rows computed afresh, over the largest sum of sizes in one of them: of the boundary values and of unit
+    /// tractions on all loaded nodes, each by itself, for one may be far larger than the other.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
-        let state = solution.state(1.0, &vec![1.0; 3 * self.loaded.len()]);
-        let balance = solution.balance(1.0, &vec![1.0; 3 * self.loaded.len()]);
+        let n = 3 * self.loaded.len();
+        let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];
+        let states = loads.map(|(known, tractions)| {
+            (solution.state(known, &tractions), solution.balance(known, &tractions))
+        });
         let motions = self.motions();
         let places = self.elements.node_locations();
         let step = places.len().div_ceil(CHECKED);
         let checked: Vec<(usize, usize)> = places.iter().copied().step_by(step).collect();
         let of_row = |place: &(usize, usize)| {
             let (h, g) = self.elements.rows(*place, self.domain);
-            let (mut sum, mut size) = (Point::zeros(), 0.0);
-            for (node, (h, g)) in h.iter().zip(&g).enumerate() {
-                let mut traction = Point::from(state.traction[node]);
-                for (j, balance) in balance.iter().enumerate() {
-                    traction -= motions.fixed_view::<3, 1>(3 * node, j) * *balance;
+            [0, 1].map(|i| {
+                let (state, balance) = &states[i];
+                let (mut sum, mut size) = (Point::zeros(), 0.0);
+                for (node, (h, g)) in h.iter().zip(&g).enumerate() {
+                    let mut traction = Point::from(state.traction[node]);
+                    for (j, balance) in balance.iter().enumerate() {
+                        traction -= motions.fixed_view::<3, 1>(3 * node, j) * *balance;
+                    }
+                    let parts = [h * Point::from(state.displacement[node]), -g * traction];
+                    sum += parts[0] + parts[1];
+                    size += parts[0].norm() + parts[1].norm();
                 }
-                let parts = [h * Point::from(state.displacement[node]), -g * traction];
-                sum += parts[0] + parts[1];
-                size += parts[0].norm() + parts[1].norm();
-            }
-            (sum.norm(), size)
+                (sum.norm(), size)
+            })
         };
         cancel::check()?;
-        let found: Vec<(f64, f64)> = checked.par_iter().map(of_row).collect();
-        let most = found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(*x), b.max(*y)));
-        Ok(most.0 / most.1)
+        let found: Vec<[(f64, f64); 2]> = checked.par_iter().map(of_row).collect();
+        let relative = |i: usize| {
+            let rows = found.iter().map(|row| row[i]);
+            let most = rows.fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x), b.max(y)));
+            most.0 / most.1
+        };
+        // NaN is the larger one.
+        Ok([0, 1].map(relative).into_iter().max_by(f64::total_cmp).unwrap_or(f64::NAN))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bem::finite::{Interpolation, Panel};
+    use crate::bem::full_space::FullSpaceField;
+    use crate::element::ElementKind::Quad9;
+    use crate::material::Stiffness;
+
+    /// The sides of the cube [-1, 1]^3.
+    fn cube() -> Vec<Panel> {
+        let side = |(axis, sign): (usize, f64)| {
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            let node = |[s, t]: &[f64; 2]| {
+                let mut x = Point::zeros();
+                (x[axis], x[u], x[v]) = (sign, *s, sign * t);
+                x
+            };
+            Panel { kind: Quad9, nodes: Quad9.face_reference_nodes().iter().map(node).collect() }
+        };
+        (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]).map(side).collect()
+    }
+
+    /// Truth: a response to tractions that is 10 % too large leaves a tenth of its terms, however large prescribed displacements are
+    /// beside it: 1 mm on a cube of 2 mm, and 1 MPa on one of E = 2e5 MPa.
+    #[test]
+    fn wrong_responses_show_beside_prescribed_displacements() {
+        let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();
+        let field = FullSpaceField::new(&stiffness).unwrap();
+        let elements = BoundaryElements::new(cube(), Interpolation::Constant, (&stiffness, field), 1e-3);
+        let positions = elements.positions();
+        let base: Vec<bool> = positions.iter().flat_map(|x| [x.z < -0.99; 3]).collect();
+        let values: Vec<f64> = base.iter().map(|held| f64::from(u8::from(*held))).collect();
+        let top = positions.iter().position(|x| x.z > 0.99).unwrap();
+        let problem = BoundaryValueProblem {
+            elements: &elements,
+            domain: Domain::Interior,
+            displacement_known: &base,
+            boundary_values: &values,
+            loaded: &[top],
+            free_motions: None,
+            mean_displacement: &[],
+        };
+        let mut solution = problem.solve(Par::Seq).unwrap();
+        assert!(solution.residual < 1e-12, "{}", solution.residual);
+        solution.unknown.column_mut(1).iter_mut().for_each(|x| *x *= 1.1);
+        let residual = problem.residual(&solution).unwrap();
+        assert!(residual > 1e-3, "{residual}");
     }
 }

@@ -342,7 +342,7 @@ impl Run<'_> {
         let options = self.stroke_options();
         // Looked at here, the operator would be looked at again and again.
         let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
-        let solved = Unknowns::from_state(&ring.contact);
+        let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
         let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Vec<[f64; 2]> = Vec::new();
@@ -355,7 +355,11 @@ impl Run<'_> {
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // What is reported are the last ends that were solved together.
-                    solved.restore_into(&mut ring.contact);
+                    solved.0.restore_into(&mut ring.contact);
+                    (ring.stick_mask, ring.stick_gap) = (solved.1, solved.2);
+                    let laws = ActiveLaws::of(self.step());
+                    let ends = self.path_points(course, loads, ring)?;
+                    increment_problem(&self.prepared, &options, worn, laws, ends).evaluate(&mut ring.contact);
                     return Ok(sum);
                 }
                 if end == 1 {

@@ -166,7 +166,7 @@ impl Run<'_> {
             return Ok(());
         }
         Err(Error::input(format!(
-            "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
+            "step \"{}\": explicit jumps of {length:.6} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
              on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
              integrator",
             self.step().name,

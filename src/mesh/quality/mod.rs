@@ -8,7 +8,7 @@ use super::Mesh;
 use super::faces::face_of_three_solids;
 use crate::element::ElementKind;
 use crate::error::{Error, Result, warning};
-use crate::geometry::format_point;
+use crate::geometry::{bounds, format_point};
 pub use conformity::NonconformingFaces;
 use conformity::find_nonconforming_faces;
 use jacobian::check_jacobians;
@@ -124,10 +124,30 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     })
 }
 
+/// The axis to which all points lie in one perpendicular plane, if there is one.
+fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
+    let extents = [0, 1, 2].map(|k| {
+        let [low, high] = bounds(points.iter().map(|x| x[k]));
+        high - low
+    });
+    let size = extents.iter().copied().fold(0.0, f64::max);
+    (0..3).find(|&k| extents[k] <= 1e-9 * size)
+}
+
 /// A mesh without solids, and how that comes about.
 fn no_solids(mesh: &Mesh) -> Error {
     let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::CellBlock::n_cells).sum();
     let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };
+    if let (Some(axis), true) = (plane_of(&mesh.points), faces > 0) {
+        let normal = ["1, 0, 0", "0, 1, 0", "0, 0, 1"][axis];
+        return Error::input(format!(
+            "{} is a plane mesh, of {faces} surface elements at one {}; bodies are solids. For plane strain extrude it by one element \
+             (in the .geo: `Extrude {{{normal}}} {{ Surface{{:}}; Layers{{1}}; Recombine; }}`), give the volume a physical group, and hold it across \
+             the plane (docs/meshes.md)",
+            mesh.source,
+            ["x", "y", "z"][axis]
+        ));
+    }
     Error::input(format!(
         "{} has no solid elements{has}: gmsh saves only what belongs to a physical group once there is one, so give the \
          volume one too (in the .geo: `Physical Volume(\"body\") = {{1}};` with its number, or \

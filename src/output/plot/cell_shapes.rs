@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::frame::ContactFrame;
+use crate::geometry::Point;
 use crate::output::plot::axis::Axis;
 
 /// Grids with more cells along a side are drawn in blocks, each with the mean of its cells.
@@ -18,11 +19,7 @@ pub(super) struct CellShapes {
 
 impl CellShapes {
     pub fn new(frame: &ContactFrame) -> Self {
-        let (s, c) = frame.azimuth.sin_cos();
-        let flat = |p: &crate::geometry::Point| {
-            let arm = p - frame.origin;
-            Vector2::new(c * arm.x + s * arm.y, c * arm.y - s * arm.x)
-        };
+        let flat = |p: &Point| frame.axes.to_local(&(p - frame.origin)).xy();
         let corners: Vec<Vec<Vector2<f64>>> =
             frame.all_corners().map(|cell| cell.iter().map(flat).collect()).collect();
         let large =
@@ -75,5 +72,29 @@ impl CellShapes {
     pub fn middle(&self, shape: usize) -> Vector2<f64> {
         let corners = &self.corners[shape];
         corners.iter().sum::<Vector2<f64>>() / corners.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Triad;
+
+    /// Truth: cells in the plane of the frame are drawn with their areas, wherever its normal points: of a square wall across x the four
+    /// quarters.
+    #[test]
+    fn a_wall_is_drawn_with_the_areas_of_its_cells() {
+        let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
+        let upright = |p: &Point| Point::new(3.0, p.x, p.y);
+        let wall = frame.all_corners().map(|cell| cell.iter().map(upright).collect()).collect();
+        (frame.polygons, frame.grid) = (Some(wall), None);
+        frame.axes = Triad::from_normal(-Point::x(), Point::y());
+        let shapes = CellShapes::new(&frame);
+        assert_eq!(shapes.corners.len(), 4);
+        for corners in &shapes.corners {
+            let twice = |i: usize| corners[i].perp(&corners[(i + 1) % corners.len()]);
+            let area = (0..corners.len()).map(twice).sum::<f64>().abs() / 2.0;
+            assert!((area - 1.0).abs() < 1e-12, "{corners:?}");
+        }
     }
 }

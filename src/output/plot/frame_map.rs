@@ -47,6 +47,8 @@ pub struct StepEndFields {
     /// Tractions on body 2, `[3, N]` by planes.
     pub tractions: Vec<f64>,
     slip: Vec<[f64; 2]>,
+    /// Whether slip is per rolled distance.
+    is_rolling: bool,
     status: Vec<u8>,
     /// Wear depth of both bodies together, `[N]`.
     pub wear_depth: Vec<f64>,
@@ -54,7 +56,7 @@ pub struct StepEndFields {
 
 impl StepEndFields {
     /// The fields of `state`, on a frame of `n` cells; missing slip is 0.
-    pub fn new([name, title]: [&str; 2], n: usize, state: &FrameState) -> Self {
+    pub fn new([name, title]: [&str; 2], n: usize, state: &FrameState, is_rolling: bool) -> Self {
         let slip = |cell: usize| match state.slip.get(n + cell) {
             Some(y) => [state.slip[cell], *y],
             None => [0.0; 2],
@@ -64,6 +66,7 @@ impl StepEndFields {
             title: title.to_owned(),
             tractions: state.tractions.clone(),
             slip: (0..n).map(slip).collect(),
+            is_rolling,
             status: state.status.clone(),
             wear_depth: state.wear_depth.clone(),
         }
@@ -146,8 +149,12 @@ impl MapFigure<'_> {
             MapKind::Slip => {
                 let peak = self.draw_values(&mut canvas, &axes, state);
                 self.arrows(&mut canvas, &axes, state, peak);
-                draw_caption(&mut canvas, "slip of body 2 over body 1");
-                draw_bar(&mut canvas, MAP_AREA_PX, peak, &self.units.length);
+                let (caption, unit) = match state.is_rolling {
+                    true => ("slip of body 2 over body 1 per rolled distance", ""),
+                    false => ("slip of body 2 over body 1", self.units.length.as_str()),
+                };
+                draw_caption(&mut canvas, caption);
+                draw_bar(&mut canvas, MAP_AREA_PX, peak, unit);
             }
             MapKind::Zones => {
                 self.zones(&mut canvas, &axes, state);
@@ -327,7 +334,7 @@ mod tests {
             status: vec![0, 1, 2, 2],
             wear_depth: vec![0.0, 0.0, 3e-7, 6e-7],
         };
-        (frame, StepEndFields::new(["a"; 2], 4, &fields))
+        (frame, StepEndFields::new(["a"; 2], 4, &fields, false))
     }
 
     fn drawn(kind: MapKind) -> String {
@@ -362,6 +369,23 @@ mod tests {
         let wear = drawn(MapKind::Wear);
         assert!(filled(&wear, [193.0, 175.0], &darkest) && filled(&wear, [193.0, 310.0], &half), "{wear}");
         assert!(wear.contains("max 600") && wear.contains("\u{2212}9"), "{wear}");
+    }
+
+    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md): its map names no unit of length.
+    #[test]
+    fn slip_of_rolling_has_no_unit() {
+        let (frame, mut state) = state();
+        let words = |state: &StepEndFields| {
+            let surface = SurfaceProperties::default();
+            let states = std::slice::from_ref(state);
+            let picture = maps_svg((&frame, &surface), states, MapKind::Slip, &Units::default()).unwrap();
+            (picture.contains("per rolled distance"), picture.matches("mm").count())
+        };
+        let (sliding, of_sliding) = words(&state);
+        state.is_rolling = true;
+        let (rolling, of_rolling) = words(&state);
+        assert!(!sliding && rolling);
+        assert_eq!(of_rolling, of_sliding - 1);
     }
 
     /// Truth: arrows by hand: the slip 0.04 along x is 18 pixels to the right, half of it along -y is 9 pixels down;

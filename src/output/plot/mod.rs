@@ -19,6 +19,8 @@ use crate::output::vtu::escaped;
 
 /// Width and height of a panel.
 pub(crate) const PANEL: [f64; 2] = [560.0, 400.0];
+/// Height of the line of text below panels.
+const NOTE_HEIGHT_PX: f64 = 26.0;
 
 /// SVG elements that are being gathered.
 #[derive(Debug, Default, Clone)]
@@ -95,11 +97,26 @@ fn with_powers(text: &str) -> String {
 
 /// Panels in rows of at most `columns`, as one picture.
 pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) -> String {
+    arrange_panels_with_note(panels, size, columns, "")
+}
+
+/// Panels in rows of at most `columns`, with a line of text below them unless it is empty.
+pub(crate) fn arrange_panels_with_note(
+    panels: &[Canvas],
+    size: [f64; 2],
+    columns: usize,
+    note: &str,
+) -> String {
     let columns = columns.min(panels.len()).max(1);
     let rows = panels.len().div_ceil(columns);
     let mut all = Canvas::default();
     for (i, panel) in panels.iter().enumerate() {
         all.place([(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]], panel);
     }
-    all.into_svg([columns as f64 * size[0], rows as f64 * size[1]])
+    let [width, mut height] = [columns as f64 * size[0], rows as f64 * size[1]];
+    if !note.is_empty() {
+        all.text([width / 2.0, height + 16.0], Anchor::Middle, 13.0, note);
+        height += NOTE_HEIGHT_PX;
+    }
+    all.into_svg([width, height])
 }

@@ -22,7 +22,11 @@
     return (digits < -4 || digits > 6 ? x.toExponential(4) : x.toFixed(Math.max(0, 4 - digits))).replace("-", "\u2212");
   };
   const units = data.units || {};
-  const perDistance = data.rolling ? "" : units.length;
+  // Slip is a length; that of rolling is per rolled distance, without unit.
+  const rolls = (frame) => Boolean(data.rolling[data.frames[frame].entry]);
+  const rolling = (data.frames || []).map((_, i) => rolls(i));
+  const slipWords = !rolling.includes(true) ? "Slip in the increment" : rolling.includes(false) ? "Slip (of rolling per distance)" : "Slip per rolled distance";
+  const unitOf = (field, frame) => (field.key.startsWith("slip") && rolls(frame) ? "" : field.unit);
 
   // Quantities of a cell.
   const length2 = (a, b) => (i) => Math.hypot(a ? a[i] : 0, b ? b[i] : 0);
@@ -30,7 +34,7 @@
   const FIELDS = [
     { key: "pressure", words: "Pressure", unit: units.stress, of: plain("pressure") },
     { key: "tangential", words: "Tangential traction", unit: units.stress, of: (f) => length2(f.traction_x, f.traction_y) },
-    { key: "slip", words: data.rolling ? "Slip per distance" : "Slip in the increment", unit: perDistance, of: (f) => length2(f.slip_x, f.slip_y) },
+    { key: "slip", words: slipWords, unit: units.length, of: (f) => length2(f.slip_x, f.slip_y) },
     { key: "wear", words: "Wear depth, both bodies", unit: units.length, of: plain("wear") },
     { key: "wear1", words: "Wear depth, body 1", unit: units.length, of: plain("wear1") },
     { key: "wear2", words: "Wear depth, body 2", unit: units.length, of: plain("wear2") },
@@ -39,7 +43,7 @@
   ];
   const PARTS = [
     ["traction_x", "Tangential traction on body 2, x", units.stress], ["traction_y", "Tangential traction on body 2, y", units.stress],
-    ["slip_x", "Slip of body 2, x", perDistance], ["slip_y", "Slip of body 2, y", perDistance],
+    ["slip_x", "Slip of body 2, x", units.length], ["slip_y", "Slip of body 2, y", units.length],
   ];
   const decoded = new Map();
   const fieldsOf = (frame) => {
@@ -66,6 +70,9 @@
     if (!peaks.has(values)) { let most = 0; for (const v of values) if (v > most) most = v; peaks.set(values, most); }
     return peaks.get(values);
   };
+  // Over all frames whose values have the unit of this one.
+  const largestOfAll = (field, frame) => Math.max(0, ...data.frames.map((_, i) => (unitOf(field, i) === unitOf(field, frame) ? largest(valuesOf(i, field)) : 0)));
+  const inMenu = (field) => (field.unit && !(field.key === "slip" && rolling.includes(true)) ? `${field.words}, ${field.unit}` : field.words);
   const label = (item) => (item.entry === null ? `field file ${item.file}` : data.entries[item.entry]);
   const fill = (select, options) => {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
@@ -101,7 +108,7 @@
     const still = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
     let frame = data.frames.length - 1, field = shownFields[0], shape, values, cursor = -1;
     fill($("map-entry"), data.frames.map((item, i) => [i, label(item)]));
-    fill($("map-field"), shownFields.map((f) => [f.key, f.unit ? `${f.words}, ${f.unit}` : f.words]));
+    fill($("map-field"), shownFields.map((f) => [f.key, inMenu(f)]));
     $("map-entry").value = String(frame);
 
     function layout(mesh) {
@@ -181,7 +188,7 @@
       const mesh = meshes[data.frames[frame].mesh], zones = field.key === "status";
       if (!shape || shape.mesh !== mesh) { shape = layout(mesh); if (cursor >= mesh.offsets.length) cursor = -1; }
       values = valuesOf(frame, field);
-      const most = $("map-common").checked ? Math.max(...data.frames.map((_, i) => largest(valuesOf(i, field)))) : largest(values);
+      const most = $("map-common").checked ? largestOfAll(field, frame) : largest(values);
       context.fillStyle = "#fff"; context.fillRect(0, 0, canvas.width, canvas.height);
       context.lineWidth = 1;
       for (let cell = 0; cell < values.length; cell++) {
@@ -189,7 +196,7 @@
         path(cell); context.fillStyle = paint; context.strokeStyle = paint; context.fill(); context.stroke();
       }
       axes();
-      colourBar(context, [AREA[0] + AREA[2] + 30, 80, 34, 700], most, field.unit, zones);
+      colourBar(context, [AREA[0] + AREA[2] + 30, 80, 34, 700], most, unitOf(field, frame), zones);
       const notes = ["x and y are the frame's own axes. Tractions act on body 2; on body 1 they are the opposite."];
       if (mesh.curved) notes.push("The frame is curved: the map shows its projection, the 3D view its shape.");
       $("map-note").textContent = notes.join(" ");
@@ -216,9 +223,9 @@
       row("Cell", String(cursor + 1)); row("Centre x, y", `${short(x)}, ${short(y)} ${units.length}`);
       for (const item of shownFields) {
         const value = valuesOf(frame, item)[cursor];
-        row(item.words, item.key === "status" ? ZONE_WORDS[value] || String(value) : `${short(value)} ${item.unit}`, item === field);
+        row(item.words, item.key === "status" ? ZONE_WORDS[value] || String(value) : `${short(value)} ${unitOf(item, frame)}`, item === field);
       }
-      for (const [key, words, unit] of PARTS) if (f[key] && !(key.startsWith("slip") && f.status && f.status[cursor] === 0)) row(words, `${short(f[key][cursor])} ${unit}`);
+      for (const [key, words, unit] of PARTS) if (f[key] && !(key.startsWith("slip") && f.status && f.status[cursor] === 0)) row(words, `${short(f[key][cursor])} ${unitOf({ key, unit }, frame)}`);
       box.replaceChildren(table);
     }
 
@@ -227,7 +234,7 @@
       const box = $("map-tip");
       box.hidden = cursor < 0;
       if (cursor < 0) return;
-      box.textContent = field.key === "status" ? ZONE_WORDS[values[cursor]] : `${field.words}: ${short(values[cursor])} ${field.unit}`;
+      box.textContent = field.key === "status" ? ZONE_WORDS[values[cursor]] : `${field.words}: ${short(values[cursor])} ${unitOf(field, frame)}`;
       const share = canvas.clientWidth / canvas.width, left = px * share + 14;
       box.style.left = `${Math.max(0, Math.min(left, canvas.clientWidth - box.offsetWidth - 4))}px`;
       box.style.top = `${Math.max(0, py * share - 34)}px`;
@@ -269,7 +276,7 @@
       other.classList.toggle("open", is); tab.setAttribute("aria-selected", String(is)); tab.tabIndex = is ? 0 : -1;
       if (is && focus) tab.focus();
     }
-    if (section.id === "view" && !view) { section.classList.remove("unseen"); view = window.orthowearView({ data, meshes, floats, whole, shownFields, valuesOf, largest, label, fill, colour, ZONES, colourBar, units }); }
+    if (section.id === "view" && !view) { section.classList.remove("unseen"); view = window.orthowearView({ data, meshes, floats, whole, shownFields, valuesOf, largest, largestOfAll, label, inMenu, unitOf, fill, colour, ZONES, colourBar, units }); }
     if (section.id === "view") view.resize();
     try { history.replaceState(null, "", `#${section.id}`); } catch { /* Some places have no address. */ }
   };

@@ -1,7 +1,7 @@
 // Draws the bodies in space with three.js; without WebGL, a line of text instead.
 window.orthowearView = (page) => {
   "use strict";
-  const { data, meshes, floats, whole, shownFields, valuesOf, largest, label, fill, colour, ZONES, colourBar, units } = page;
+  const { data, meshes, floats, whole, shownFields, valuesOf, largest, largestOfAll, label, inMenu, unitOf, fill, colour, ZONES, colourBar, units } = page;
   const $ = (id) => document.getElementById(id);
   const hasWebGL = (() => { try { const canvas = document.createElement("canvas"); const gl = canvas.getContext("webgl2"); if (gl && gl.getExtension("WEBGL_lose_context")) gl.getExtension("WEBGL_lose_context").loseContext(); return Boolean(gl); } catch { return false; } })();
   if (!hasWebGL) {
@@ -24,7 +24,7 @@ window.orthowearView = (page) => {
   const BODY = [["pressure", "Pressure on the bodies", units.stress], ["displacement", "Displacement", units.length], ["von_mises", "von Mises stress", units.stress], ["sigma_tangential", "Largest stress in the surface", units.stress]]
     .filter(([key]) => bodies.some((b) => b.fields[key] && largest(b.fields[key]) > 0));
   fill($("view-field"), [
-    ...(data.frames.length ? shownFields.map((f) => [`frame:${f.key}`, f.unit ? `${f.words}, ${f.unit}` : f.words]) : []),
+    ...(data.frames.length ? shownFields.map((f) => [`frame:${f.key}`, inMenu(f)]) : []),
     ...BODY.map(([key, words, unit]) => [`body:${key}`, `${words}, ${unit}`]),
   ]);
 
@@ -45,8 +45,9 @@ window.orthowearView = (page) => {
   function pieces() {
     const file = Number($("view-entry").value), [kind, key] = $("view-field").value.split(":");
     const field = shownFields.find((f) => f.key === key), list = [], scale = factor(), lift = (Number($("view-lift").value) / 100) * 0.6;
-    const of = kind === "body" ? bodies.filter((b) => b.fields[key]).map((b) => largest(b.fields[key])) : data.frames.map((_, i) => largest(valuesOf(i, field)));
-    const most = Math.max(0, ...of);
+    const i = frameOf(file);
+    const ofBodies = () => Math.max(0, ...bodies.filter((b) => b.fields[key]).map((b) => largest(b.fields[key])));
+    const most = kind === "body" ? ofBodies() : i < 0 ? 0 : largestOfAll(field, i);
     for (const body of bodies.filter((b) => b.file === file && $(`view-body${b.body}`).checked)) {
       const { points, triangles } = surfaces[body.surface], values = kind === "body" ? body.fields[key] : null;
       const positions = new Float32Array(3 * triangles.length), colours = new Float32Array(3 * triangles.length);
@@ -56,9 +57,8 @@ window.orthowearView = (page) => {
       }
       list.push({ positions, colours, opacity: values ? 1 : 0.45 });
     }
-    const i = frameOf(file);
     if (i >= 0 && kind === "frame" && $("view-frame").checked) list.push(framePiece(i, field, most));
-    return { list, most, unit: kind === "frame" ? field.unit : BODY.find(([k]) => k === key)[2], zones: kind === "frame" && key === "status" };
+    return { list, most, unit: kind === "frame" ? (i < 0 ? "" : unitOf(field, i)) : BODY.find(([k]) => k === key)[2], zones: kind === "frame" && key === "status" };
   }
 
   // The frame, raised by what it shows along its normals.

@@ -37,9 +37,9 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     let symmetry = symmetry_supports(r, key, &body, &mesh);
     let surface = closed_surface(r, &place, &mesh)?;
     let supports = [supports?, symmetry?].concat();
-    let meshed = meshed_plan(&body, surface, supports, Vec::new(), materials)?;
+    let meshed = meshed_plan(&body, Arc::new(surface), supports, Vec::new(), materials)?;
     let has_solids = mesh.volume_cells().next().is_some();
-    let solids = has_solids.then(|| Arc::new(mesh));
+    let solids = has_solids.then_some(mesh);
     let be = BeBodyPlan { meshed, solids, interpolation };
     if groups_found {
         check_rigid_body_modes(r, key, &be);

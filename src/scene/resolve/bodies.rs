@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
 use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
-use crate::mesh::{Mesh, PhysicalGroup, gmsh, quality};
+use crate::mesh::{Mesh, PhysicalGroup, quality};
 use crate::scene::document::join_key;
 use crate::scene::plan::{
     BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
@@ -96,7 +96,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
 /// The plan of a body on `mesh`; `None` without its material, which was reported.
 pub(super) fn meshed_plan(
     body: &FeBody,
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     supports: Vec<PrescribedDisplacement>,
     regions: Vec<(Option<String>, RegionMaterial)>,
     materials: &Materials,
@@ -104,7 +104,7 @@ pub(super) fn meshed_plan(
     Some(MeshedBodyPlan {
         material: body_material(body, materials)?,
         has_fibre: has_fibre(body),
-        mesh: Arc::new(mesh),
+        mesh,
         mesh_name: body.mesh.clone(),
         contact: body.contact.clone(),
         supports,
@@ -291,7 +291,7 @@ fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Componen
 }
 
 /// The mesh named at `key`, as it is.
-pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
+pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<Mesh>> {
     let place = format!("{key}.mesh");
     let path = r.file(&place, name);
     if path.is_dir() {
@@ -309,7 +309,7 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
             format!("paths are relative to the folder of the scene file{}", mesh_files_in_folder(&path));
         return r.refuse(&place, message, "no such file", mend);
     }
-    match gmsh::read(&path) {
+    match r.meshes.read(&path) {
         Ok(mesh) => Some(mesh),
         Err(error) => r.refuse(
             &place,

@@ -57,7 +57,7 @@ fn alternative_meshes(
     let surface = keys.be.mesh.as_ref().zip(meshed).and_then(|(file, meshed)| {
         let key = of_kind("be");
         let mesh = read_mesh(r, &key, file)?;
-        let mesh = closed_surface(r, &format!("{key}.mesh"), &mesh)?;
+        let mesh = Arc::new(closed_surface(r, &format!("{key}.mesh"), &mesh)?);
         mesh_with_groups(r, &format!("{key}.mesh"), meshed, &mesh)
     });
     let solids = keys.fe.mesh.as_ref().zip(meshed).and_then(|(file, meshed)| {
@@ -87,7 +87,7 @@ fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,
     meshed: &MeshedBodyPlan,
-    mesh: &Mesh,
+    mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
     // What is no group of surfaces stands in the way of the variant, not of the scene.
@@ -95,5 +95,5 @@ fn mesh_with_groups(
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);
     }
-    (r.diagnostics.len() == before).then(|| Arc::new(mesh.clone()))
+    (r.diagnostics.len() == before).then(|| mesh.clone())
 }

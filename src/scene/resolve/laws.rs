@@ -18,6 +18,8 @@ pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
+    /// Of friction and wear, the body whose fibre the law takes, 0 or 1; `None` where it takes none, or one of its own.
+    pub fibre_bodies: [Option<usize>; 2],
 }
 
 /// Whether no friction acts in a step with the key `friction`; laws that are wrong themselves do not count.
@@ -57,17 +59,24 @@ pub(super) fn resolve(
         Some(Friction::Frp { body, fibre, .. }) => FibreChoice { body, fibre },
         _ => FibreChoice { body: None, fibre: None },
     };
-    let law = friction.and_then(|friction| friction_law(r, ground, &friction));
-    let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction));
+    let mut fibre_bodies = [None; 2];
+    let [of_law, of_wear] = &mut fibre_bodies;
+    let law = friction.and_then(|friction| friction_law(r, ground, &friction, of_law));
+    let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction, of_wear));
     let (friction, (wear, integration)) = (law?, wear?);
     if matches!(wear, WearLaw::Energy { .. }) && matches!(friction, FrictionLaw::None) {
         let message = "wear law \"energy\" uses the friction energy, but there is no friction";
         r.report("wear.law", message, "needs friction", "add a [friction] law, or use law = \"archard\"");
     }
-    Some(Laws { friction, wear, integration })
+    Some(Laws { friction, wear, integration, fibre_bodies })
 }
 
-fn friction_law(r: &mut Resolver, ground: LawContext<'_>, law: &Friction) -> Option<FrictionLaw> {
+fn friction_law(
+    r: &mut Resolver,
+    ground: LawContext<'_>,
+    law: &Friction,
+    fibre_body: &mut Option<usize>,
+) -> Option<FrictionLaw> {
     let azimuth = ground.azimuth();
     let law = match *law {
         Friction::None => FrictionLaw::None,
@@ -76,7 +85,7 @@ fn friction_law(r: &mut Resolver, ground: LawContext<'_>, law: &Friction) -> Opt
             FrictionLaw::Elliptic { mu: [mu1, mu2], angle: angle.to_radians() - azimuth }
         }
         Friction::Frp { mu_L, mu_T, mu_N, body, fibre } => {
-            let fibre = law_fibre(r, ground, "friction", FibreChoice { body, fibre })?;
+            let fibre = law_fibre(r, ground, "friction", FibreChoice { body, fibre }, fibre_body)?;
             FrictionLaw::Frp {
                 mu_l: mu_L,
                 mu_t: mu_T,
@@ -109,6 +118,7 @@ fn wear_law(
     ground: LawContext<'_>,
     law: &Wear,
     of_friction: FibreChoice,
+    fibre_body: &mut Option<usize>,
 ) -> Option<(WearLaw, WearIntegration)> {
     let azimuth = ground.azimuth();
     let (law, integration) = match *law {
@@ -121,7 +131,7 @@ fn wear_law(
         Wear::Frp { i_L, i_T, i_N, body, fibre, integration } => {
             let own = FibreChoice { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
-            let fibre = law_fibre(r, ground, "wear", wish)?;
+            let fibre = law_fibre(r, ground, "wear", wish, fibre_body)?;
             let law = WearLaw::Frp {
                 i_l: i_L,
                 i_t: i_T,
@@ -153,12 +163,13 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
 }
 
 /// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the
-/// body named.
+/// body named; the number of that body, 0 or 1, in `fibre_body`.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,
     section: &str,
     wish: FibreChoice,
+    fibre_body: &mut Option<usize>,
 ) -> Option<FibreAngles> {
     if let Some(fibre) = wish.fibre {
         return Some(fibre.into());
@@ -194,6 +205,7 @@ fn law_fibre(
             );
         }
     };
+    *fibre_body = Some(index);
     refuse_inclined_frame(r, ground, section)?;
     let body = if index == 0 { body1 } else { body2 };
     match (body.material().and_then(|elastic| elastic.fibre), body.as_fe()) {

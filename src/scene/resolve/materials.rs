@@ -11,6 +11,12 @@ use crate::material::{Orthotropic, Stiffness};
 use crate::scene::document::{TomlValue, join_key};
 use crate::scene::spec::material::Material;
 
+/// Largest ratio of the eigenvalues of a stiffness. Rounding of its inverse is this times 1e-16.
+const MAX_CONDITION: f64 = 1e12;
+
+/// Ratio of the moduli beyond which they are what makes a stiffness nearly singular.
+const MAX_MODULUS_RATIO: f64 = 1e8;
+
 /// Materials by name; `None` where the constants are wrong (and reported).
 pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 
@@ -50,13 +56,49 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
         let message = format!("the material `{name}`{users} is not admissible: {}", error.message());
         r.report(key, message, "not admissible", mend);
     }
+    let singular = stiffness.as_ref().ok().and_then(|stiffness| near_singularity(material, stiffness));
+    if let Some(why) = &singular {
+        let message = format!("the material `{name}`{} is nearly singular: {why}", material_users(r, name));
+        let mend = "give all moduli in the same unit, and Poisson's ratios farther from the bounds that a material must keep";
+        r.report(key, message, "nearly singular", mend);
+    }
     let strength = material.strength_limit();
     if let Some(strength) = strength {
         let place = if isotropic { "yield" } else { "strength" };
         let mend = "give all strengths as positive numbers, also those in compression";
         r.accept(strength.check(), &format!("{key}.{place}"), ["not admissible", mend]);
     }
-    Some(ElasticMaterial { stiffness: stiffness.ok()?, isotropic, strength })
+    Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
+}
+
+/// Why a stiffness cannot be told from a singular one in double precision, with the constants that make it so; `None` if it can.
+fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String> {
+    let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
+    if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {
+        return None;
+    }
+    let moduli: &[(&str, f64)] = match *material {
+        Material::Isotropic { E, .. } => &[("E", E.0)],
+        Material::TransverselyIsotropic { E1, E2, G12, .. } => &[("E1", E1.0), ("E2", E2.0), ("G12", G12.0)],
+        Material::Orthotropic { E1, E2, E3, G12, G13, G23, .. } => {
+            &[("E1", E1.0), ("E2", E2.0), ("E3", E3.0), ("G12", G12.0), ("G13", G13.0), ("G23", G23.0)]
+        }
+        Material::Stiffness { .. } => &[],
+    };
+    let by_size = |a: &&(&str, f64), b: &&(&str, f64)| a.1.total_cmp(&b.1);
+    let reason = match (moduli.iter().min_by(by_size), moduli.iter().max_by(by_size)) {
+        (Some((small, least)), Some((large, most))) if *most > MAX_MODULUS_RATIO * least => {
+            format!("{small} = {least:e} is too small beside {large} = {most:e}")
+        }
+        (Some(_), _) => {
+            let ratios = if moduli.len() == 1 { "nu is" } else { "the Poisson's ratios are" };
+            format!("{ratios} too close to the bound of admissible materials")
+        }
+        _ => "some strain meets hardly any stress".to_owned(),
+    };
+    Some(format!(
+        "{reason}; the eigenvalues of its stiffness differ by a factor of more than {MAX_CONDITION:e}"
+    ))
 }
 
 /// Which bodies and volume groups name the material, in brackets; nothing if none does.

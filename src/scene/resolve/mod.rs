@@ -29,10 +29,13 @@ use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
+use crate::scene::mesh_cache::MeshCache;
 
 /// What is resolved so far.
 pub(super) struct Resolver<'a> {
     pub document: &'a Document,
+    /// Where meshes are read from.
+    pub meshes: &'a MeshCache,
     pub diagnostics: Vec<Diagnostic>,
     pub notes: Vec<String>,
     /// Files that the scene names, by key.
@@ -116,10 +119,17 @@ impl<'a> Resolver<'a> {
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
 pub(super) fn resolve(
     document: &Document,
+    meshes: &MeshCache,
     schema_valid: bool,
 ) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
-    let mut r =
-        Resolver { document, diagnostics: Vec::new(), notes: Vec::new(), files: Vec::new(), schema_valid };
+    let mut r = Resolver {
+        document,
+        meshes,
+        diagnostics: Vec::new(),
+        notes: Vec::new(),
+        files: Vec::new(),
+        schema_valid,
+    };
     let plan = build_plan(&mut r);
     let whole = schema_valid && r.diagnostics.is_empty();
     (plan.filter(|_| whole), r.diagnostics, r.notes)
@@ -166,6 +176,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         gap: gap?,
         friction: laws.friction,
         wear: laws.wear,
+        fibre_bodies: laws.fibre_bodies,
         wear_share: laws.integration.share,
         mesh_motion_threshold: laws.integration.move_mesh.map(|threshold| threshold.0),
         integrator: laws.integration.integrator,

@@ -6,11 +6,11 @@ use crate::body::hybrid::{HalfSpaceFit, Indicators};
 use crate::body::{
     BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
 };
-use crate::coupling::{MeshedGap, mesh_distance};
+use crate::coupling::{MIN_STEEP_COSINE, MeshedGap, mesh_distance};
 use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{self, CacheContents, CondensationResources, RigidBodyModes};
 use crate::frame::face_map::covered_cells;
-use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
+use crate::frame::{ContactFrame, FaceMap, GapShape, MeshedSurface, Side};
 use crate::geometry::format_point;
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
@@ -88,11 +88,18 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// The cells of a frame of body `index`'s faces that lie over faces of the other body, if that is meshed; the others
-/// stay open whatever happens.
+/// The cells of a frame of body `index`'s faces that lie over faces of the other body, or look at the plane that a body without a mesh is
+/// in a gap of meshes; the others stay open whatever happens.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
-    let Some(fe) = plan.bodies[other].as_meshed() else { return Ok(frame) };
+    let Some(fe) = plan.bodies[other].as_meshed() else {
+        let n = frame.axes.normal();
+        let cosine = |cell: usize| frame.triads[cell].normal().dot(&n);
+        let looks: Vec<bool> = (0..frame.n_cells()).map(|cell| cosine(cell) >= MIN_STEEP_COSINE).collect();
+        let some_look_away = looks.contains(&true) && looks.contains(&false);
+        let is_ring = plan.gap.shape == GapShape::Mesh && some_look_away;
+        return Ok(if is_ring { frame.retain_cells(&looks) } else { frame });
+    };
     let contact = format!("{}.contact", BODY_KEYS[other]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     let covered = covered_cells(&frame, &fe.mesh, &faces, SIDES[other]);

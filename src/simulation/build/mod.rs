@@ -99,7 +99,7 @@ pub fn build_with<'p>(
     refuse_impossible_controls(plan, &frame)?;
     let mut near = choose_near_fields(plan, &frame)?;
     let mut warnings = crate::simulation::validate::fit::check(plan, &frame, &near)?;
-    let frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
+    let mut frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
     let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
     let mut truncations = Vec::new();
     for ((index, key), worn) in BODY_KEYS.into_iter().enumerate().zip(worn) {
@@ -119,6 +119,10 @@ pub fn build_with<'p>(
                 let why = near_field_fallback_message(key, &given_up);
                 progress(ProgressEvent::Message(&warning(&why)));
                 near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
+                // A mesh is condensed to fewer cells; a meshed body that is made already keeps those that it has.
+                if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
+                    frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
+                }
                 let fits = crate::simulation::validate::fit::check(plan, &frame, &near);
                 let fits =
                     fits.map_err(|failure| SceneError { error: failure.error.context(&why), ..failure })?;

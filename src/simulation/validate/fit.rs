@@ -10,8 +10,6 @@ use crate::error::{Error, warning};
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::geometry::{Point, bounds, format_direction, format_number, format_short};
-use crate::laws::friction::FrictionLaw;
-use crate::laws::wear::WearLaw;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
@@ -338,13 +336,16 @@ fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> 
     let FramePlan::Mesh { body, points, .. } = plan.frame else { return None };
     let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
     let group = plan.bodies[body].as_meshed().map_or("", |fe| fe.contact.as_str());
+    let other = BODY_KEYS[1 - body];
+    let why = match plan.bodies[1 - body].as_meshed() {
+        Some(_) => format!("lie over faces of {other} with nine tenths of their area"),
+        None => format!("look at the plane of {other}"),
+    };
     (frame.n_excluded > 0).then(|| {
         format!(
-            "{} of the {} {cells} of `{group}` do not lie over faces of {} with nine tenths of their area; they are left \
-             out of the frame and stay open",
+            "{} of the {} {cells} of `{group}` do not {why}; they are left out of the frame and stay open",
             frame.n_excluded,
             frame.n_excluded + frame.n_cells(),
-            BODY_KEYS[1 - body]
         )
     })
 }
@@ -454,14 +455,9 @@ fn region_fibre_warning(
     index: usize,
     faces: &[&SurfaceFace],
 ) -> Option<String> {
-    let own = fe.material.fibre?;
-    let mut laws = Vec::new();
-    if matches!(plan.friction, FrictionLaw::Frp { tilt, .. } if tilt == own.tilt) {
-        laws.push("friction");
-    }
-    if matches!(plan.wear, WearLaw::Frp { tilt, .. } if tilt == own.tilt) {
-        laws.push("wear");
-    }
+    fe.material.fibre?;
+    let named = ["friction", "wear"].into_iter().zip(plan.fibre_bodies);
+    let laws: Vec<&str> = named.filter(|(_, body)| *body == Some(index)).map(|(law, _)| law).collect();
     if laws.is_empty() {
         return None;
     }

@@ -2,13 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Matrix6};
 use orthowear::bem::finite::{BoundaryElements, Domain, Interpolation, SurfaceState};
 use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody};
 use orthowear::element::ElementKind::{Hex8, Hex20};
 use orthowear::fem::{HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Point;
+use orthowear::material::Stiffness;
 
 use super::bodies::{body, graded, spec};
 use super::finite::{elements, solved, sphere};
@@ -241,4 +242,32 @@ fn a_block_of_finite_elements() {
         let point = stress.points.mesh_nodes.iter().position(at).unwrap();
         near(stress.stress[point], wanted(x), &x);
     }
+}
+
+/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) has the stress of the same pressure on its 64 parts, and at these
+/// depths that of an independent program (Stroh's formalism, integrals over angles and the square): -73.285 and -98.621 % of the pressure.
+#[test]
+fn below_a_cubic_crystal() {
+    let [c11, c12, c44] = [142e3, 126e3, 96e3];
+    let voigt = Matrix6::from_fn(|i, j| match (i < 3, j < 3, i == j) {
+        (true, true, true) => c11,
+        (true, true, false) => c12,
+        (false, false, true) => c44,
+        _ => 0.0,
+    });
+    let crystal = Stiffness::from_voigt(voigt).unwrap();
+    let depths: Vec<Point> = [0.05, 0.15, 0.25, 0.5].map(|z| Point::new(0.0, 0.0, -z)).to_vec();
+    let stress = |cells: usize| {
+        let frame = ContactFrame::grid([0.5; 2], [cells; 2], [0.0; 2], 0.0).unwrap();
+        let body = HalfSpaceBody::new(&crystal, Side::Lower, &frame).unwrap();
+        let n = cells * cells;
+        let tractions: Vec<f64> = (0..3 * n).map(|k| if k < 2 * n { 0.0 } else { 100.0 }).collect();
+        let states = body.recover_at_points(&frame, &tractions, &depths).unwrap().unwrap();
+        states.into_iter().map(|state| state.voigt()).collect::<Vec<_>>()
+    };
+    let (whole, parts) = (stress(1), stress(8));
+    for (a, b) in whole.iter().zip(&parts) {
+        assert!(a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() < 1e-3), "{a:?} {b:?}");
+    }
+    assert!((whole[2][0] + 73.285).abs() < 1e-3 && (whole[1][2] + 98.621).abs() < 1e-3, "{whole:?}");
 }

@@ -417,4 +417,6 @@ fn nonsense_is_refused() {
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
     refused([4, 4], [1.0, 1e-4], [false, true], "more even");
+    // Longer than 2π 2^19 / 35 = 94 119 cells across, of a material whose kernel decays as fast as that of isotropic ones at most.
+    refused([4, 400], [1e-3, 0.9], [false, true], "take a shorter period or wider cells");
 }

@@ -131,3 +131,36 @@ fn node_sets_become_groups_of_faces() {
     assert!(top[0].nodes.iter().all(|&node| mesh.points[node][2] == 1.0));
     assert_eq!(mesh.group("BODY").expect("the element set").dim, 3);
 }
+
+/// Truth: the cube of [`INP`] with the middle nodes of its edges, and its node set in a file that the deck includes: the set becomes the top
+/// face, of eight nodes. The surface is said to be left out.
+#[test]
+fn decks_of_order_2_that_include_others() {
+    let corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];
+    let edges =
+        [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+    let middles = edges.map(|[a, b]: [usize; 2]| [0, 1, 2].map(|k| (corners[a][k] + corners[b][k]) / 2));
+    let nodes: String = corners
+        .iter()
+        .chain(&middles)
+        .enumerate()
+        .map(|(i, [x, y, z])| format!("{}, {x}, {y}, {z}\n", i + 1))
+        .collect();
+    let numbers: Vec<String> = (1..=20).map(|i| i.to_string()).collect();
+    let deck = format!(
+        "*NODE\n{nodes}*ELEMENT, TYPE=C3D20, ELSET=BODY\n1, {},\n{}\n*INCLUDE, INPUT=sets.txt\n*SURFACE, TYPE=ELEMENT, NAME=UPPER\n1, S2\n",
+        numbers[..15].join(", "),
+        numbers[15..].join(", ")
+    );
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    fs::write(dir.path().join("cube.deck"), deck).expect("a written file");
+    fs::write(dir.path().join("sets.txt"), "*NSET, NSET=TOP\n5, 6, 7, 8, 13, 14, 15, 16\n")
+        .expect("a written file");
+    if !tools::python(&["-c", ""], dir.path()) {
+        return;
+    }
+    let mesh = import(dir.path(), &["cube.deck", "cube.msh", "--format", "abaqus"]);
+    let top = group_faces(&mesh, "TOP").expect("the faces of the node set");
+    assert_eq!(top.iter().map(|face| face.nodes.len()).collect::<Vec<_>>(), [8]);
+    assert!(top[0].nodes.iter().all(|&node| mesh.points[node][2] == 2.0));
+}

@@ -58,10 +58,16 @@ impl BarnettLothe {
         let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
         let mut sums = QuadratureSums::zero();
-        sums.add(&contractions, POINTS[0], 0.0);
+        let singular = || {
+            let ratio = condition(stiffness);
+            Error::input(format!(
+                "the stiffness of the half-space is nearly singular: its eigenvalues differ by a factor of {ratio:.1e}"
+            ))
+        };
+        sums.add(&contractions, POINTS[0], 0.0).ok_or_else(singular)?;
         let mut coarse = sums.means();
         while sums.count < POINTS[1] {
-            sums.add(&contractions, sums.count, 0.5);
+            sums.add(&contractions, sums.count, 0.5).ok_or_else(singular)?;
             let fine = sums.means();
             if fine.differs_from(&coarse) <= MAX_CHANGE {
                 return Ok(fine);
@@ -83,8 +89,8 @@ impl BarnettLothe {
     /// # Source
     /// docs/theory-half-space.md, harmonic tractions.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
-        let l_inverse =
-            self.l.try_inverse().expect("L is positive definite for a positive definite stiffness");
+        // L is positive definite with the stiffness; where rounding makes it singular, the rule does not converge.
+        let l_inverse = self.l.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let coupling = self.s * l_inverse;
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
     }
@@ -100,7 +106,12 @@ impl BarnettLothe {
             relative(&im, &im_other, re.amax()),
         ]
         .into_iter()
-        .fold(0.0, f64::max)
+        .fold(
+            0.0,
+            |worst: f64, change: f64| {
+                if worst.is_nan() || change.is_nan() { f64::NAN } else { worst.max(change) }
+            },
+        )
     }
 }
 
@@ -135,20 +146,21 @@ impl QuadratureSums {
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
     }
 
-    /// Adds `count` equidistant points, moved by `offset` of their distance.
-    fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) {
+    /// Adds `count` equidistant points, moved by `offset` of their distance; `None` if a C(ν, ν) is not positive definite to rounding.
+    fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
             // Not by the explicit inverse: next to incompressible Q and R T⁻¹ Rᵀ are both of the order of λ and cancel to
             // μ; an error δ of the inverse enters as R δ Rᵀ, (λ / μ)³ roundings in all, that of the factor as λ / μ.
-            let factor = at.t.cholesky().expect("C(ν, ν) is positive definite with the stiffness");
+            let factor = at.t.cholesky()?;
             let lower = factor.l();
-            let y = lower.solve_lower_triangular(&at.r.transpose()).expect("a factor's diagonal is positive");
-            self.n1 -= lower.tr_solve_lower_triangular(&y).expect("a factor's diagonal is positive");
+            let y = lower.solve_lower_triangular(&at.r.transpose())?;
+            self.n1 -= lower.tr_solve_lower_triangular(&y)?;
             self.t_inverse += factor.inverse();
             self.minus_n3 += at.q - y.tr_mul(&y);
         }
         self.count += count;
+        Some(())
     }
 
     fn means(&self) -> BarnettLothe {

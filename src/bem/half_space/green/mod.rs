@@ -12,6 +12,7 @@ use realfft::RealFftPlanner;
 
 use crate::bem::half_space::green::barnett_lothe::BarnettLothe;
 use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Side;
 use crate::material::Stiffness;
@@ -226,6 +227,7 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
     (0..count)
         .into_par_iter()
         .map(|j| {
+            cancel::check()?;
             let angle = PI * (j as f64 + offset) / count as f64;
             BarnettLothe::new(stiffness, side, angle).map(|tensors| tensors.admittance())
         })

@@ -64,7 +64,7 @@ impl FftFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        validate_grid(cells, spacing, green)?;
+        validate_grid(cells, cells.map(|n| 2 * n), spacing, green)?;
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
         let table = Arc::new(KernelTable::new(cells, spacing, green));
         cancel::check()?;
@@ -230,6 +230,7 @@ const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
 pub(in crate::bem::half_space) fn validate_grid(
     cells: [usize; 2],
+    padded: [usize; 2],
     spacing: [f64; 2],
     green: &SurfaceGreen,
 ) -> Result<()> {
@@ -254,8 +255,7 @@ pub(in crate::bem::half_space) fn validate_grid(
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
-    // Symbol, kernel table, one transform on its way (two planes) and the work space, about 2n per direction.
-    let padded: u128 = cells.iter().map(|&n| 2 * n as u128).product();
-    let bytes = padded * 8 * (5 + 5 + 4 + 6);
+    // Symbol, kernel table, one transform on its way (two planes) and the work space.
+    let bytes = padded.iter().map(|&n| n as u128).product::<u128>() * 8 * (5 + 5 + 4 + 6);
     memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
 }

@@ -11,6 +11,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, Matrix3};
+use rayon::prelude::*;
 
 use crate::bem::half_space::green::admittance::{Admittance, Hermitian, hermitian};
 use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
@@ -59,7 +60,7 @@ pub(in crate::bem::half_space) fn inverse_filter(
     let first = usize::from(parts == ComponentSet::Tangential);
     let count = parts.n_planes();
     let mut symbol = vec![0.0; count * px * (py / 2 + 1)];
-    for (ky, planes) in symbol.chunks_exact_mut(count * px).enumerate() {
+    symbol.par_chunks_exact_mut(count * px).enumerate().for_each(|(ky, planes)| {
         for kx in 0..px {
             let rows = admittance.at(wavenumbers.at(kx, ky));
             if parts == ComponentSet::Normal {
@@ -76,7 +77,7 @@ pub(in crate::bem::half_space) fn inverse_filter(
                 .enumerate()
                 .for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
-    }
+    });
     SpectralFilter::new(convolution, parts, &[&symbol])
 }
 

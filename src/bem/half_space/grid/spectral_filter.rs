@@ -5,6 +5,7 @@
 use std::sync::Mutex;
 
 use nalgebra::Complex;
+use rayon::prelude::*;
 
 use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan};
 use crate::bem::half_space::grid::symbol::{
@@ -67,14 +68,12 @@ impl SpectralFilter {
     pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let half = convolution.half_spectrum();
-        let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
-        for ky in 0..half {
-            for planes in symbols {
-                let length = planes.len() / half;
-                let column = &planes[ky * length..(ky + 1) * length];
-                symbol.extend(column.iter().map(|value| (value / size) as f32));
-            }
-        }
+        let mut symbol = vec![0.0; symbols.iter().map(|planes| planes.len()).sum()];
+        let row = symbol.len() / half;
+        symbol.par_chunks_exact_mut(row).enumerate().for_each(|(ky, row)| {
+            let columns = symbols.iter().flat_map(|planes| planes.chunks_exact(planes.len() / half).nth(ky));
+            row.iter_mut().zip(columns.flatten()).for_each(|(to, value)| *to = (value / size) as f32);
+        });
         let buffers = Mutex::new(convolution.buffers(parts.n_components()));
         Self { convolution, parts, symbol, size, buffers }
     }

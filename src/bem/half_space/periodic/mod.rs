@@ -26,6 +26,7 @@ use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};
 use crate::bem::half_space::grid::toeplitz_entries;
+use crate::bem::half_space::periodic::open_direction::max_period_over_cell;
 use crate::bem::half_space::periodic::periodic_symbol::{
     PLANES, doubly_periodic_symbol, singly_periodic_symbol,
 };
@@ -71,9 +72,10 @@ impl PeriodicFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        validate_grid(cells, spacing, green)?;
-        validate_periodicity(cells, spacing, periodic)?;
-        let padded = [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size(2 * cells[a] - 1) });
+        let padded =
+            [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size((2 * cells[a]).max(2) - 1) });
+        validate_grid(cells, padded, spacing, green)?;
+        validate_periodicity(cells, spacing, periodic, green.singularity_distance())?;
         let convolution = PaddedGridPlan::padded(cells, padded);
         let admittance = Admittance::new(green);
         let symbol = match periodic {
@@ -189,7 +191,12 @@ impl Flexibility for PeriodicFlexibility {
     }
 }
 
-fn validate_periodicity(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -> Result<()> {
+fn validate_periodicity(
+    cells: [usize; 2],
+    spacing: [f64; 2],
+    periodic: [bool; 2],
+    singularity_distance: f64,
+) -> Result<()> {
     if periodic == [false; 2] {
         return Err(Error::numerical("the frame is periodic in no direction: it takes the padded operator"));
     }
@@ -206,6 +213,14 @@ fn validate_periodicity(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2
             "the cells of the periodic frame have the sides {} x {}; with a ratio above {MAX_CELL_ASPECT_RATIO} their influence is not \
              computed: choose half_width and cells for more even ones",
             spacing[0], spacing[1]
+        )));
+    }
+    let [length, width] = [cells[1 - across] as f64 * spacing[1 - across], spacing[across]];
+    let most = max_period_over_cell(singularity_distance);
+    if periodic != [true; 2] && cells[1 - across] > 1 && length > most * width {
+        return Err(Error::input(format!(
+            "the periodic frame is {length} long where it repeats itself, {:.0} times the width {width} of its cells across; the              influence is computed up to {most:.0} times for these materials: take a shorter period or wider cells",
+            length / width
         )));
     }
     Ok(())

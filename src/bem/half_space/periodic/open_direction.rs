@@ -16,6 +16,7 @@ use rustfft::FftPlanner;
 
 use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, hermitian};
 use crate::bem::half_space::grid::fft_plan::fast_size;
+use crate::cancel;
 
 /// Aliases on each side that are summed as they are, and those whose weights fall in Euler's transformation.
 const ALIASES: usize = 10;
@@ -26,6 +27,14 @@ const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
 /// Natural logarithm of the part of K that may return from the next period (1e-15).
 const LN_MAX_WRAPAROUND: f64 = 35.0;
+
+/// Most points of the line on which the kernel of a harmonic is computed; each takes some 300 bytes in each thread.
+const MAX_LINE_POINTS: usize = 1 << 19;
+
+/// The longest period over the width of the cells across for which [`MAX_LINE_POINTS`] are enough, as far as the cells do not need them.
+pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
+    2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
+}
 
 /// Upper triangle xx, yy, nn, xy, xn, yn of K at one offset.
 type Upper = [Complex<f64>; 6];
@@ -77,8 +86,12 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
         }
-        let wide: Vec<Hermitian> =
-            (0..period).map(|j| self.sum_over_aliases(j, period, (k, paired))).collect();
+        // Where a stop is wished, the rest does not matter.
+        let sum = |j| match cancel::requested() {
+            true => [0.0; 9],
+            false => self.sum_over_aliases(j, period, (k, paired)),
+        };
+        let wide: Vec<Hermitian> = (0..period).map(sum).collect();
         let kernel = kernel_from_symbol(&wide);
         self.transformed(|d| kernel[d.rem_euclid(period as isize) as usize])
     }

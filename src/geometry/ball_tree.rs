@@ -7,14 +7,14 @@ const LEAF: usize = 8;
 
 /// A ball in space.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ball {
-    pub(super) center: Point,
-    pub(super) radius: f64,
+pub(crate) struct Ball {
+    pub(crate) center: Point,
+    pub(crate) radius: f64,
 }
 
 impl Ball {
     /// The ball around the middle of some points.
-    pub(super) fn around(points: &[Point]) -> Self {
+    pub(crate) fn around(points: &[Point]) -> Self {
         let center = points.iter().sum::<Point>() / points.len() as f64;
         Self { center, radius: points.iter().map(|x| (x - center).norm()).fold(0.0, f64::max) }
     }
@@ -29,7 +29,7 @@ impl Ball {
 }
 
 /// Balls in a binary tree, halved along the longest extent of their centres.
-pub(super) struct BallTree {
+pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,
     branches: Vec<Branch>,
@@ -42,7 +42,7 @@ struct Branch {
 }
 
 impl BallTree {
-    pub(super) fn new(balls: Vec<Ball>) -> Self {
+    pub(crate) fn new(balls: Vec<Ball>) -> Self {
         let mut tree = Self { order: (0..balls.len()).collect(), balls, branches: Vec::new() };
         if !tree.balls.is_empty() {
             tree.grow(0..tree.balls.len());
@@ -75,7 +75,7 @@ impl BallTree {
 
     /// Items closer than `reach` to the line through `start` along the unit vector `along`, ascending, left in
     /// `found`.
-    pub(super) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
+    pub(crate) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
         if !self.branches.is_empty() {
             self.visit(0, &|ball| ball.meets(start, along, reach), found);
