@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::diagnostic::Location;
 use orthowear::scene::document::{Document, TomlValue};
-use orthowear::scene::{self, Plan};
+use orthowear::scene::{self, MeshCache, Plan};
 
 use crate::harness::{Reader, not_finite, put};
 use crate::meshes;
@@ -214,6 +215,9 @@ pub fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
+/// The meshes of the scenes: read once for all cases.
+static MESHES: LazyLock<MeshCache> = LazyLock::new(MeshCache::default);
+
 /// The plan without its document, and without what is free on the machine just now.
 pub fn bare(mut plan: Plan) -> Plan {
     plan.document = Document::new(Path::new("scene"), String::new(), &[]);
@@ -231,7 +235,7 @@ pub fn overrides(bytes: &[u8]) -> Vec<String> {
 /// Reads a scene and checks what came of it.
 fn examine(path: &Path, bytes: &[u8]) -> String {
     put(path, bytes);
-    let plan = match scene::read(path, &overrides(bytes)) {
+    let plan = match scene::read_with_meshes(path, &overrides(bytes), &MESHES) {
         Ok(plan) => plan,
         Err(mistakes) => {
             assert!(!mistakes.list.is_empty(), "refused without a mistake");
@@ -264,7 +268,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
         panic!("a plan with a number that is none: {place}");
     }
     put(path, written.as_bytes());
-    match scene::read(path, &[]) {
+    match scene::read_with_meshes(path, &[], &MESHES) {
         Ok(again) => {
             let same = parts(&format!("{:?}", bare(again))) == parts(&debug);
             assert!(same, "another plan is read from\n{written}");

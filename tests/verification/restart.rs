@@ -228,7 +228,7 @@ name = "back"
 shift = { distance = 0.0, angle = 0.0 }
 "#;
     check_every(
-        usual_or_finest(3, 1),
+        usual_or_finest(5, 1),
         &half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps),
         None,
     );

@@ -138,18 +138,16 @@ fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
 fn no_solids(mesh: &Mesh) -> Error {
     let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::CellBlock::n_cells).sum();
     let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };
-    if let (Some(axis), true) = (plane_of(&mesh.points), faces > 0) {
+    let plane = plane_of(&mesh.points).filter(|_| faces > 0).map_or_else(|| ": ".to_owned(), |axis| {
         let normal = ["1, 0, 0", "0, 1, 0", "0, 0, 1"][axis];
-        return Error::input(format!(
-            "{} is a plane mesh, of {faces} surface elements at one {}; bodies are solids. For plane strain extrude it by one element \
-             (in the .geo: `Extrude {{{normal}}} {{ Surface{{:}}; Layers{{1}}; Recombine; }}`), give the volume a physical group, and hold it across \
-             the plane (docs/meshes.md)",
-            mesh.source,
+        format!(
+            ". All of them lie at one {}: a plane model is extruded by one element for plane strain (in the .geo: `Extrude {{{normal}}} \
+             {{ Surface{{:}}; Layers{{1}}; Recombine; }}`), with a physical group of its volume, which is held across the plane. Of a model with volumes ",
             ["x", "y", "z"][axis]
-        ));
-    }
+        )
+    });
     Error::input(format!(
-        "{} has no solid elements{has}: gmsh saves only what belongs to a physical group once there is one, so give the \
+        "{} has no solid elements{has}{plane}gmsh saves only what belongs to a physical group once there is one, so give the \
          volume one too (in the .geo: `Physical Volume(\"body\") = {{1}};` with its number, or \
          `Physical Volume(\"body\") = Volume{{:}};` for all) and mesh it with `gmsh -3`",
         mesh.source
