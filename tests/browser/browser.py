@@ -16,7 +16,7 @@ FLAGS = [
     "--remote-allow-origins=*",
 ]
 # Software rendering, so that WebGL draws without a graphics card; and none, as where WebGL is not available. The page itself is drawn without
-# WebGL's renderer, in a third of the time.
+# WebGL's renderer, in half of the time.
 WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
