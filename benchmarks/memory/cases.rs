@@ -138,11 +138,6 @@ fn grids(quick: bool) -> Vec<Case> {
         let wide = ["frame.cells=[1024, 1024]", "frame.half_width=[3.2, 3.2]", BARE];
         cases.push(Case::file(GROUP, "no friction, window of 1024 x 1024, no fields", "hertz", &wide));
     }
-    for n in [12, 24] {
-        let cells = format!("frame.cells=[{n}, {n}]");
-        let sets = [cells.as_str(), "solver.method=gauss-seidel"];
-        cases.push(Case::file(GROUP, format!("entries, {n} x {n}"), "cattaneo-mindlin", &sets));
-    }
     cases
 }
 

@@ -6,9 +6,9 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::error::Result;
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
@@ -148,11 +148,7 @@ impl Flexibility for CondensedFlexibility {
         (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Computed
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         let weights: Vec<Vec<(usize, f64)>> =
             cells.iter().map(|&cell| self.map.row(cell).collect()).collect();
         // Columns of F I^T: the displacement of all nodes by unit tractions on a cell, over its area.
@@ -179,5 +175,6 @@ impl Flexibility for CondensedFlexibility {
                 to.transpose() * block * from * map.areas()[cells[k]]
             });
         }
+        true
     }
 }

@@ -12,10 +12,10 @@ use nalgebra::Matrix3;
 use super::condensed_flexibility::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 use crate::frame::FaceMap;
 use crate::linalg::dense::SymmetricDense;
 
@@ -120,12 +120,8 @@ impl Flexibility for LazyFlexibility {
         PerCell::Each(blocks)
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Computed
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        self.formed().flexibility.add_entries(cells, matrix);
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        self.formed().flexibility.add_entries(cells, matrix)
     }
 
     fn unformed_cells(&self) -> Vec<usize> {

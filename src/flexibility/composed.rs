@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::error::Result;
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 
 /// The sum of several operators on one frame.
 pub struct SumFlexibility {
@@ -96,12 +96,8 @@ impl Flexibility for SumFlexibility {
         Some(sum)
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        self.parts.iter().map(|part| part.entry_access()).min().unwrap_or(EntryAccess::Unavailable)
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        self.parts.iter().for_each(|part| part.add_entries(cells, matrix));
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        self.parts.iter().all(|part| part.add_entries(cells, matrix))
     }
 
     fn unformed_cells(&self) -> Vec<usize> {

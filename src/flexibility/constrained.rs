@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use nalgebra::Matrix3;
 
 use crate::error::Result;
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {
@@ -144,12 +144,8 @@ impl Flexibility for ConstrainedFlexibility {
         Some(gaps)
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        self.inner.entry_access()
-    }
-
     /// What `matrix` holds already stays as it is: only the operator's own part is projected.
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         let held: Vec<Option<&ConstrainedCell>> = cells
             .iter()
             .map(|cell| Some(&self.cells[self.cells.binary_search_by_key(cell, |held| held.cell).ok()?]))
@@ -166,7 +162,9 @@ impl Flexibility for ConstrainedFlexibility {
             columns.iter().flat_map(|&j| (0..m).map(move |i| (i, j))).map(|(i, j)| by(i, j)).collect()
         };
         let before = [pairs(&|i, j| matrix.block(i, j)), pairs(&|i, j| matrix.block(j, i))];
-        self.inner.add_entries(cells, matrix);
+        if !self.inner.add_entries(cells, matrix) {
+            return false;
+        }
         let one = Matrix3::identity();
         let projector = |i: usize| held[i].map_or(one, |held| held.projector);
         matrix.map_blocks(|i, k, now| {
@@ -182,6 +180,7 @@ impl Flexibility for ConstrainedFlexibility {
                 held[i].filter(|_| i == k).map_or(Matrix3::zeros(), |held| held.across * held.compliance);
             old + projector(i) * (now - old) * projector(k) + across
         });
+        true
     }
 
     fn unformed_cells(&self) -> Vec<usize> {
@@ -257,15 +256,12 @@ mod tests {
             true
         }
 
-        fn entry_access(&self) -> EntryAccess {
-            EntryAccess::Stored
-        }
-
-        fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
             let n = self.n_cells();
             matrix.add_blocks(|i, k| {
                 Matrix3::from_fn(|a, b| self.matrix[(a * n + cells[i], b * n + cells[k])])
             });
+            true
         }
     }
 

@@ -93,13 +93,10 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// How the entries of S between cells can be had.
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Unavailable
+    /// Adds S between `cells` (formed ones) to `matrix`; `false` where the operator has no entries, and `matrix` is undefined then.
+    fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) -> bool {
+        false
     }
-
-    /// Adds S between `cells` (formed ones) to `matrix`; nothing where [`Self::entry_access`] are not to be had.
-    fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) {}
 
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
     /// no traction may act there.
@@ -146,15 +143,4 @@ pub trait TangentialFlexibility {
     /// `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Does not allocate but for the
     /// first time.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
-}
-
-/// How the entries of an operator between cells can be had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum EntryAccess {
-    /// Not at all.
-    Unavailable,
-    /// They follow from what is stored.
-    Computed,
-    /// They are what is stored.
-    Stored,
 }

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
+use crate::flexibility::{Flexibility, TangentialFlexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -116,13 +116,9 @@ impl Flexibility for SubsetFlexibility {
         self.apply_whole(3, (gap, tractions), product)
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        self.whole.entry_access()
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
-        self.whole.add_entries(&places, matrix);
+        self.whole.add_entries(&places, matrix)
     }
 }
 

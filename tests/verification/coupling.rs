@@ -1,7 +1,7 @@
 //! Maps between frame and faces, patch test, Schur complement against the assembled block system.
 
 mod block;
-mod blocks;
+mod two_solvers;
 mod bricks;
 mod candidates;
 mod catalogue;

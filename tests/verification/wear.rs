@@ -247,7 +247,7 @@ fn stroke_ends_follow_from_strokes() {
     let one_by_one = solve(&model, &strokes).records;
     let wanted = [&one_by_one[23], &one_by_one[24]];
     let range = wanted[0].tangential_force[0] - wanted[1].tangential_force[0];
-    for method in [Method::Auto, Method::GaussSeidel] {
+    for method in [Method::Auto, Method::BarzilaiBorwein] {
         let options = SolverOptions { method, ..SolverOptions::default() };
         let cycle =
             solve_with(&model, &[indent(0.02), fretting(1, 0.002, 1, Integrator::BackwardEuler)], &options);

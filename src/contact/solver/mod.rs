@@ -3,7 +3,6 @@
 mod barzilai_borwein;
 mod coarse_to_fine;
 mod conjugate_gradients;
-mod gauss_seidel;
 mod newton;
 mod pressures_first;
 mod projected_gradient;
@@ -11,7 +10,6 @@ mod report;
 mod uzawa;
 
 pub use coarse_to_fine::solves_windows;
-pub use gauss_seidel::entries_bytes;
 pub use report::{SolveReport, StopReason};
 
 use schemars::JsonSchema;
@@ -19,7 +17,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactState, Increment, NormalControl};
 use crate::omitted::AllowedOmissions;
-use gauss_seidel::SweepGoal;
 
 /// Iterations for the contact problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
@@ -36,8 +33,6 @@ pub enum Method {
     /// Barzilai-Borwein projection.
     #[serde(rename = "bb")]
     BarzilaiBorwein,
-    /// Nonlinear block Gauss-Seidel on the entries of the flexibility.
-    GaussSeidel,
     /// Uzawa predictor-corrector with radial return.
     Uzawa,
 }
@@ -110,7 +105,6 @@ impl<'a> SolveControl<'a> {
 #[derive(Clone, Copy)]
 enum IncrementSolver {
     ConjugateGradients,
-    GaussSeidel(SweepGoal),
     Newton,
     BarzilaiBorwein,
     Uzawa,
@@ -121,7 +115,6 @@ impl IncrementSolver {
     fn name(self) -> &'static str {
         match self {
             Self::ConjugateGradients => "cg",
-            Self::GaussSeidel(_) => "gauss-seidel",
             Self::Newton => "newton",
             Self::BarzilaiBorwein => "bb",
             Self::Uzawa => "uzawa",
@@ -132,7 +125,6 @@ impl IncrementSolver {
     fn solve(self, problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         match self {
             Self::ConjugateGradients => conjugate_gradients::solve(problem, it, control),
-            Self::GaussSeidel(goal) => gauss_seidel::solve(goal, problem, it, control),
             Self::Newton => newton::solve(problem, it, control),
             Self::BarzilaiBorwein => barzilai_borwein::solve(problem, it, control),
             Self::Uzawa => uzawa::solve(problem, it, control),
@@ -142,19 +134,12 @@ impl IncrementSolver {
 
 /// The solvers that are tried one after the other, each from where the one before it has stopped gaining.
 fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> {
-    use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, GaussSeidel, Newton, Uzawa};
+    use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, Newton, Uzawa};
     match method {
-        Method::Auto => {
-            let first = if conjugate_gradients::is_applicable(problem) {
-                vec![ConjugateGradients]
-            } else if gauss_seidel::is_applicable(problem) {
-                vec![GaussSeidel(SweepGoal::ConvergeIfFewCells), GaussSeidel(SweepGoal::StartNewton)]
-            } else {
-                Vec::new()
-            };
-            [first, vec![Newton, BarzilaiBorwein]].concat()
+        Method::Auto if conjugate_gradients::is_applicable(problem) => {
+            vec![ConjugateGradients, Newton, BarzilaiBorwein]
         }
-        Method::GaussSeidel => vec![GaussSeidel(SweepGoal::Converge), Newton],
+        Method::Auto => vec![Newton, BarzilaiBorwein],
         Method::ConjugateGradients if conjugate_gradients::is_applicable(problem) => vec![ConjugateGradients],
         Method::ConjugateGradients | Method::Newton => vec![Newton],
         Method::BarzilaiBorwein => vec![BarzilaiBorwein],
@@ -223,11 +208,6 @@ fn solve_by_sequence(problem: &Increment, it: &mut ContactState, control: &mut S
         let mut rest = control.rest(total.iterations);
         if index > 0 && rest.options.max_iterations == 0 {
             break;
-        }
-        if let IncrementSolver::GaussSeidel(goal) = solver
-            && !gauss_seidel::is_useful_from(goal, problem, it)
-        {
-            continue;
         }
         let report = solver.solve(problem, it, &mut rest);
         total = total.followed_by(solver.name(), report);

@@ -36,8 +36,6 @@ pub struct SolveReport {
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
     /// The method, and those before it with why they were left.
     pub method: String,
-    /// Why it was left where another one goes on, if not for lack of gain.
-    pub handover_reason: Option<&'static str>,
 }
 
 /// Nothing done yet.
@@ -50,7 +48,6 @@ impl Default for SolveReport {
             applications: 0,
             loss_of_equilibrium: None,
             method: String::new(),
-            handover_reason: None,
         }
     }
 }
@@ -92,11 +89,7 @@ impl SolveReport {
         } else {
             let (iterations, residual) = (self.iterations, self.residual);
             let done = format!("after {iterations} iterations at {residual:.1e}");
-            match self.handover_reason {
-                None => format!("{} (no gain {done}), then {name}", self.method),
-                Some(why) if iterations > 0 => format!("{} ({why} {done}), then {name}", self.method),
-                Some(why) => format!("{} ({why}), then {name}", self.method),
-            }
+            format!("{} (no gain {done}), then {name}", self.method)
         };
         Self { method, ..next }
     }

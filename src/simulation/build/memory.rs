@@ -5,8 +5,8 @@ use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
 use crate::body::half_space::uses_compression;
 use crate::body::{ElasticBody, HalfSpaceBody, PointState};
-use crate::contact::Method;
-use crate::contact::solver::{self, solves_windows};
+
+use crate::contact::solver::solves_windows;
 use crate::coupling::Coupling;
 use crate::error::Result;
 use crate::evolution::step::Tilt;
@@ -65,7 +65,7 @@ pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) ->
     plan.memory_limit.after_reserving(frame_bytes(plan, frame) + held)
 }
 
-/// Bytes of a run with this frame and no bodies, the solver's entries included.
+/// Bytes of a run with this frame and no bodies.
 pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let [lasting, passing] = subsurface_bytes(plan, frame);
     frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
@@ -75,19 +75,13 @@ pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
 fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
     let meshed = plan.bodies.iter().any(|body| body.as_meshed().is_some());
-    let entries = match plan.solver.method {
-        Method::GaussSeidel => solver::entries_bytes(n),
-        // As a start, on the matrix of half-spaces.
-        Method::Auto if frame.grid.is_none() && !meshed => solver::entries_bytes(n),
-        _ => 0,
-    };
     let per_cell = per_cell(plan);
     let moments =
         if plan.steps.iter().any(|step| matches!(step.tilt, Some(Tilt::Moment(_)))) { MOMENTS } else { 0 };
     let moments = if has_tangential_unknowns(plan) { 0 } else { moments };
     let cells = PER_CELL + per_cell.history + per_cell.solver + moments;
     let meshed = if meshed { MESHED } else { 0 };
-    PROGRAM + meshed + cells * n + entries + of_tables(plan, frame) + field_bytes(plan, frame)
+    PROGRAM + meshed + cells * n + of_tables(plan, frame) + field_bytes(plan, frame)
 }
 
 /// Bytes of fields while they are written.

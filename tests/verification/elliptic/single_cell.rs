@@ -7,8 +7,8 @@ use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult};
+use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::cell_matrix::CellMatrix;
-use orthowear::flexibility::{EntryAccess, Flexibility};
 use orthowear::frame::ContactFrame;
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
@@ -37,12 +37,9 @@ impl Flexibility for OneCell {
         orthowear::flexibility::per_cell::PerCell::Same(self.0, 1)
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Stored
-    }
-
-    fn add_entries(&self, _: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, _: &[usize], matrix: &mut CellMatrix) -> bool {
         matrix.add_blocks(|_, _| self.0);
+        true
     }
 }
 
@@ -158,7 +155,7 @@ fn a_point_with_three_answers() {
         [[-1.257142857142857, -0.171428571428571, 0.0, 0.0], [0.0, 0.0, 1.0, 1.2], [-0.4, 0.0, 0.6, 0.6]];
     let close = |a: &[f64; 4], b: &[f64; 4]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-9);
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
-    for method in [Method::Auto, Method::BarzilaiBorwein, Method::GaussSeidel, Method::Uzawa] {
+    for method in [Method::Auto, Method::BarzilaiBorwein, Method::Uzawa] {
         let options = SolverOptions { method, ..options };
         for mu in [1.0, 0.5] {
             let runs = [0, 1].map(|_| solve_with(&klarbring(mu), &[loaded()], &options));
@@ -179,8 +176,8 @@ fn a_point_with_any_coefficient() {
         let model = klarbring(mu);
         let pressed = Step { normal: Some(Normal::Approach(0.4)), ..step("press") };
         let options = SolverOptions { max_iterations: 3000, ..SolverOptions::default() };
-        let blocks = SolverOptions { method: Method::GaussSeidel, ..options };
-        for options in [options, blocks] {
+        let bb = SolverOptions { method: Method::BarzilaiBorwein, ..options };
+        for options in [options, bb] {
             point_is_certified(mu, &solve_with(&model, &[pressed.clone(), loaded()], &options));
         }
     }

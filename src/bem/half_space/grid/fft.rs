@@ -17,7 +17,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility, TangentialFlexibility};
+use crate::flexibility::{Flexibility, TangentialFlexibility};
 use crate::linalg::memory;
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.
@@ -142,12 +142,9 @@ impl Flexibility for FftFlexibility {
         PerCell::Same(self.symbol.table.self_influence() * self.symbol.coarsening as f64, self.n_cells())
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Computed
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         toeplitz_entries::add_entries(self, self.cells(), cells, matrix);
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

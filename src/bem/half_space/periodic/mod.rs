@@ -32,9 +32,9 @@ use crate::bem::half_space::periodic::periodic_symbol::{
 };
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
@@ -168,12 +168,9 @@ impl Flexibility for PeriodicFlexibility {
         PerCell::Same(self.self_influence, self.n_cells())
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Computed
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         toeplitz_entries::add_entries(self, self.convolution.cells, cells, matrix);
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

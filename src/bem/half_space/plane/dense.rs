@@ -7,9 +7,9 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
-use crate::flexibility::{EntryAccess, Flexibility};
 use crate::linalg::memory;
 use crate::linalg::vector::dot8;
 
@@ -112,12 +112,9 @@ impl Flexibility for DenseFlexibility {
         (0..self.n).map(|i| self.block(i, i)).collect()
     }
 
-    fn entry_access(&self) -> EntryAccess {
-        EntryAccess::Stored
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         matrix.add_blocks(|i, k| self.block(cells[i], cells[k]));
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

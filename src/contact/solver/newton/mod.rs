@@ -24,6 +24,9 @@ use tangent::{LinearModel, NewtonSystem, Workspace};
 const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
 const RESTART_RESIDUAL: f64 = 2e-2;
 
+/// Barzilai-Borwein steps before a Newton step is tried from wherever they have led.
+const MAX_START_STEPS: usize = 1000;
+
 /// Barzilai-Borwein steps after the first Newton step that fails; twice as many after each further one.
 const FALLBACK_STEPS: usize = 15;
 
@@ -90,6 +93,7 @@ impl NewtonSolve<'_, '_> {
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
         let (mut first, mut best, mut worse) = (true, f64::INFINITY, 0);
+        let mut may_start = true;
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
@@ -99,8 +103,8 @@ impl NewtonSolve<'_, '_> {
                 self.report.stop = stop;
                 return self.report;
             }
-            if residual > near && (first || failures > 0) {
-                if self.fall_back_to_gradient(it, RESTART_RESIDUAL, usize::MAX, control) {
+            if residual > near && (first || failures > 0) && std::mem::take(&mut may_start) {
+                if self.fall_back_to_gradient(it, RESTART_RESIDUAL, MAX_START_STEPS, control) {
                     return self.report;
                 }
                 continue;
@@ -118,6 +122,7 @@ impl NewtonSolve<'_, '_> {
             }
             worse = 0;
             failures += 1;
+            may_start = true;
             near = RESTART_RESIDUAL;
             if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
