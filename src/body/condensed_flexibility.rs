@@ -3,18 +3,13 @@
 use std::sync::Mutex;
 
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::flexibility::Flexibility;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
-
-/// Cells whose columns of F I^T are kept at a time: enough for all threads, and few against the entries between all cells.
-const CELLS_PER_BATCH: usize = 64;
 
 /// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.
 ///
@@ -72,26 +67,6 @@ impl CondensedFlexibility {
         self.nodal.at(i, j)
     }
 
-    /// Contact nodes that `cells` touch, ascending.
-    fn touched_nodes(&self, cells: &[usize]) -> Vec<usize> {
-        let mut nodes: Vec<usize> =
-            cells.iter().flat_map(|&cell| self.map.row(cell).map(|entry| entry.0)).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
-    }
-
-    /// Adds `weight` times the displacements of `nodes` by unit forces (x, y, z) on node `j` to `columns`, `[3][3 n_c]`.
-    fn add_columns(&self, nodes: &[usize], (j, weight): (usize, f64), columns: &mut [f64]) {
-        for (b, column) in columns.chunks_exact_mut(self.nodal.n()).enumerate() {
-            for &node in nodes {
-                for (a, value) in column[3 * node..3 * node + 3].iter_mut().enumerate() {
-                    *value += weight * self.nodal.at(3 * node + a, 3 * j + b);
-                }
-            }
-        }
-    }
-
     fn diagonal_block(&self, cell: usize) -> Matrix3<f64> {
         let mut block = Matrix3::zeros();
         for (i, weight_i) in self.map.row(cell) {
@@ -146,35 +121,5 @@ impl Flexibility for CondensedFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        let weights: Vec<Vec<(usize, f64)>> =
-            cells.iter().map(|&cell| self.map.row(cell).collect()).collect();
-        // Columns of F I^T: the displacement of all nodes by unit tractions on a cell, over its area.
-        let width = 3 * self.nodal.n();
-        let mut spread = vec![0.0; width * cells.len().min(CELLS_PER_BATCH)];
-        let places = self.touched_nodes(cells);
-        let (map, n) = (&self.map, self.nodal.n());
-        for first in (0..cells.len()).step_by(CELLS_PER_BATCH) {
-            let batch = first..cells.len().min(first + CELLS_PER_BATCH);
-            let spread = &mut spread[..width * batch.len()];
-            spread.fill(0.0);
-            spread.par_chunks_exact_mut(width.max(1)).zip(&weights[batch.clone()]).for_each(
-                |(columns, row)| {
-                    row.iter().for_each(|&(j, weight)| self.add_columns(&places, (j, weight), columns));
-                },
-            );
-            matrix.add_columns(batch, |i, k| {
-                let columns = &spread[(k - first) * width..(k - first + 1) * width];
-                let mut block = Matrix3::zeros();
-                for &(node, weight) in &weights[i] {
-                    block += Matrix3::from_fn(|a, b| weight * columns[b * n + 3 * node + a]);
-                }
-                let (to, from) = (map.triads()[cells[i]].0, map.triads()[cells[k]].0);
-                to.transpose() * block * from * map.areas()[cells[k]]
-            });
-        }
-        true
     }
 }

@@ -6,7 +6,6 @@ use nalgebra::Matrix3;
 
 use crate::error::Result;
 use crate::flexibility::Flexibility;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -94,10 +93,6 @@ impl Flexibility for SumFlexibility {
             sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
         }
         Some(sum)
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        self.parts.iter().all(|part| part.add_entries(cells, matrix))
     }
 
     fn unformed_cells(&self) -> Vec<usize> {

@@ -6,7 +6,6 @@ use nalgebra::Matrix3;
 
 use crate::error::Result;
 use crate::flexibility::Flexibility;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -144,45 +143,6 @@ impl Flexibility for ConstrainedFlexibility {
         Some(gaps)
     }
 
-    /// What `matrix` holds already stays as it is: only the operator's own part is projected.
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        let held: Vec<Option<&ConstrainedCell>> = cells
-            .iter()
-            .map(|cell| Some(&self.cells[self.cells.binary_search_by_key(cell, |held| held.cell).ok()?]))
-            .collect();
-        let columns: Vec<usize> = (0..cells.len()).filter(|&i| held[i].is_some()).collect();
-        if columns.is_empty() {
-            return self.inner.add_entries(cells, matrix);
-        }
-        // Blocks in rows and columns of constrained cells, before.
-        let m = cells.len();
-        let mut position = vec![usize::MAX; m];
-        columns.iter().enumerate().for_each(|(j, &i)| position[i] = j);
-        let pairs = |by: &dyn Fn(usize, usize) -> Matrix3<f64>| -> Vec<Matrix3<f64>> {
-            columns.iter().flat_map(|&j| (0..m).map(move |i| (i, j))).map(|(i, j)| by(i, j)).collect()
-        };
-        let before = [pairs(&|i, j| matrix.block(i, j)), pairs(&|i, j| matrix.block(j, i))];
-        if !self.inner.add_entries(cells, matrix) {
-            return false;
-        }
-        let one = Matrix3::identity();
-        let projector = |i: usize| held[i].map_or(one, |held| held.projector);
-        matrix.map_blocks(|i, k, now| {
-            if held[i].is_none() && held[k].is_none() {
-                return now;
-            }
-            let old = if held[k].is_some() {
-                before[0][position[k] * m + i]
-            } else {
-                before[1][position[i] * m + k]
-            };
-            let across =
-                held[i].filter(|_| i == k).map_or(Matrix3::zeros(), |held| held.across * held.compliance);
-            old + projector(i) * (now - old) * projector(k) + across
-        });
-        true
-    }
-
     fn unformed_cells(&self) -> Vec<usize> {
         self.inner.unformed_cells()
     }
@@ -255,14 +215,6 @@ mod tests {
             self.apply(gap, tractions);
             true
         }
-
-        fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-            let n = self.n_cells();
-            matrix.add_blocks(|i, k| {
-                Matrix3::from_fn(|a, b| self.matrix[(a * n + cells[i], b * n + cells[k])])
-            });
-            true
-        }
     }
 
     const AREAS: [f64; 4] = [1.0, 0.5, 2.0, 0.25];
@@ -314,23 +266,14 @@ mod tests {
         assert!([0, 2, 4, 6, 8, 9, 10, 11].into_iter().all(|k| (raw[k] - gap[k]).abs() < 1e-15));
     }
 
-    /// Truth: entries and diagonal blocks are those of the products; what a matrix held before is added to. 1e-14: rounding.
+    /// Truth: diagonal blocks are those of the products. 1e-15: rounding.
     #[test]
-    fn entries_are_those_of_the_products() {
+    fn diagonal_blocks_are_those_of_the_products() {
         let operator = constrained();
         let product = columns(|t, g| operator.apply(t, g));
-        let blocks = operator.diagonal_blocks();
-        let cells = [3, 0, 1];
-        let mut matrix = CellMatrix::zeros(3).expect("memory");
-        let held = |i: usize, k: usize| Matrix3::from_fn(|a, b| (a + 2 * b + 3 * i + 5 * k) as f64);
-        matrix.add_blocks(held);
-        operator.add_entries(&cells, &mut matrix);
-        for (i, k) in (0..9).map(|p| (p / 3, p % 3)) {
-            let expected = Matrix3::from_fn(|a, b| product[(4 * a + cells[i], 4 * b + cells[k])]);
-            assert!((matrix.block(i, k) - held(i, k) - expected).amax() < 1e-14, "{i} {k}");
-            if i == k {
-                assert!((blocks[cells[i]] - expected).amax() < 1e-15);
-            }
+        for (cell, block) in operator.diagonal_blocks().iter().enumerate() {
+            let expected = Matrix3::from_fn(|a, b| product[(4 * a + cell, 4 * b + cell)]);
+            assert!((block - expected).amax() < 1e-15);
         }
     }
 

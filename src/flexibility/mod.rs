@@ -3,7 +3,6 @@
 //! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N,
 //! in the local axes (x, y, n) of each cell.
 
-pub mod cell_matrix;
 pub mod composed;
 pub mod constrained;
 pub mod operator_history;
@@ -15,7 +14,6 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::error::Result;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -91,11 +89,6 @@ pub trait Flexibility: Send + Sync {
         _factor: usize,
     ) -> Arc<dyn Flexibility> {
         smaller
-    }
-
-    /// Adds S between `cells` (formed ones) to `matrix`; `false` where the operator has no entries, and `matrix` is undefined then.
-    fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) -> bool {
-        false
     }
 
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and

@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex};
 
 use nalgebra::Matrix3;
 
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 
@@ -114,11 +113,6 @@ impl Flexibility for SubsetFlexibility {
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
         self.apply_whole(3, (gap, tractions), product)
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
-        self.whole.add_entries(&places, matrix)
     }
 }
 

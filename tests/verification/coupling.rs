@@ -1,7 +1,6 @@
 //! Maps between frame and faces, patch test, Schur complement against the assembled block system.
 
 mod block;
-mod two_solvers;
 mod bricks;
 mod candidates;
 mod catalogue;
@@ -22,6 +21,7 @@ mod soft;
 mod states;
 mod symmetry_planes;
 mod touch;
+mod two_solvers;
 
 /// Values in [-1, 1), the same in every run (linear congruence).
 fn random(n: usize) -> Vec<f64> {

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CompressedFlexibility, CrossBlocks, Side};
 use orthowear::body::{ElasticBody, HalfSpaceBody};
 use orthowear::error::ErrorKind;
 use orthowear::flexibility::Flexibility;
-use orthowear::flexibility::cell_matrix::CellMatrix;
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::linalg::memory::MemoryLimit;
 
@@ -48,14 +46,6 @@ fn cells_of_unlike_size_keep_the_tolerance() {
                 compressed.apply(&rough, &mut found);
                 let apart = found.iter().zip(&expected).fold(0.0f64, |most, (f, e)| most.max((f - e).abs()));
                 assert!(apart < 3.0 * tolerance * scale, "{ratio} {tolerance}: {}", apart / scale);
-                let some: Vec<usize> = (0..n).step_by(7).collect();
-                let mut matrices = [(); 2].map(|()| CellMatrix::zeros(some.len()).expect("memory"));
-                compressed.add_entries(&some, &mut matrices[0]);
-                dense.add_entries(&some, &mut matrices[1]);
-                for (i, k) in (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k))) {
-                    let [found, expected]: [Matrix3<f64>; 2] = [0, 1].map(|m| matrices[m].block(i, k));
-                    assert!((found - expected).amax() < 0.2 * tolerance * expected.amax());
-                }
             }
         }
     }
@@ -196,11 +186,13 @@ fn flat_punch_on_graded_rings() {
         let cells = rings(n_rings, sectors);
         let n = cells.n();
         let operator = cells.dense(&green(&steel(), Side::Lower));
-        let some: Vec<usize> = (0..n).step_by(5).collect();
-        let mut matrix = CellMatrix::zeros(some.len()).expect("memory");
-        operator.add_entries(&some, &mut matrix);
-        let pairs = (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k)));
-        assert!(pairs.into_iter().all(|(i, k)| matrix.block(i, k)[(2, 2)] > 0.0));
+        let (mut pressure, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        for cell in (0..n).step_by(5) {
+            pressure[2 * n + cell] = 1.0;
+            operator.apply(&pressure, &mut gap);
+            pressure[2 * n + cell] = 0.0;
+            assert!(gap[2 * n..].iter().all(|gap| *gap > 0.0));
+        }
         let mut model = model(&cells, Arc::new(operator));
         model.friction = FrictionLaw::None;
         model.initial_gap.iter_mut().for_each(|gap| *gap = 0.0);

@@ -1,71 +1,18 @@
-//! Entries of flexibilities, and Newton's method against the projected gradient, which shares no step with it.
-
-use std::sync::Arc;
+//! Newton's method against the projected gradient, which shares no step with it.
 
 use super::block::{pairs, tied};
-use super::half_spaces::{difference, largest};
+use super::half_spaces::difference;
 use crate::common::{
-    Silent, fretting, frp_friction, frp_wear, half_spaces, im7, indent, press, shift, solve_with, sphere,
+    Silent, fretting, frp_friction, frp_wear, half_spaces, indent, press, shift, solve_with, sphere,
     sphere_on_frp, steel,
 };
-use orthowear::bem::half_space::{CrossBlocks, DenseFlexibility, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::coupling::{Coupling, surface_distance};
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Integrator, Step};
 use orthowear::evolution::{Model, RunResult, run};
-use orthowear::flexibility::Flexibility;
-use orthowear::flexibility::cell_matrix::CellMatrix;
-use orthowear::flexibility::subset::SubsetFlexibility;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::laws::friction::FrictionLaw;
-
-/// Truth: the definition: columns are what the operator makes of unit tractions, here on every third cell, to rounding.
-fn entries_are_products(name: &str, operator: &dyn Flexibility) {
-    let n = operator.n_cells();
-    let cells: Vec<usize> = (0..n).step_by(3).collect();
-    let m = cells.len();
-    let mut matrix = CellMatrix::zeros(m).expect("memory");
-    assert!(operator.add_entries(&cells, &mut matrix), "{name}");
-    let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-    for (k, &cell) in cells.iter().enumerate() {
-        for (component, column) in matrix.columns(k, &(0..3 * m)).into_iter().enumerate() {
-            tractions[component * n + cell] = 1.0;
-            operator.apply(&tractions, &mut gap);
-            tractions[component * n + cell] = 0.0;
-            let wanted: Vec<f64> =
-                (0..3).flat_map(|a| cells.iter().map(move |i| a * n + i)).map(|r| gap[r]).collect();
-            let error = column.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(error < 1e-13 * largest(&wanted), "{name}, cell {cell}, component {component}: {error}");
-        }
-    }
-}
-
-/// Truth: see [`entries_are_products`], for meshed bodies, half-spaces, and what is made of them.
-#[test]
-fn entries_of_every_operator() {
-    let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
-    for (name, mut pair) in pairs(&frame) {
-        entries_are_products(name, tied(&mut pair, &frame, Coupling::Schur).flexibility.as_ref());
-    }
-    let green = SurfaceGreen::new(&im7(30.0), Side::Lower).expect("a Green's function");
-    let periodic = |along| PeriodicFlexibility::new([8, 6], [0.1, 0.2], along, &green, CrossBlocks::Keep);
-    entries_are_products("strip", &periodic([false, true]).expect("an operator"));
-    entries_are_products("periodic", &periodic([true, true]).expect("an operator"));
-    let centers = [[0.0, 0.0], [1.0, 0.2], [0.3, 1.1], [-1.0, 0.4]];
-    let cells: Vec<Vec<[f64; 2]>> = centers
-        .iter()
-        .enumerate()
-        .map(|(i, [x, y])| {
-            let a = 0.2 + 0.05 * i as f64;
-            vec![[x - a, y - a], [x + a, y - a], [x + a, y + a], [x - a, y + a]]
-        })
-        .collect();
-    let areas: Vec<f64> = (0..4).map(|i| (0.4 + 0.1 * f64::from(i)).powi(2)).collect();
-    let dense = DenseFlexibility::new(&centers, &cells, &areas, &green).expect("an operator");
-    entries_are_products("polygons", &dense);
-    entries_are_products("part", &SubsetFlexibility::new(Arc::new(dense), vec![1, 2, 3]));
-}
 
 /// Runs both ways to certificates of `tolerance`; tractions may differ by 1e-6 of the largest pressure.
 fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {

@@ -8,7 +8,6 @@ use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult};
 use orthowear::flexibility::Flexibility;
-use orthowear::flexibility::cell_matrix::CellMatrix;
 use orthowear::frame::ContactFrame;
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
@@ -35,11 +34,6 @@ impl Flexibility for OneCell {
 
     fn diagonal_blocks(&self) -> orthowear::flexibility::per_cell::PerCell<Matrix3<f64>> {
         orthowear::flexibility::per_cell::PerCell::Same(self.0, 1)
-    }
-
-    fn add_entries(&self, _: &[usize], matrix: &mut CellMatrix) -> bool {
-        matrix.add_blocks(|_, _| self.0);
-        true
     }
 }
 

@@ -12,10 +12,8 @@ use crate::bem::half_space::grid::kernel_table::KernelTable;
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
-use crate::bem::half_space::grid::toeplitz_entries;
 use crate::cancel;
 use crate::error::{Error, Result};
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 use crate::linalg::memory;
@@ -140,11 +138,6 @@ impl Flexibility for FftFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         PerCell::Same(self.symbol.table.self_influence() * self.symbol.coarsening as f64, self.n_cells())
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        toeplitz_entries::add_entries(self, self.cells(), cells, matrix);
-        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

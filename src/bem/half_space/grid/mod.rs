@@ -7,4 +7,3 @@ mod kernel_table;
 pub(super) mod preconditioner;
 pub(super) mod spectral_filter;
 pub(super) mod symbol;
-pub(super) mod toeplitz_entries;

@@ -25,7 +25,6 @@ use crate::bem::half_space::grid::fft_plan::{PaddedGridBuffers, PaddedGridPlan, 
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_uncoupled};
-use crate::bem::half_space::grid::toeplitz_entries;
 use crate::bem::half_space::periodic::open_direction::max_period_over_cell;
 use crate::bem::half_space::periodic::periodic_symbol::{
     PLANES, doubly_periodic_symbol, singly_periodic_symbol,
@@ -33,7 +32,6 @@ use crate::bem::half_space::periodic::periodic_symbol::{
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
@@ -166,11 +164,6 @@ impl Flexibility for PeriodicFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         PerCell::Same(self.self_influence, self.n_cells())
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        toeplitz_entries::add_entries(self, self.convolution.cells, cells, matrix);
-        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

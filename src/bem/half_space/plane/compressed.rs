@@ -14,7 +14,6 @@ use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::bem::half_space::plane::dense::validate_cells;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
-use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::linalg::additive_schwarz::AdditiveSchwarz;
 use crate::linalg::hierarchical::{
@@ -288,11 +287,5 @@ impl Flexibility for CompressedFlexibility {
             }
         }
         Some(sum.into())
-    }
-
-    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
-        let place = |cell: usize| self.place_and_area[cell].0;
-        matrix.add_blocks(|i, k| self.pairs.matrix(place(cells[i]), place(cells[k])));
-        true
     }
 }
