@@ -1,5 +1,7 @@
 //! Fields of a body as grids for output: its displaced surface.
 
+use rayon::prelude::*;
+
 use crate::body::{BodyField, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
@@ -56,9 +58,11 @@ impl BodyOutput<'_> {
         let mut at_nodes = vec![[0.0; 3]; mesh.n_points()];
         let RecoveryLocation::MeshNodes { contact_nodes, .. } = self.location else { return at_nodes };
         let outward = contact_normals(mesh, faces, contact_nodes);
-        for &node in contact_nodes {
-            let point = SurfacePoint { at: Point::from(mesh.points[node]), outward: outward[node] };
-            let cells = locator.cells_at(&point);
+        let cells_at = |&node: &usize| {
+            locator.cells_at(&SurfacePoint { at: Point::from(mesh.points[node]), outward: outward[node] })
+        };
+        let cells_of_nodes: Vec<Vec<usize>> = contact_nodes.par_iter().map(cells_at).collect();
+        for (&node, cells) in contact_nodes.iter().zip(cells_of_nodes) {
             let area: f64 = cells.iter().map(|&cell| frame.areas[cell]).sum();
             for &cell in &cells {
                 for (sum, t) in at_nodes[node].iter_mut().zip(&on_body[cell]) {

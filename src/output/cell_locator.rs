@@ -69,11 +69,19 @@ impl<'a> CellLocator<'a> {
             .filter(|&cell| distance(cell) <= self.bin)
             .collect();
         if found.is_empty() {
-            found = (0..self.frame.n_cells()).filter(over).collect();
+            // Most cells are told by their distance along the surface, without their polygons.
+            let near = |cell: &usize| self.along_surface(*cell, &point.at) <= self.bin;
+            found = (0..self.frame.n_cells()).filter(near).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
             found.retain(|&cell| distance(cell) <= least + 1e-6 * self.bin);
         }
         found
+    }
+
+    /// Distance of the point from the normal through the centre of a cell.
+    fn along_surface(&self, cell: usize, point: &Point) -> f64 {
+        let (arm, normal) = (point - self.frame.centers[cell], self.frame.triads[cell].normal());
+        (arm - normal * normal.dot(&arm)).norm()
     }
 
     /// Whether the point is on the side of its body that looks at the cell.
