@@ -1,16 +1,23 @@
-//! Meshes that were read before, so that the scenes of a study share them.
+//! Meshes that were read and checked before, so that the scenes of a study share them.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
 use crate::error::Result;
+use crate::mesh::quality::{self, Quality};
 use crate::mesh::{Mesh, gmsh};
 
-/// The meshes of files that have not changed since they were read.
+/// The meshes of files that have not changed since they were read, with their quality where it was asked for.
 #[derive(Debug, Default)]
-pub struct MeshCache(Mutex<HashMap<FileState, Arc<Mesh>>>);
+pub struct MeshCache(Mutex<HashMap<FileState, KnownMesh>>);
+
+#[derive(Debug)]
+struct KnownMesh {
+    mesh: Arc<Mesh>,
+    quality: Option<Arc<Quality>>,
+}
 
 /// A file's path, its length in bytes and when it was last changed.
 type FileState = (PathBuf, u64, SystemTime);
@@ -24,13 +31,35 @@ impl MeshCache {
         let state =
             std::fs::metadata(path).and_then(|file| Ok((path.to_owned(), file.len(), file.modified()?)));
         let Ok(state) = state else { return Ok(Arc::new(gmsh::read(path)?)) };
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&state).cloned();
-        if let Some(mesh) = known {
-            return Ok(mesh);
+        if let Some(known) = self.lock().get(&state) {
+            return Ok(known.mesh.clone());
         }
         let mesh = Arc::new(gmsh::read(path)?);
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(state, mesh.clone());
-        Ok(mesh)
+        let mut known = self.lock();
+        // What the file was before is not asked for any more.
+        known.retain(|other, _| other.0 != path || *other == state);
+        Ok(known.entry(state).or_insert(KnownMesh { mesh, quality: None }).mesh.clone())
+    }
+
+    /// The quality of a mesh; measured once if the mesh was read here.
+    ///
+    /// # Errors
+    /// As [`quality::check`].
+    pub fn quality(&self, mesh: &Arc<Mesh>) -> Result<Arc<Quality>> {
+        let is_same = |known: &&mut KnownMesh| Arc::ptr_eq(&known.mesh, mesh);
+        if let Some(quality) = self.lock().values_mut().find(is_same).and_then(|known| known.quality.clone())
+        {
+            return Ok(quality);
+        }
+        let quality = Arc::new(quality::check(mesh)?);
+        if let Some(known) = self.lock().values_mut().find(is_same) {
+            known.quality = Some(quality.clone());
+        }
+        Ok(quality)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<FileState, KnownMesh>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -50,7 +79,12 @@ mod tests {
         let meshes = MeshCache::default();
         let first = meshes.read(&path).unwrap();
         assert!(Arc::ptr_eq(&first, &meshes.read(&path).unwrap()));
+        let quality = meshes.quality(&first).unwrap();
+        assert!((quality.volume - 1.0 / 6.0).abs() < 1e-15);
+        assert!(Arc::ptr_eq(&quality, &meshes.quality(&first).unwrap()));
         std::fs::write(&path, ONE_TETRAHEDRON.replace("4 0 0 1\n", "4 0 0 1.5\n")).unwrap();
-        assert_eq!(meshes.read(&path).unwrap().points[3], [0.0, 0.0, 1.5]);
+        let changed = meshes.read(&path).unwrap();
+        assert_eq!(changed.points[3], [0.0, 0.0, 1.5]);
+        assert!((meshes.quality(&changed).unwrap().volume - 0.25).abs() < 1e-15);
     }
 }

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::estimate::estimate;
+use crate::scene::document::{TomlNode, TomlValue};
+use crate::sweep::axes::Axis;
 use crate::sweep::read::Sweep;
 
-/// Sections of a scene whose values change no size of its problem.
+/// Sections of a scene whose numbers change no size of its problem.
 const SECTIONS_WITHOUT_MEMORY: [&str; 6] = ["title", "units", "materials", "friction", "wear", "gap"];
 
 /// Runs side by side, and the threads of each.
@@ -23,9 +25,8 @@ impl Sweep {
     /// Estimated memory of the largest of these runs, bytes; `None` where no run has an estimate. Runs that differ only in values
     /// without effect on memory are estimated once, and runs whose scene is refused do not count: they end before they need any.
     pub fn largest_memory(&self, numbers: &[usize]) -> Option<f64> {
-        let sizing: Vec<usize> = (0..self.axes.len())
-            .filter(|&axis| self.axes[axis].keys.iter().any(|key| may_change_memory(key)))
-            .collect();
+        let sizing: Vec<usize> =
+            (0..self.axes.len()).filter(|&axis| may_change_memory(&self.axes[axis])).collect();
         let mut distinct: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
         for &number in numbers {
             let choice = &self.runs[number].choice;
@@ -37,8 +38,14 @@ impl Sweep {
     }
 }
 
-/// Whether the value of a key of the scene may change the size of its problem.
-fn may_change_memory(key: &str) -> bool {
+/// Whether the values of an axis may change the size of the problem. Words and tables may select a law or a model.
+fn may_change_memory(axis: &Axis) -> bool {
+    let is_number = |node: &TomlNode| matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_));
+    !axis.values.iter().flatten().all(is_number) || axis.keys.iter().any(|key| sets_size(key))
+}
+
+/// Whether a number of the scene may change the size of its problem.
+fn sets_size(key: &str) -> bool {
     let mut segments = key.split('.');
     let section = segments.next().unwrap_or("");
     let is_value_of_step = section == "steps" && segments.count() >= 2;

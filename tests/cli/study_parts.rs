@@ -218,20 +218,29 @@ fn the_script_for_slurm_runs_the_study() {
 /// runs may take.
 #[test]
 fn jobs_have_the_memory_of_the_largest_run() {
-    let memory = |values: &str, more: &[&str]| {
-        let axis = format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
-        let folder = folder(&format!("[study]\nscene = \"scene.toml\"\n{axis}"));
+    let cells = |values: &str| format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
+    let memory_of_axes = |scene: &str, axes: &str, more: &[&str]| {
+        let folder = folder(&format!("[study]\nscene = '{scene}'\n{axes}"));
         let arguments = [&["study", "study.toml", "--emit", "slurm"], more].concat();
         let (code, script, errors) = orthowear(folder.path(), &arguments);
         assert_eq!(code, Some(0), "{errors}");
         let line = script.lines().find_map(|line| line.strip_prefix("#SBATCH --mem=")?.strip_suffix('M'));
         line.unwrap_or_else(|| panic!("{script}")).parse::<u64>().unwrap()
     };
+    let memory = |values: &str, more: &[&str]| memory_of_axes("scene.toml", &cells(values), more);
     let large = memory("[[2000, 2000]]", &[]);
     assert!(large > 2000, "{large}");
     assert_eq!(memory("[[16, 16], [2000, 2000]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[2000, 2000], [16, 16]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[16, 16]]", &["--max-memory", "64GiB"]), 64 << 10);
+    // Friction is what most of the memory is for.
+    let hertz = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/hertz.toml");
+    let axis = cells("[[1000, 1000]]") + "[[axes]]\nkeys = [\"friction\"]\n";
+    let [none, coulomb] = ["{ \"law\" = \"none\" }", "{ \"law\" = \"coulomb\", \"mu\" = 0.3 }"];
+    let orders = [format!("[{none}, {coulomb}]"), format!("[{coulomb}, {none}]")];
+    let [first, second] =
+        orders.map(|values| memory_of_axes(hertz, &format!("{axis}values = {values}\n"), &[]));
+    assert_eq!(first, second);
 }
 
 /// Truth: the exit code of the study whose runs were refused for lack of memory.

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
 use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
-use crate::mesh::{Mesh, PhysicalGroup, quality};
+use crate::mesh::{Mesh, PhysicalGroup};
 use crate::scene::document::join_key;
 use crate::scene::plan::{
     BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
@@ -321,10 +321,10 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
 }
 
 /// Reports solids that are not fit for analysis, and notes what the reader mended and what deserves a look.
-pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
+pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     let mut warnings = mesh.warnings.clone();
     let mend = "every solid element needs a positive volume, and elements must not overlap";
-    let quality = r.accept(quality::check(mesh), place, ["this mesh", mend]);
+    let quality = r.accept(r.meshes.quality(mesh), place, ["this mesh", mend]);
     warnings.extend(quality.iter().flat_map(|quality| quality.warnings()));
     r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
