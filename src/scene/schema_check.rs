@@ -327,7 +327,7 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
 
 /// Values of earlier versions, and what to do about them.
 const REMOVED_VALUES: [(&str, &str); 4] = [
-    ("gauss-seidel", "leave `method` out or take \"auto\": Newton's method solves these contacts as fast"),
+    ("gauss-seidel", "leave `method` out or take \"auto\": Newton's method solves these contacts"),
     ("mirror-half", "remove it: mirror-symmetric grids are no longer halved"),
     ("sliding-friction", "remove it: contacts that slip everywhere are solved like others"),
     ("reduced-precision", "remove it: all products with the flexibility are in double precision"),

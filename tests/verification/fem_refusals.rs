@@ -2,7 +2,9 @@
 
 use orthowear::element::ElementKind::{Hex8, Tet4};
 use orthowear::error::ErrorKind;
-use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support, find_rigid_body_modes};
+use orthowear::fem::{
+    CondensationResources, FeModel, FeSpec, HexFormulation, Support, find_rigid_body_modes,
+};
 use orthowear::linalg::memory::MemoryLimit;
 
 use super::fem_bodies::{ALL, clamp, isotropic, spec};
@@ -123,10 +125,10 @@ fn names_free_rigid_motions() {
     assert_says(&hinge, &["rotation about the direction (0.707, 0.707, 0.000)"]);
 }
 
-/// Two unit cubes of one cell each; the second moved by `offset`, sharing the nodes that coincide.
-fn two_cubes(offset: [f64; 3]) -> FeSpec {
-    let mut mesh = block(Hex8, [1, 1, 1], [1.0; 3], |x| x);
-    let first = mesh.cell_nodes(mesh.volume_cells().next().unwrap()).to_vec();
+/// Two unit cubes of n³ cells each; the second moved by `offset`, sharing the nodes that coincide.
+fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
+    let mut mesh = block(Hex8, [n; 3], [1.0; 3], |x| x);
+    let first: Vec<usize> = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell).to_vec()).collect();
     let moved: Vec<usize> = first
         .iter()
         .map(|&node| {
@@ -145,11 +147,29 @@ fn two_cubes(offset: [f64; 3]) -> FeSpec {
 /// motion of the whole shows but the factorisation does, naming a node.
 #[test]
 fn refuses_loose_and_hinged_parts() {
-    let loose = refusal(two_cubes([5.0, 0.0, 0.0]));
+    let loose = refusal(two_cubes([5.0, 0.0, 0.0], 1));
     assert_says(&loose, &["part of 8 nodes", "2 parts", "translation x"]);
-    let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0])).unwrap().condense(&[]).err().expect("singular");
+    let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0], 1)).unwrap().condense(&[]).err().expect("singular");
     assert_eq!(hinged.kind(), ErrorKind::Input);
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
+}
+
+/// Truth: as above, joined along an edge, along a part of it and at a node, for a body whose stiffness matrix is not factorised
+/// for lack of memory.
+#[test]
+fn refuses_hinged_parts_without_a_factor() {
+    for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {
+        let spec = two_cubes(offset, 12);
+        let corner = offset.map(|x| x + 1.0);
+        let top = spec.mesh.points.iter().position(|x| *x == corner).expect("the far corner");
+        let model = FeModel::new(spec).unwrap();
+        let memory = model.analyse(&[top]).unwrap().factorisation_peak_bytes() as u64 - 1;
+        let memory = MemoryLimit::of_scene(memory);
+        let resources = CondensationResources { memory, ..CondensationResources::default() };
+        let hinged = model.condense_with(&[top], &resources).err().expect("singular");
+        assert_eq!(hinged.kind(), ErrorKind::NotConverged, "{hinged}");
+        assert_says(&hinged.to_string(), &["body1", "joined by a single node or edge"]);
+    }
 }
 
 /// Truth: contact nodes are on the body and given once.

@@ -2,7 +2,7 @@
 
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
-use super::{MAX_ENERGY_ERROR, TwoLevelSolver};
+use super::{MAX_ENERGY_ERROR, SLOW_OR_SINGULAR, TwoLevelSolver};
 use crate::cancel;
 use crate::error::{Error, Result};
 
@@ -64,6 +64,7 @@ impl CgVectors {
         let mut energy = self.begin(solver)?;
         let mut products = [0.0; LANES];
         let mut taken = [[0.0; LANES]; ERROR_ESTIMATE_STEPS];
+        let mut error = f64::INFINITY;
         for iteration in 0..MAX_ITERATIONS {
             cancel::check()?;
             self.precondition(solver)?;
@@ -80,7 +81,7 @@ impl CgVectors {
             (0..LANES).for_each(|l| energy[l] += gain[l]);
             taken[iteration % ERROR_ESTIMATE_STEPS] = gain;
             let left = |l: usize| taken.iter().map(|gain| gain[l]).sum::<f64>();
-            let error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, f64::max).sqrt();
+            error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, largest).sqrt();
             if !error.is_finite() {
                 return Err(not_converged(iteration + 1, error));
             }
@@ -88,7 +89,7 @@ impl CgVectors {
                 return Ok(Convergence { iterations: iteration + 1, error });
             }
         }
-        Err(not_converged(MAX_ITERATIONS, f64::NAN))
+        Err(not_converged(MAX_ITERATIONS, error))
     }
 
     /// |A x - b| / |b| of the solutions, the largest, computed afresh; `subtract` takes the right-hand sides away.
@@ -98,7 +99,7 @@ impl CgVectors {
         self.residual.fill([0.0; LANES]);
         subtract(&mut self.residual);
         let (left, whole) = (dot(&self.image, &self.image), dot(&self.residual, &self.residual));
-        (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, f64::max).sqrt()
+        (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, largest).sqrt()
     }
 
     /// Starts from the best of the coarse space, which the preconditioner relies on; its energy.
@@ -123,8 +124,13 @@ impl CgVectors {
 fn not_converged(iterations: usize, error: f64) -> Error {
     Error::not_converged(format!(
         "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
-         {MAX_ENERGY_ERROR:.0e}): raise --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
+         {MAX_ENERGY_ERROR:.0e}): {SLOW_OR_SINGULAR}"
     ))
+}
+
+/// The larger number; NaN if one of them is.
+fn largest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// `a / b`, 0 for 0 / 0: a lane without a right-hand side, or one that is solved.

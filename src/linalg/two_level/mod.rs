@@ -32,6 +32,10 @@ pub use node_matrix::NodalUnknowns;
 /// Relative error in the energy norm at which the iteration ends.
 const MAX_ENERGY_ERROR: f64 = 1e-11;
 
+/// What to do where the iteration fails.
+const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force: look for parts joined by a single node or edge only. \
+     Otherwise raise --max-memory or solver.memory_limit: a factorisation is used then, and it names the node where the body is loose";
+
 /// A relative residual above this is not what the estimate of the error promised.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 
@@ -152,8 +156,7 @@ fn check(residual: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::not_converged(format!(
-        "conjugate gradients ended with a relative residual of {residual:.1e}, allowed is {RESIDUAL_LIMIT:.0e}: raise \
-         --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
+        "conjugate gradients ended with a relative residual of {residual:.1e}, allowed is {RESIDUAL_LIMIT:.0e}: {SLOW_OR_SINGULAR}"
     )))
 }
 

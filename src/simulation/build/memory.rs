@@ -5,7 +5,6 @@ use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
 use crate::body::half_space::uses_compression;
 use crate::body::{ElasticBody, HalfSpaceBody, PointState};
-
 use crate::contact::solver::solves_windows;
 use crate::coupling::Coupling;
 use crate::error::Result;
