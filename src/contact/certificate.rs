@@ -1,8 +1,9 @@
-//! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
+//! Independent checks of a solved state, computed from the tractions alone (docs/theory-contact.md). They do not depend on the
+//! solution method.
 
 use super::{ContactState, Increment};
 
-/// Independent checks of a state; all are relative and all are 0 for an exact solution.
+/// Independent checks of a state. Relative checks are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StateChecks {
     /// Natural residual (7.1).
@@ -11,23 +12,23 @@ pub struct StateChecks {
     pub min_gap: f64,
     /// Largest |q|_μ - p over the largest pressure, not below 0.
     pub max_cone_violation: f64,
-    /// Σ A |p g_n| over the elastic energy, or over ½ Σ A p² S_nn (each cell by itself) where that is next to nothing: where the
-    /// tractions of a complete contact deform nothing.
+    /// Σ A |p g_n| relative to the elastic energy. If the elastic energy is negligible, relative to ½ Σ A p² S_nn, in which every
+    /// cell deforms alone. This occurs if the tractions of a complete contact cause no deformation.
     pub normal_gap_energy: f64,
-    /// Σ A (p |Δg|*_μ + q·Δg) over the same energy (2.1).
+    /// Σ A (p |Δg|*_μ + q·Δg) relative to the same energy (2.1).
     pub tangential_gap_energy: f64,
-    /// Elastic energy ½ Pᵀ A S P, summed over the ends, N mm.
+    /// Elastic energy ½ Pᵀ A S P, summed over the path points, N mm.
     pub elastic_energy: f64,
-    /// Largest difference of S P from its direct summation, or from bodies solved afresh, in the cells where that was done, over the
-    /// largest S P there; `None` without tractions, or for an operator that can do neither.
+    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value there. The
+    /// reference is direct summation, or a new solution of the bodies. `None` without tractions, or for an operator without such a
+    /// reference.
     pub operator_defect: Option<f64>,
-    /// Friction dissipation -Σ A q·Δg of one pass through the ends, N mm.
+    /// Friction dissipation -Σ A q·Δg of one pass through the path points, N mm.
     pub dissipation: f64,
 }
 
 impl StateChecks {
-    /// The worse of each check, for answers that consist of several solved states; the energies are those of
-    /// `later`.
+    /// Combines the checks of two states of one answer: the worse value of each check, and the energies of `later`.
     pub fn worst(&self, later: &Self) -> Self {
         Self {
             natural_residual: self.natural_residual.max(later.natural_residual),
@@ -45,14 +46,16 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(|a, b| if a.is_nan() || a > b { a } else { b })
 }
 
-/// Share of the energy of all cells, each by itself, below which the elastic energy is that of the errors of the tractions.
+/// Ratio of elastic energy to the energy of cells that deform alone. Below it the elastic energy consists of errors of the
+/// tractions.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
-/// Kernels integrated for the direct sums of a state, but for one cell at least, and fifty at most.
+/// Largest number of kernels integrated for the direct sums of a state, and bounds on the number of checked cells. The lower bound
+/// on cells takes precedence.
 const MAX_DIRECT_SUM_KERNELS: usize = 2000;
 const DIRECT_SUM_CELL_BOUNDS: [usize; 2] = [1, 50];
 
-/// Compares S P with what it is without the operator, in some of the loaded cells, evenly spread.
+/// Compares S P with direct sums in some of the loaded cells, evenly distributed. Returns the largest relative difference.
 fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     let n = problem.n();
     let normal_only = problem.normal_only();
@@ -73,7 +76,7 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
         for (cell, sum) in cells.iter().zip(&sums) {
             for plane in planes.clone() {
                 let error = (elastic[plane * n + cell] - sum[plane]).abs();
-                // A difference that is no number stays one.
+                // A NaN difference remains NaN.
                 difference = if error.is_nan() || error > difference { error } else { difference };
                 size = size.max(sum[plane].abs());
             }
@@ -85,25 +88,25 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     worst
 }
 
-/// What becomes of the tangential gap where only pressures were unknown.
+/// Treatment of the tangential gap if only pressures were unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TangentialGap {
-    /// It is computed from the pressures.
+    /// The tangential gap includes the displacement caused by the pressures.
     Complete,
-    /// It stays without what the pressures cause: nobody looks at it.
+    /// The tangential gap omits the displacement caused by the pressures, because no output uses it.
     Skip,
 }
 
-/// Whether the operator is compared with direct sums.
+/// Whether S P is compared with direct sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OperatorCheck {
-    /// In some of the loaded cells.
+    /// Compare in some of the loaded cells.
     SampleCells,
-    /// It was, or will be, in another increment.
+    /// Omit the comparison: another increment includes it.
     Skip,
 }
 
-/// Evaluates the state afresh and checks it.
+/// Evaluates the state and computes its checks.
 pub fn check(
     problem: &Increment,
     it: &mut ContactState,
@@ -111,18 +114,18 @@ pub fn check(
     sums: OperatorCheck,
 ) -> StateChecks {
     if problem.normal_only() {
-        // Earlier solutions would stay in them, and a run that is resumed has none.
+        // Remove tangential displacements of earlier solutions. A resumed run does not contain them.
         let n = problem.n();
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
     problem.evaluate(it);
-    // Of equal bodies, pressures move nothing in the surface.
+    // For equal bodies, pressures cause no tangential displacement.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
         fill_tangential(problem, it);
     }
     let n = problem.n();
     let residual = problem.natural_residual(it);
-    // Infinite where tractions are due and none is there yet (a solve stopped at its start): all of them are missing.
+    // The residual is infinite if a solve stopped at its start, before any traction existed. The relative error is then 1.
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
@@ -170,7 +173,7 @@ pub fn check(
     checks
 }
 
-/// Without friction only normal planes are computed while iterating; the slip for output needs all.
+/// Adds the tangential displacement and slip caused by the pressures. The iterations without friction compute only normal planes.
 fn fill_tangential(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for end in 0..problem.path_points.len() {

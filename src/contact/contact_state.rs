@@ -1,10 +1,10 @@
-//! The state of an increment that is being solved.
+//! State of a contact increment: unknowns and the fields derived from them.
 
 use serde::{Deserialize, Serialize};
 
 use super::balance::MAX_RIGID_MODES;
 
-/// What all of a state follows from.
+/// Unknowns from which all other fields of a state follow.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unknowns {
     scaled: Vec<f64>,
@@ -13,7 +13,7 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    /// Those of a state.
+    /// Copies the unknowns of a state.
     pub fn from_state(it: &ContactState) -> Self {
         Self {
             scaled: it.scaled.clone(),
@@ -22,14 +22,14 @@ impl Unknowns {
         }
     }
 
-    /// Takes those of a state of the same size.
+    /// Copies the unknowns of a state of the same size into `self`.
     pub fn copy_from(&mut self, it: &ContactState) {
         self.scaled.copy_from_slice(&it.scaled);
         self.rigid_motion.copy_from_slice(&it.rigid_motion);
         self.mode_amplitudes.copy_from_slice(&it.mode_amplitudes);
     }
 
-    /// Puts them into a state of the same size, which has to be evaluated then.
+    /// Copies the unknowns into a state of the same size. The state must be evaluated afterwards.
     pub fn restore_into(&self, it: &mut ContactState) {
         it.scaled.copy_from_slice(&self.scaled);
         it.rigid_motion.copy_from_slice(&self.rigid_motion);
@@ -37,34 +37,34 @@ impl Unknowns {
     }
 }
 
-/// Tractions and what follows from them; the buffers are made once and reused.
+/// Tractions, rigid motions and the fields derived from them. The buffers are allocated once and reused.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(from = "Unknowns", into = "Unknowns")]
 pub struct ContactState {
-    /// Hatted tractions, per end `[3, N]`.
+    /// Scaled (hatted) tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's (x, y, n), per end.
+    /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
     pub rigid_motion: Vec<[f64; 3]>,
-    /// Amount of each further motion, per end; zero beyond their number.
+    /// Amplitude of each additional rigid mode, per path point; zero beyond the number of modes.
     pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
-    /// Physical tractions, per end `[3, N]`, MPa.
+    /// Physical tractions, `[3, N]` per path point, MPa.
     pub tractions: Vec<f64>,
-    /// S P, per end `[3, N]`, mm (tangential planes are not computed without friction).
+    /// Elastic displacement S P, `[3, N]` per path point, mm. Without friction the tangential planes may be omitted.
     pub elastic: Vec<f64>,
-    /// Gap with rigid motion and wear, per end `[3, N]`, mm.
+    /// Gap including rigid motion and wear, `[3, N]` per path point, mm.
     pub gap: Vec<f64>,
-    /// Slip, per end `[2, N]`, mm.
+    /// Slip, `[2, N]` per path point, mm.
     pub slip: Vec<f64>,
-    /// |Δg|_i of each end, `[N]` per end, mm/MPa: depth worn per pressure, the diagonal that wear adds to S_nn.
+    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds it to the diagonal of S_nn.
     pub wear_path: Vec<f64>,
-    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `slip_repeats`).
+    /// Wear depth of one pass through the path points, `[N]`, mm, before multiplication by `slip_repeats`.
     pub wear_rate: Vec<f64>,
-    /// Hatted slip and normal gap, per end `[3, N]`.
+    /// Scaled slip and normal gap, `[3, N]` per path point.
     pub gradient: Vec<f64>,
 }
 
 impl From<Unknowns> for ContactState {
-    /// A state that has to be evaluated.
+    /// Creates a state from unknowns. It must be evaluated afterwards.
     fn from(unknowns: Unknowns) -> Self {
         let ends = unknowns.rigid_motion.len();
         let mut it = Self::new(unknowns.scaled.len() / (3 * ends), unknowns.rigid_motion.clone());
@@ -80,7 +80,7 @@ impl From<ContactState> for Unknowns {
 }
 
 impl ContactState {
-    /// Zero tractions with given rigid motions, one per end.
+    /// State with zero tractions and given rigid motions, one per path point.
     pub fn new(n: usize, rigid_motion: Vec<[f64; 3]>) -> Self {
         let ends = rigid_motion.len();
         let zeros = || vec![0.0; 3 * n * ends];
@@ -98,14 +98,14 @@ impl ContactState {
         }
     }
 
-    /// Takes the unknowns of another state of the same size; it has to be evaluated then.
+    /// Copies the unknowns of another state of the same size. The state must be evaluated afterwards.
     pub(crate) fn copy_unknowns(&mut self, other: &Self) {
         self.scaled.copy_from_slice(&other.scaled);
         self.rigid_motion.copy_from_slice(&other.rigid_motion);
         self.mode_amplitudes.copy_from_slice(&other.mode_amplitudes);
     }
 
-    /// Cuts the hatted tractions to p >= 0 and |q̂| <= p.
+    /// Projects the scaled tractions onto p >= 0 and |q̂| <= p, by radial return.
     pub(crate) fn project_to_cone(&mut self) {
         let n = self.wear_rate.len();
         for planes in self.scaled.chunks_exact_mut(3 * n) {

@@ -1,64 +1,66 @@
-//! What is prescribed at the ends of an increment.
+//! Prescribed quantities at the path points of an increment.
 
 use super::balance::Balance;
 
-/// Normal control of an end.
+/// Normal control of a path point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NormalControl {
     /// The normal rigid motion is given.
     Approach,
-    /// The normal force is given (N, compression positive); the approach is found.
+    /// The normal force is given (N, compression positive). The approach is unknown.
     Force(f64),
 }
 
-/// Tangential control of an end.
+/// Tangential control of a path point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TangentialControl {
     /// The tangential rigid motion is given.
     Shift,
-    /// The tangential force on body 2 along local (x, y) is given; the shift is found.
+    /// The tangential force on body 2 along local (x, y) is given (N). The tangential displacement is unknown.
     Force([f64; 2]),
 }
 
-/// Whether pressures are to be found.
+/// Whether the pressures of an increment are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pressures {
-    /// With everything else.
+    /// Pressures are unknown, together with all other quantities.
     Unknown,
-    /// They are those of the state, and only what happens in the surface is asked for: of operators with a tangential part.
+    /// Pressures are fixed at their values in the state, and only tangential tractions are unknown. Requires an operator with a
+    /// tangential part.
     Given,
 }
 
-/// Where the slip of an end is measured from.
+/// Reference configuration from which the slip of a path point is measured.
 #[derive(Debug, Clone)]
 pub enum SlipReference {
-    /// Tangential gaps `[2, N]` at the end of the previous increment.
+    /// Tangential gaps `[2, N]`, mm, at the end of the previous increment.
     Previous(Vec<f64>),
-    /// The end before it in the closed cycle that the ends of the increment make up, the last being the one before the first;
-    /// except in cells that stick through the whole cycle, which keep the tangential gap they stuck at.
+    /// The previous path point of a closed cycle; the last point precedes the first. Cells that stick through the whole cycle keep
+    /// the tangential gap at which they stuck.
     PreviousPoint {
         /// Cells that stick through the cycle.
         stick_mask: Vec<bool>,
-        /// Their tangential gaps, `[2, N]`.
+        /// Tangential gaps of the cells in `stick_mask`, `[2, N]`, mm.
         stick_gap: Vec<f64>,
     },
-    /// Steady sliding: the slip itself, `[2, N]`, whatever the tractions.
+    /// Steady sliding: prescribed slip, `[2, N]`, mm, independent of the tractions.
     Prescribed(Vec<f64>),
-    /// The cell that the material comes from, in steady rolling.
+    /// Steady rolling: slip relative to the upstream cell, from which the material comes.
     Upstream(Upstream),
 }
 
-/// Steady rolling: tractions stand still while the material passes from cell to cell.
+/// Steady rolling: tractions are stationary while material passes from cell to cell.
 #[derive(Debug, Clone)]
 pub struct Upstream {
-    /// The cell that the material of each cell comes from, `[N]`; itself where it enters the frame.
+    /// Upstream cell of each cell, `[N]`: the cell that its material comes from. Cells where material enters the frame refer to
+    /// themselves.
     pub source_cell: Vec<usize>,
-    /// Slip of rigid bodies over the passage of a cell, `[2, N]`, mm.
+    /// Slip of rigid bodies during the passage through one cell, `[2, N]`, mm.
     pub rigid_slip: Vec<f64>,
 }
 
 impl SlipReference {
-    /// The same for changes of a state on `n` cells: what is constant in it is zero.
+    /// The reference for changes of a state on `n` cells: all constant terms are zero.
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
@@ -74,16 +76,16 @@ impl SlipReference {
     }
 }
 
-/// One end of an increment: what is prescribed there.
+/// One path point of an increment, with its prescribed quantities.
 #[derive(Debug, Clone)]
 pub struct PathPoint {
     /// Normal control.
     pub normal: NormalControl,
     /// Tangential control.
     pub tangential: TangentialControl,
-    /// The rigid motions that a balance finds, in place of the forces of both controls; `None` where the controls say
-    /// all, forces along the common axes of a level frame included.
+    /// Balance that determines the rigid motions, in place of the forces of both controls. `None` if the controls suffice; they
+    /// cover forces along the common axes of a flat frame.
     pub balance: Option<Balance>,
-    /// Where its slip is measured from.
+    /// Reference of its slip.
     pub reference: SlipReference,
 }

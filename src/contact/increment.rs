@@ -1,4 +1,4 @@
-//! The equations of one increment: gap, slip and wear for given tractions.
+//! Equations of one contact increment: gap, slip and wear for given tractions.
 
 use std::sync::Arc;
 
@@ -12,39 +12,39 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
-/// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
+/// Relative margin of the stick condition: cells with |q|_μ < p (1 - margin) stick, the other cells in contact slip.
 const STICK_MARGIN: f64 = 1e-6;
 
-/// The equations of one increment.
+/// Data and equations of one contact increment.
 pub struct Increment<'a> {
-    /// S on the frame.
+    /// Operator S of the elastic displacements on the frame.
     pub flexibility: &'a dyn Flexibility,
     /// Cell areas, `[N]`.
     pub areas: &'a [f64],
-    /// Gap at zero tractions and zero rigid motion, unworn, `[3, N]`.
+    /// Gap at zero tractions and zero rigid motion, without wear, `[3, N]`, mm.
     pub initial_gap: &'a [f64],
-    /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row:
-    /// `[N]` of 3 x 3; `None` on flat frames, where they are the identity.
+    /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row: `[N]` of 3 x 3. `None`
+    /// on flat frames, where they are the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
-    /// Gap per unit of each further motion, `[3, N]` each: those in which a body floats, or rotations of body 2.
+    /// Gap per unit of each additional rigid mode, `[3, N]` each: rigid-body modes of unconstrained bodies, or rotations of body 2.
     pub mode_gaps: &'a [Vec<f64>],
     /// Friction ellipse, `None` without friction.
     pub friction: Option<FrictionEllipse>,
-    /// Wear intensity, `None` without wear.
+    /// Specific wear rate, `None` without wear.
     pub wear: Option<SpecificWearRate>,
-    /// Factors on the path that wears, `[N]`, for what happens between the ends; `None` for 1.
+    /// Factors on the wear path of each cell, `[N]`, for the motion between the path points; `None` for 1.
     pub wear_path_factors: Option<&'a [f64]>,
-    /// Scales that match the operator and the ellipse.
+    /// Scales of the residual and the step sizes, for this operator and this friction ellipse.
     pub scales: Arc<ContactScales>,
-    /// Worn depth at the start, `[N]`.
+    /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
-    /// Number of times the slip of this increment happens (1, or the cycles of an implicit stage).
+    /// Number of times that the slip of this increment occurs: 1, or the number of cycles of an implicit stage.
     pub slip_repeats: f64,
-    /// Whether its pressures are unknown.
+    /// Whether the pressures are unknown.
     pub pressures: Pressures,
-    /// Work that may be left out of it.
+    /// Work that the solver may omit.
     pub skip: AllowedOmissions,
-    /// Its one or two ends.
+    /// The one or two path points of the increment.
     pub path_points: Vec<PathPoint>,
 }
 
@@ -58,7 +58,8 @@ impl Increment<'_> {
         self.friction.as_ref().map(FrictionScaling::new)
     }
 
-    /// Hatted tractions of physical ones, per end `[3, N]`; without friction the tangential planes are dropped.
+    /// Computes the scaled tractions from physical ones, per path point `[3, N]`. Without friction the scaled tangential tractions
+    /// are zero.
     pub fn scale_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
         let (n, hat) = (self.n(), self.friction_scaling());
         for (physical, out) in tractions.chunks(3 * n).zip(hatted.chunks_mut(3 * n)) {
@@ -71,8 +72,8 @@ impl Increment<'_> {
         }
     }
 
-    /// Whether only normal components are computed while iterating: nothing slips against friction, and nothing wears but by slip
-    /// that is given.
+    /// Returns whether the iterations compute only normal components. This requires that there is no friction and that wear, if
+    /// any, depends on prescribed slip alone.
     pub fn normal_only(&self) -> bool {
         let given = |end: &PathPoint| matches!(end.reference, SlipReference::Prescribed(_));
         self.skip.allows(OmittableWork::TangentialUnknowns)
@@ -80,13 +81,13 @@ impl Increment<'_> {
             && (self.wear.is_none() || self.path_points.iter().all(given))
     }
 
-    /// The tangential part of the operator, if it is all that is asked for.
+    /// The tangential part of the operator, if the pressures are given; `None` otherwise.
     pub(super) fn tangential_operator(&self) -> Option<&dyn TangentialFlexibility> {
         if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
-    /// The linear part of the equations with an operator that may be less exact, for changes of tractions and motions, the
-    /// wear left out; `nothing`: zeros, `[3, N]`.
+    /// The linear part of the equations for changes of tractions and motions, without wear, with an operator that may be less
+    /// accurate. `nothing`: zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -114,13 +115,14 @@ impl Increment<'_> {
         self.path_points.len()
     }
 
-    /// Fills everything in `it` from its hatted tractions and rigid motions. Does not allocate.
+    /// Computes all derived fields of `it` from its scaled tractions and rigid motions. Does not allocate.
     pub fn evaluate(&self, it: &mut ContactState) {
         self.apply_flexibility(it);
         self.fill_from_elastic(it);
     }
 
-    /// The normal gap of `end` from S P, rigid motion and worn depth: of an increment without wear, all that pressures need.
+    /// Computes the normal gap of the path point `end` from S P, rigid motion and wear depth. Without wear, pressures depend on
+    /// nothing else.
     pub(super) fn fill_normal_gap(&self, it: &mut ContactState, end: usize) {
         let n = self.n();
         let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
@@ -134,7 +136,7 @@ impl Increment<'_> {
         }
     }
 
-    /// What follows from tractions and S P.
+    /// Computes gap, slip, wear and gradient from the tractions and S P.
     pub(super) fn fill_from_elastic(&self, it: &mut ContactState) {
         self.fill_gap(it);
         self.fill_slip(it);
@@ -142,7 +144,7 @@ impl Increment<'_> {
         self.fill_gradient(it);
     }
 
-    /// Cells whose flexibility is not formed although the bodies would overlap there without tractions, ascending.
+    /// Cells whose flexibility is not formed although the bodies would overlap there without tractions, in ascending order.
     pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
@@ -153,11 +155,11 @@ impl Increment<'_> {
         cells
     }
 
-    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed;
-    /// those among them that the bodies overlap in, or that carry pressure, ascending.
+    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed. Returns
+    /// those of these cells in which the bodies overlap or that carry pressure, in ascending order.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// If the equations of a body cannot be solved.
     pub fn complete_unformed_cells(&self, it: &mut ContactState) -> Result<Vec<usize>> {
         let unformed = self.flexibility.unformed_cells();
         if unformed.is_empty() {
@@ -223,7 +225,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Local gap in cell `i` by a rigid motion along x, y, n and along the floating motions.
+    /// Local gap in cell `i` due to a rigid motion along x, y, n and to the amplitudes `floating` of the additional modes.
     pub fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
@@ -236,7 +238,7 @@ impl Increment<'_> {
         local
     }
 
-    /// What balances are computed on.
+    /// Areas and friction scaling of the cells, for balances of forces.
     pub(super) fn cells(&self) -> BalanceCells<'_> {
         BalanceCells { areas: self.areas, hat: self.friction_scaling() }
     }
@@ -278,12 +280,13 @@ impl Increment<'_> {
         }
     }
 
-    /// The end before an end in a closed cycle.
+    /// Index of the previous path point in a closed cycle.
     pub(super) fn previous_path_point(&self, end: usize) -> usize {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
-    /// dw = p |Δg|_i summed over the ends (docs/theory-wear.md, implicit in p and slip), added to the normal gap.
+    /// Computes the wear depth dw = Σ p |Δg|_i, summed over the path points, and adds it to the normal gap (docs/theory-wear.md).
+    /// dw is implicit in pressure and slip.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_rate.fill(0.0);
@@ -305,7 +308,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Factor on the path that wears cell `i`.
+    /// Factor on the wear path of cell `i`.
     pub(super) fn path_factor(&self, i: usize) -> f64 {
         self.wear_path_factors.map_or(1.0, |factors| factors[i])
     }
@@ -326,7 +329,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Whether cell `i` carries pressure and sticks: |q|_μ < p (1 - 1e-6).
+    /// Returns whether cell `i` carries pressure and sticks: |q|_μ < p (1 - 1e-6).
     pub fn sticks(&self, it: &ContactState, end: usize, i: usize) -> bool {
         let n = self.n();
         let base = end * 3 * n;

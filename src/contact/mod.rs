@@ -1,11 +1,11 @@
-//! One contact increment: Signorini's conditions and an elliptic Coulomb law on the frame, implicit wear included.
+//! Contact increment: Signorini conditions and elliptic Coulomb friction on the contact frame, with implicit wear.
 //!
-//! Unknowns are the *hatted* tractions on body 2, P̂ = D⁻¹ P with D = diag(μ1, μ2, 1) in the friction axes
-//! (docs/theory-contact.md): in them every ellipse is the unit disc and radial return is the exact projection. Planes are
-//! ordered [q̂1, q̂2, p]; the matching gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n], Δg the slip of the increment.
+//! Unknowns are the scaled (*hatted*) tractions on body 2, P̂ = D⁻¹ P with D = diag(μ1, μ2, 1) in the friction axes
+//! (docs/theory-contact.md). In scaled variables every friction ellipse is the unit disc, and radial return is the exact
+//! projection. Planes are ordered [q̂1, q̂2, p]. The conjugate gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n], with Δg the slip of the increment.
 //!
-//! An increment has one *end*, or two that are solved together: the two ends of a fretting stroke, coupled through
-//! the slip between them and through the wear that both cause.
+//! An [`Increment`] has one path point, or two that are solved together: the two reversal points of a fretting stroke. The slip
+//! between the two points and the wear at both couple them. [`solver::solve`] finds the [`ContactState`].
 
 pub mod balance;
 pub mod certificate;

@@ -1,53 +1,53 @@
-//! Projection of hatted tractions on the admissible set: p >= 0, |q̂| <= p, and, under force control, the given
-//! resultants.
+//! Projection of scaled tractions onto the admissible set: p >= 0, |q̂| <= p and, under force control, the prescribed resultants.
 //!
-//! A prescribed force enters as the multiplier of the projection: the rigid motion that makes the projected
-//! tractions carry it. So force control costs no more operator applications than displacement control.
+//! A prescribed force enters through the Lagrange multiplier of the projection. The multiplier is the rigid motion for which the
+//! projected tractions have the prescribed resultant. Force control therefore needs no more operator applications than displacement
+//! control.
 
 use super::balance::{self, Balance, MAX_RIGID_MODES, ProjectionStart};
 use super::scales::FrictionScaling;
 use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 
-/// Whether the prescribed forces could be carried.
+/// Whether the tractions can carry the prescribed forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Equilibrium {
-    /// Every prescribed force is carried.
+    /// The tractions carry all prescribed forces.
     Balanced,
-    /// A tangential force exceeds what friction can carry at the pressures of this iterate: every cell slips at its
-    /// limit along the force. Or no motion at all carries the forces: they take the bodies apart.
+    /// A tangential force exceeds the friction limit at the pressures of this iterate, and every cell slips at its limit along the
+    /// force. Or no rigid motion balances the forces, and the bodies separate.
     Sliding(LossOfEquilibrium),
 }
 
 /// How equilibrium under prescribed forces is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossOfEquilibrium {
-    /// Direction of the motion of body 2 that nothing stops; of a balance with its largest component 1 in size.
+    /// Direction of the unresisted motion of body 2. For a balance, its largest component has magnitude 1.
     pub motion: balance::RigidMotion,
-    /// Whether it takes the bodies apart.
+    /// Whether the motion separates the bodies.
     pub separates_bodies: bool,
-    /// Share of the load along the motion that friction carries.
+    /// Fraction of the load along the motion that friction carries.
     pub carried_load_fraction: f64,
 }
 
-/// Rigid motions of all ends.
+/// Rigid motions of all path points.
 pub struct RigidMotions<'a> {
-    /// Along x, y, n.
+    /// Components along x, y, n, per path point.
     pub rigid: &'a mut [[f64; 3]],
-    /// Along the floating motions.
+    /// Amplitudes of the additional rigid modes, per path point.
     pub floating: &'a mut [[f64; MAX_RIGID_MODES]],
 }
 
 /// Step sizes of the normal and the tangential block, MPa/mm.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSizes {
-    /// Normal.
+    /// Step size of the pressures.
     pub normal: f64,
-    /// Tangential (hatted).
+    /// Step size of the scaled tangential tractions.
     pub tangential: f64,
 }
 
-/// `out = proj(hatted - step * gradient)` for every end; under force control `motions` gets the motion that
-/// carries the force. Does not allocate.
+/// Computes `out = proj(hatted - step * gradient)` for every path point. Under force control, adds to `motions` the rigid motion
+/// that balances the force. Does not allocate.
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
@@ -110,7 +110,8 @@ pub fn project(
     equilibrium
 }
 
-/// Pressures of a step of size `step`, cut at zero; under a prescribed force lifted to carry it, by what is returned.
+/// Takes a step of size `step` and projects the pressures onto p >= 0. Under a prescribed force, all pressures are first shifted by
+/// a uniform value so that they carry the force. Returns this shift.
 fn project_pressures(
     problem: &Increment,
     end: &PathPoint,
@@ -126,7 +127,8 @@ fn project_pressures(
     lift
 }
 
-/// Projects the tractions of an end on those that its balance wants, and moves its bodies by what makes them.
+/// Projects the tractions of a path point onto the set that satisfies its balance. Adds the multipliers of the balance to the rigid
+/// motion and the mode amplitudes.
 fn balanced(
     problem: &Increment,
     balance: &Balance,
@@ -140,7 +142,7 @@ fn balanced(
     failure
 }
 
-/// Every tangential traction at its limit along `direction`.
+/// Sets every tangential traction to its friction limit along `direction`.
 fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     let norm = direction[0].hypot(direction[1]);
     for i in 0..n {
@@ -149,7 +151,7 @@ fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     }
 }
 
-/// Radial return of every tangential traction on the disc of radius p.
+/// Radial return of every tangential traction to the disc of radius p.
 fn project_to_friction_disc(planes: &mut [f64], n: usize) {
     for i in 0..n {
         let (a, b, p) = (planes[i], planes[n + i], planes[2 * n + i]);
@@ -162,9 +164,10 @@ fn project_to_friction_disc(planes: &mut [f64], n: usize) {
     }
 }
 
-/// Lifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ: Newton on a convex, increasing, piecewise linear
-/// function from the right of its root, which ends exactly after finitely many steps. Values are taken relative to the
-/// largest, so that the smallest force is not lost in rounding.
+/// Shifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ.
+///
+/// Newton's method on a convex, increasing, piecewise linear function, started to the right of its root. It ends at the exact root
+/// after finitely many steps. Values are relative to the largest one, so that rounding does not affect the smallest forces.
 fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     let mut top = 0;
     for i in 0..z.len() {
@@ -174,7 +177,7 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     }
     let highest = z[top];
     z.iter_mut().for_each(|value| *value -= highest);
-    // With this lift the highest cell alone carries the force.
+    // With this shift, the cell with the largest value alone carries the force.
     let mut lift = force.max(0.0) / areas[top];
     for _ in 0..200 {
         let (mut sum, mut slope) = (0.0, 0.0);
@@ -197,18 +200,20 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     lift - highest
 }
 
-/// Share of a potential that its rounding may be.
+/// Rounding error of a potential, relative to its value.
 const POTENTIAL_ROUNDING: f64 = 1e-12;
 
-/// The Newton step for a `defect` of the force: J (11, 12, 22) with `floor` on its diagonal, inverted.
+/// Newton step for the force defect `defect`: (J + floor I)⁻¹ defect, with J given by its components (11, 12, 22).
 fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
     let (a, c) = (a + floor, c + floor);
     let det = a * c - b * b;
     [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
 }
 
-/// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force: the minimum of a convex potential (Huber's, cell
-/// by cell), by damped Newton. `wanted`: the force, hatted: f̂ = M⁻¹ Rᵀ f.
+/// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force.
+///
+/// v minimises a convex potential, the sum of Huber functions over the cells, by damped Newton steps. `wanted`: the scaled force
+/// f̂ = M⁻¹ Rᵀ f.
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -217,14 +222,14 @@ fn shift_for_force(
     step: f64,
 ) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
-    // In hatted components: wanted Σ A clip = f̂, unknown y = a M Rᵀ v.
+    // In scaled components the equation is Σ A clip = f̂, with the unknown y = a M Rᵀ v.
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
         let force = hat.physical_traction(wanted);
         let norm = force[0].hypot(force[1]);
         let mut motion = [0.0; balance::MOTION_COMPONENTS];
-        // Traction on body 2 is against its motion.
+        // The traction on body 2 is opposite to its motion.
         (motion[0], motion[1]) = (-force[0] / norm, -force[1] / norm);
         let sliding =
             LossOfEquilibrium { motion, separates_bodies: false, carried_load_fraction: capacity / size };
@@ -239,7 +244,7 @@ fn shift_for_force(
         if error <= 1e-14 * capacity {
             break;
         }
-        // The floor keeps the step bounded where everything slips one way and the Jacobian is singular.
+        // The floor bounds the step where all cells slip in one direction and the Jacobian is singular.
         let floor = 0.1 * error / (y[0].hypot(y[1]) + scale);
         let direction = newton_step(current.jacobian, floor, defect);
         let slope = direction[0] * defect[0] + direction[1] * defect[1];
@@ -250,8 +255,8 @@ fn shift_for_force(
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
-            // Where the potential cannot be told from that before, the error decides; by itself it would take ever
-            // longer steps across the root of tractions that are far beyond their limits, all one way.
+            // If rounding hides the change of the potential, the force error decides. The error alone would allow ever longer steps
+            // across the root if all tractions are far beyond their limits in one direction.
             let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
@@ -315,7 +320,7 @@ mod tests {
     use super::*;
     use crate::laws::friction::FrictionEllipse;
 
-    /// Numbers from -0.5 to 0.5, of a golden section.
+    /// Pseudo-random numbers from -0.5 to 0.5, from the golden section.
     struct Numbers(usize);
 
     impl Numbers {
@@ -325,7 +330,8 @@ mod tests {
         }
     }
 
-    /// Hatted planes of pressures of a bowl, and tractions in the surface that go beyond them, some by far and all one way.
+    /// Scaled traction planes: bowl-shaped pressures, and tangential tractions beyond their limits, some by far and all in one
+    /// direction.
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
         let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];
@@ -338,7 +344,7 @@ mod tests {
         [first, second, pressures].concat()
     }
 
-    /// Truth: what the shift leaves, cut at friction, carries the force. To the rounding of tractions of their size.
+    /// Truth: the shifted tractions, clipped at the friction limit, carry the force to the rounding of tractions of their size.
     #[test]
     fn shifts_carry_their_forces() {
         let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });

@@ -1,22 +1,24 @@
-//! How far a state is from solving an increment.
+//! Natural residual: measures how far a state is from the solution of an increment.
 
 use super::contact_state::ContactState;
 use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
 
-/// Rounding of a sum of a few numbers by the largest of them.
+/// Rounding error of a sum of a few numbers, relative to the largest of them.
 const SUM_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Increment<'_> {
-    /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
-    /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
-    /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
+    /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step, relative to the
+    /// largest pressure. Prescribed forces contribute their relative defects, and the largest value counts.
+    ///
+    /// The step has c = 1 / diag S, including the diagonal of the implicit wear. The residual is 0 for an open state without
+    /// penetration and NaN if any number is NaN.
     pub fn natural_residual(&self, it: &ContactState) -> f64 {
         let [normal, tangential] = self.natural_residual_parts(it);
         nan_max(normal, tangential)
     }
 
-    /// The normal and the tangential part of [`Increment::natural_residual`].
+    /// Normal and tangential part of [`Increment::natural_residual`].
     pub fn natural_residual_parts(&self, it: &ContactState) -> [f64; 2] {
         let n = self.n();
         let given = self.pressures == Pressures::Given;
@@ -50,7 +52,7 @@ impl Increment<'_> {
             parts[0] = 0.0;
         }
         for part in &mut parts {
-            // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
+            // Where nothing carries pressure, a change of 0 stays 0 and any other change becomes infinite.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
         }
         (0..self.path_points.len()).fold(parts, |[normal, tangential], end| {
@@ -59,7 +61,7 @@ impl Increment<'_> {
         })
     }
 
-    /// Whether what bodies overlap by is what the numbers that gaps are made of cannot resolve.
+    /// Returns whether the largest overlap is within the rounding error of the gap values.
     fn overlap_is_rounding(&self, it: &ContactState) -> bool {
         let n = self.n();
         let mut normal = it.gap.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
@@ -71,7 +73,7 @@ impl Increment<'_> {
         deepest <= SUM_ROUNDING * largest
     }
 
-    /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
+    /// Relative defects of the prescribed normal and tangential forces of a path point; 0 without a prescribed force.
     fn force_residuals(&self, it: &ContactState, end: usize) -> [f64; 2] {
         let n = self.n();
         if let Some(balance) = &self.path_points[end].balance {
@@ -91,7 +93,8 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // Against what friction can carry: a force below that of a tiny coefficient must be met as well.
+            // The defect is relative to the friction capacity at least. If the friction coefficient is very small, small forces
+            // must be met as well.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }
@@ -99,7 +102,7 @@ impl Increment<'_> {
     }
 }
 
-/// The larger of two numbers, NaN if either is (unlike `f64::max`, which hides it).
+/// The larger of two numbers, NaN if either is NaN. In contrast, `f64::max` ignores NaN.
 fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -1,11 +1,11 @@
-//! Scales of a flexibility operator: local compliances for the natural residual, largest eigenvalues for step sizes.
+//! Scales of a flexibility operator: local compliances for the natural residual, and largest eigenvalues for step sizes.
 
 use std::sync::OnceLock;
 
 use crate::flexibility::Flexibility;
 use crate::laws::friction::FrictionEllipse;
 
-/// Rotates the tangential components of a vector into the friction axes and scales them by the coefficients.
+/// Transformation between physical and scaled (hatted) vectors: rotation R into the friction axes, and scaling by M = diag(μ1, μ2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrictionScaling {
     pub mu: [f64; 2],
@@ -19,30 +19,30 @@ impl FrictionScaling {
         Self { mu: ellipse.mu, cos, sin }
     }
 
-    /// Physical (x, y) traction of a hatted one: q = R M q̂.
+    /// Physical traction (x, y) of a scaled one: q = R M q̂.
     pub fn physical_traction(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (self.mu[0] * hatted[0], self.mu[1] * hatted[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
-    /// Hatted traction of a physical one: q̂ = M⁻¹ Rᵀ q.
+    /// Scaled traction of a physical one: q̂ = M⁻¹ Rᵀ q.
     pub fn scaled_traction(&self, q: [f64; 2]) -> [f64; 2] {
         [(self.cos * q[0] + self.sin * q[1]) / self.mu[0], (-self.sin * q[0] + self.cos * q[1]) / self.mu[1]]
     }
 
-    /// Slip (x, y) of a hatted one: v = R M⁻¹ v̂.
+    /// Physical slip (x, y) of a scaled one: v = R M⁻¹ v̂.
     pub fn physical_slip(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (hatted[0] / self.mu[0], hatted[1] / self.mu[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
-    /// Hatted slip: M Rᵀ v.
+    /// Scaled slip of a physical one: v̂ = M Rᵀ v.
     pub fn scaled_slip(&self, v: [f64; 2]) -> [f64; 2] {
         [self.mu[0] * (self.cos * v[0] + self.sin * v[1]), self.mu[1] * (-self.sin * v[0] + self.cos * v[1])]
     }
 }
 
-/// Local compliances and step sizes of one operator and friction ellipse.
+/// Local stiffnesses and largest eigenvalues for one operator and friction ellipse.
 #[derive(Debug, Clone)]
 pub struct ContactScales {
     /// c_n = 1 / S_nn of each cell, MPa/mm (docs/theory-contact.md).
@@ -55,11 +55,11 @@ pub struct ContactScales {
 
 const POWER_ITERATIONS: usize = 12;
 
-/// Least tangential compliance of a cell by its largest one.
+/// Smallest tangential compliance of a cell along one friction axis, relative to the largest compliance of the cell.
 const MIN_COMPLIANCE_SHARE: f64 = 1e-2;
 
 impl ContactScales {
-    /// Reads the diagonal.
+    /// Computes the local stiffnesses from the diagonal of the operator.
     pub fn new(operator: &dyn Flexibility, friction: Option<&FrictionEllipse>) -> Self {
         let blocks = operator.diagonal_blocks();
         let c_normal = blocks.map(|s| 1.0 / s[(2, 2)]).into_vec();
@@ -73,7 +73,7 @@ impl ContactScales {
                     let q = hat.physical_traction(axis);
                     q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
                 };
-                // A direction that supports hold everywhere (plane strain) has no compliance of its own.
+                // A direction that is fixed everywhere by supports (plane strain) has no compliance.
                 let (first, second) = (diagonal([1.0, 0.0]), diagonal([0.0, 1.0]));
                 let least = MIN_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
                 1.0 / mean(first.max(least), second.max(least))
@@ -86,12 +86,12 @@ impl ContactScales {
         Self { c_normal, c_tangential, normal: OnceLock::new(), tangential: OnceLock::new() }
     }
 
-    /// Largest eigenvalue of S_nn, mm/MPa, by a few power iterations when it is first asked for.
+    /// Largest eigenvalue of S_nn, mm/MPa, from a few power iterations on the first call.
     pub(super) fn max_normal_eigenvalue(&self, operator: &dyn Flexibility, areas: &[f64]) -> f64 {
         *self.normal.get_or_init(|| power_iterations(areas, 1, |p, gap| operator.apply_normal(p, gap)))
     }
 
-    /// Largest eigenvalue of M S_tt M in the same way.
+    /// Largest eigenvalue of M S_tt M, mm/MPa, from a few power iterations on the first call.
     pub(super) fn max_tangential_eigenvalue(
         &self,
         operator: &dyn Flexibility,
@@ -102,7 +102,7 @@ impl ContactScales {
     }
 }
 
-/// A fixed start vector near the smooth top eigenvector, with some of every direction in it.
+/// Fixed start vector near the smooth eigenvector of the largest eigenvalue, with a pseudo-random part.
 fn start(n: usize) -> Vec<f64> {
     let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
     (0..n)
@@ -113,7 +113,7 @@ fn start(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Geometric mean of two positive numbers, also where their product is no longer a number.
+/// Geometric mean of two positive numbers. Avoids overflow and underflow of their product.
 fn mean(first: f64, second: f64) -> f64 {
     let product = first * second;
     if product.is_normal() { product.sqrt() } else { first.sqrt() * second.sqrt() }
@@ -130,12 +130,12 @@ fn weighted_norm(areas: &[f64], v: &[f64]) -> f64 {
     if sum.is_normal() {
         return sum.sqrt();
     }
-    // Squares of tiny numbers vanish, those of huge ones overflow.
+    // Squares of very small numbers underflow, and squares of very large ones overflow.
     let unit = v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     if unit > 0.0 && unit.is_finite() { unit * squares(unit).sqrt() } else { sum.sqrt() }
 }
 
-/// Largest eigenvalue by a few power iterations of an operator on some planes.
+/// Estimates the largest eigenvalue of an operator on `planes` planes by a few power iterations.
 fn power_iterations(areas: &[f64], planes: usize, mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
     let mut v = start(planes * areas.len());
     let mut image = vec![0.0; v.len()];

@@ -1,7 +1,7 @@
-//! An increment on a part of a grid frame, or on coarser cells: a window.
+//! Restricts an increment to a rectangle of cells of a grid frame, or to coarser cells: a window.
 //!
-//! Cells outside the window carry no traction. On coarser cells gaps and depths are means over the cells they are made of:
-//! only good for a start.
+//! Cells outside the window carry no traction. On coarser cells, gaps and depths are means over the fine cells that each coarse
+//! cell consists of. A solution on coarser cells is therefore only a start for the fine cells.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,32 +10,32 @@ use super::scales::ContactScales;
 use super::{ContactState, Increment, PathPoint, SlipReference, Upstream};
 use crate::flexibility::Flexibility;
 
-/// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.
+/// Rectangle of window cells on a grid frame. Each window cell consists of `factor` x `factor` frame cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Window {
-    /// Cells of the frame along x and y.
+    /// Number of frame cells along x and y.
     pub frame: [usize; 2],
-    /// First cell of the frame.
+    /// First frame cell of the window along x and y.
     pub origin: [usize; 2],
-    /// Cells of the window.
+    /// Number of window cells along x and y.
     pub cells: [usize; 2],
-    /// Cells of the frame along the side of one of the window's.
+    /// Number of frame cells along one side of a window cell.
     pub factor: usize,
 }
 
 impl Window {
-    /// Number of cells.
+    /// Number of window cells.
     pub fn n(&self) -> usize {
         self.cells[0] * self.cells[1]
     }
 
-    /// The frame's cells along `axis` in the window's `index`.
+    /// Range of the frame cells along `axis` in the window cell with index `index`.
     fn span(&self, axis: usize, index: usize) -> Range<usize> {
         let first = self.origin[axis] + index * self.factor;
         first..first + self.factor
     }
 
-    /// Calls `with(cell of the window, cell of the frame)` for all pairs that belong together.
+    /// Calls `with(window cell, frame cell)` for each frame cell in the window.
     fn pairs(&self, mut with: impl FnMut(usize, usize)) {
         for ix in 0..self.cells[0] {
             for x in self.span(0, ix) {
@@ -48,7 +48,7 @@ impl Window {
         }
     }
 
-    /// Means over the window's cells of a field on the frame, plane by plane.
+    /// Means of a frame field over the window cells, plane by plane.
     pub fn restrict(&self, field: &[f64]) -> Vec<f64> {
         let (from, to) = (self.frame[0] * self.frame[1], self.n());
         let share = 1.0 / (self.factor * self.factor) as f64;
@@ -59,8 +59,8 @@ impl Window {
         means
     }
 
-    /// Writes a field on the window to the frame, plane by plane, bilinear between the centres of those cells that `count`; what
-    /// is not covered stays.
+    /// Interpolates a window field to the frame cells of the window, plane by plane. The interpolation is bilinear between the
+    /// centres of the window cells in `count`. Frame cells without such a neighbour keep their value.
     pub fn interpolate(&self, field: &[f64], count: &[bool], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
         for ix in 0..self.cells[0] * self.factor {
@@ -79,7 +79,8 @@ impl Window {
         }
     }
 
-    /// The four cells about a cell of the frame, counted from the window's first, and their weights in bilinear interpolation.
+    /// The four window cells around a frame cell, and their weights in bilinear interpolation. `at` counts frame cells from the
+    /// first cell of the window.
     fn neighbours(&self, at: [usize; 2]) -> ([usize; 4], [f64; 4]) {
         let along = [0, 1].map(|axis| {
             let last = self.cells[axis] - 1;
@@ -95,7 +96,7 @@ impl Window {
         )
     }
 
-    /// Writes a field on the window to the frame, zero outside, plane by plane.
+    /// Writes a window field to the frame, plane by plane: constant in each window cell, zero outside the window.
     pub fn prolong(&self, field: &[f64], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
         out.fill(0.0);
@@ -105,11 +106,11 @@ impl Window {
     }
 }
 
-/// The operator on a window.
+/// Flexibility operator of a window.
 pub(super) enum WindowOperator<'a> {
-    /// That of the frame, all of which the window covers.
+    /// The operator of the frame, if the window covers the whole frame.
     Frame(&'a dyn Flexibility),
-    /// Its own.
+    /// A separate operator, restricted to the window.
     Own(Arc<dyn Flexibility>),
 }
 
@@ -122,7 +123,7 @@ impl WindowOperator<'_> {
     }
 }
 
-/// What the increment on a window is made of.
+/// Data of the increment on a window.
 pub(super) struct WindowProblem<'a> {
     pub window: Window,
     operator: WindowOperator<'a>,
@@ -137,7 +138,8 @@ pub(super) struct WindowProblem<'a> {
 }
 
 impl<'a> WindowProblem<'a> {
-    /// The part of `problem` on `window`, with the operator on it; `None` if one of its ends knows the frame's cells only.
+    /// Restricts `problem` to `window`, with the window's operator. Returns `None` if the slip reference of a path point cannot be
+    /// restricted to coarser cells.
     pub fn new(problem: &Increment, window: Window, operator: WindowOperator<'a>) -> Option<Self> {
         let scales = match &operator {
             WindowOperator::Frame(_) => problem.scales.clone(),
@@ -163,7 +165,7 @@ impl<'a> WindowProblem<'a> {
         })
     }
 
-    /// Its equations.
+    /// The equations of the increment on the window.
     pub fn problem<'b>(&'b self, whole: &'b Increment) -> Increment<'b> {
         Increment {
             flexibility: self.operator.flexibility(),
@@ -179,7 +181,7 @@ impl<'a> WindowProblem<'a> {
         }
     }
 
-    /// A state on the window with the tractions and motions of one on the frame.
+    /// State on the window with the restricted tractions and the motions of a state on the frame.
     pub fn state(&self, whole: &ContactState) -> ContactState {
         let mut it = ContactState::new(self.window.n(), whole.rigid_motion.clone());
         it.mode_amplitudes.clone_from(&whole.mode_amplitudes);
@@ -187,7 +189,7 @@ impl<'a> WindowProblem<'a> {
         it
     }
 
-    /// Takes tractions and motions back to the frame.
+    /// Writes tractions and motions to a state on the frame.
     pub fn write_back(&self, it: &ContactState, whole: &mut ContactState) {
         self.window.prolong(&it.scaled, &mut whole.scaled);
         whole.rigid_motion.clone_from(&it.rigid_motion);
@@ -195,7 +197,8 @@ impl<'a> WindowProblem<'a> {
     }
 }
 
-/// Rolling on a window: what comes from outside enters there, and the passage of a longer cell takes longer.
+/// Restricts the upstream cells of steady rolling to a window. Material from outside enters at the window's edge. The rigid slip of
+/// a coarser cell is larger by `factor`, because the passage takes longer.
 fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
@@ -207,7 +210,7 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     Upstream { source_cell, rigid_slip }
 }
 
-/// What is prescribed at an end, on a window.
+/// Restricts the prescribed quantities of a path point to a window.
 fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
@@ -230,7 +233,8 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
 mod tests {
     use super::*;
 
-    /// Truth: means of a linear field are its values at the middle; what goes out comes back the same.
+    /// Truth: the means of a linear field are its values at the cell centres. Restriction followed by prolongation reproduces the
+    /// field.
     #[test]
     fn means_and_back() {
         let frame = [8, 6];

@@ -1,10 +1,12 @@
-//! Rigid motions that are found from a balance: those along which a force is prescribed or a body floats.
+//! Equilibrium of rigid motions: finds the motions along which a force is prescribed or a body is unconstrained.
 //!
-//! The motion ρ is the multiplier of the projection: P = proj(P* - D R ρ) has to do the work F on each motion,
-//! Σ A R·P = F (docs/theory-coupling.md). For given friction radii the projection is one on a convex set, and ρ minimises a
-//! convex potential (piecewise quadratic in the pressures, Huber's in the tangential tractions), found by damped
-//! Newton. The radii are the pressures found, so that a few such minima follow one another; where the pressures do not
-//! depend on the tangential tractions, as on level frames, the second is exact.
+//! The motion ρ is the Lagrange multiplier of the projection. P = proj(P* - D R ρ) must do the work F on each motion, Σ A R·P = F
+//! (docs/theory-coupling.md).
+//!
+//! For given friction radii the projection acts on a convex set, and ρ minimises a convex potential by damped Newton steps. The
+//! potential is piecewise quadratic in the pressures and Huber's function in the tangential tractions. The radii are the computed
+//! pressures, so a few minimisations follow one another. If the pressures do not depend on the tangential tractions, as on flat
+//! frames, the second one is exact.
 
 mod potential;
 
@@ -16,83 +18,85 @@ use super::projection::{LossOfEquilibrium, StepSizes};
 use super::scales::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
-/// Most further motions of an increment: six in which one body floats, or as many shared out between two; or three rotations.
+/// Largest number of additional rigid modes of an increment. They are the six modes of one unconstrained body, six modes
+/// distributed over two bodies, or three rotations.
 pub const MAX_RIGID_MODES: usize = 6;
 
-/// Components of a relative rigid motion: along the frame's x, y, n, then by each further motion.
+/// Number of components of a relative rigid motion: along the frame's x, y, n, then the additional modes.
 pub const MOTION_COMPONENTS: usize = 3 + MAX_RIGID_MODES;
 
-/// A relative rigid motion by its components.
+/// Relative rigid motion, by components.
 pub type RigidMotion = [f64; MOTION_COMPONENTS];
 
-/// Values by motion; those beyond the number of motions stay zero.
+/// Values by motion; values beyond the number of motions are zero.
 type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
-/// Share of the largest below which a combination of motions moves no cell.
+/// Eigenvalue below which a combination of motions counts as unresisted, because it moves no cell. The motions are scaled to unit
+/// mean square gap.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Work of the loads on a motion that nothing resists, below this share of the largest, is rounding.
+/// Ratio of the load's work on an unresisted motion to the largest work. Smaller works count as rounding errors.
 const LOAD_TOLERANCE: f64 = 1e-9;
 
-/// Sets of radii in one projection; what is left shows in the natural residual.
+/// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
 const MAX_RADIUS_UPDATES: usize = 6;
 
-/// A motion to be found, and what the tractions must do on it.
+/// Unknown motion, and the work that the tractions must do on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceConstraint {
-    /// The motion.
+    /// Unknown motion.
     pub motion: RigidMotion,
-    /// Wanted Σ A P·(gap per unit of it).
+    /// Prescribed work Σ A P·(gap per unit of the motion).
     pub work: f64,
 }
 
-/// A motion that no traction of the frame resists, although a load acts along it.
+/// Motion that no traction of the frame resists, although a load acts along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnresistedLoad {
-    /// The motion.
+    /// Unresisted motion.
     pub motion: RigidMotion,
-    /// Work of the load on it.
+    /// Work of the load on the motion.
     pub work: f64,
 }
 
-/// The frame that motions are balanced on.
+/// Cells of the frame on which motions are balanced.
 #[derive(Clone, Copy)]
 pub(super) struct BalanceCells<'a> {
-    /// Areas, `[N]`.
+    /// Cell areas, `[N]`.
     pub areas: &'a [f64],
-    /// Friction, `None` without.
+    /// Scaling by the friction law, `None` without friction.
     pub hat: Option<FrictionScaling>,
 }
 
-/// The motions to be found at one end of an increment.
+/// Balance of the unknown rigid motions at one path point of an increment.
 #[derive(Debug, Clone)]
 pub struct Balance {
-    /// Number of motions m.
+    /// Number of unknown motions m.
     n: usize,
     motions: Vec<RigidMotion>,
-    /// Gap per unit of each motion, hatted, by cell, `[N, m]` of (1, 2, n).
+    /// Scaled gap per unit of each motion, by cell: `[N, m]` of (1, 2, n).
     columns: Vec<[f64; 3]>,
     target_work: MotionValues,
-    /// Motions that nothing resists and nothing drives: they stay as they are.
+    /// Motions without resistance and without load. They keep their values.
     pub unresisted_motions: Vec<RigidMotion>,
 }
 
-/// What a projection starts from.
+/// Start of a projection.
 #[derive(Clone, Copy)]
 pub(super) struct ProjectionStart<'a> {
-    /// Hatted tractions and gradient, `[3, N]` each.
+    /// Scaled tractions and gradient, `[3, N]` each.
     pub hatted: &'a [f64],
     pub gradient: &'a [f64],
     pub steps: StepSizes,
 }
 
 impl Balance {
-    /// The balance of `wanted` on cells of the given areas under a friction law; `gap(component, cell)` is the local gap
-    /// (x, y, n) per unit of a component of motion. Motions that move no cell against pressure or friction are held if
-    /// nothing drives them.
+    /// Creates the balance of the motions `wanted`, on cells of the given areas under a friction law. `gap(component, cell)` is the
+    /// local gap (x, y, n) per unit of a component of motion. Motions that move no cell against pressure or friction are fixed if
+    /// no load acts on them.
     ///
     /// # Errors
-    /// The first driven motion that nothing resists.
+    /// The first motion with a load but without resistance.
     pub fn for_frame(
         areas: &[f64],
         friction: Option<&FrictionEllipse>,
@@ -102,11 +106,11 @@ impl Balance {
         Self::new(BalanceCells { areas, hat: friction.map(FrictionScaling::new) }, gap, wanted)
     }
 
-    /// The balance of `wanted` on `cells`; `gap(component, cell)` is the local gap (x, y, n) per unit of a component
-    /// of motion. Motions that move no cell against pressure or friction are held if nothing drives them.
+    /// Creates the balance of the motions `wanted` on `cells`. `gap(component, cell)` is the local gap (x, y, n) per unit of a
+    /// component of motion. Motions that move no cell against pressure or friction are fixed if no load acts on them.
     ///
     /// # Errors
-    /// The first driven motion that nothing resists.
+    /// The first motion with a load but without resistance.
     fn new(
         cells: BalanceCells,
         gap: impl Fn(usize, usize) -> [f64; 3],
@@ -176,12 +180,12 @@ impl Balance {
         }
     }
 
-    /// The column of a cell.
+    /// Gap per unit of each motion in a cell, `[m]`.
     fn row(&self, cell: usize) -> &[[f64; 3]] {
         &self.columns[cell * self.n..(cell + 1) * self.n]
     }
 
-    /// Gap (hatted) of the motion `rho` in a cell.
+    /// Scaled gap of the motion `rho` in a cell.
     fn gap(&self, cell: usize, rho: &MotionValues) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (column, r) in self.row(cell).iter().zip(rho.iter()) {
@@ -198,12 +202,12 @@ impl Balance {
         sum
     }
 
-    /// The motions to be found, with what the tractions have to do on each.
+    /// The unknown motions, with the prescribed work on each.
     pub(super) fn constraints(&self) -> impl Iterator<Item = (RigidMotion, f64)> {
         self.motions.iter().copied().zip(self.target_work.iter().copied())
     }
 
-    /// The balance of the same motions and works on some of the cells.
+    /// The balance of the same motions and works on the cells `cells` alone.
     pub(super) fn restricted_to(&self, cells: &[usize]) -> Self {
         let columns = cells.iter().flat_map(|&cell| self.row(cell)).copied().collect();
         Self {
@@ -214,7 +218,7 @@ impl Balance {
         }
     }
 
-    /// Defect of the balance for hatted tractions `[3, N]`, relative to the works wanted and done.
+    /// Defect of the balance for scaled tractions `[3, N]`, relative to the prescribed works plus the absolute works of all cells.
     pub(super) fn residual(&self, areas: &[f64], hatted: &[f64]) -> f64 {
         let n = areas.len();
         let (mut defect, mut size) = (-self.target_work, self.target_work.norm());
@@ -230,8 +234,8 @@ impl Balance {
         if defect == 0.0 { 0.0 } else { defect / size }
     }
 
-    /// Writes the projected tractions that do the wanted works to `out`, and returns the motion that makes them.
-    /// Does not allocate.
+    /// Projects onto the tractions that do the prescribed works, writes them to `out`, and returns the multiplier motion. Also
+    /// returns how equilibrium is lost, if no motion balances the works. Does not allocate.
     pub(super) fn project(
         &self,
         cells: BalanceCells,
@@ -251,7 +255,7 @@ impl Balance {
                 Err(direction) => Some(self.failure(cells, radii, &direction)),
             };
             if let Some((direction, failure)) = failure {
-                // What is left to balance besides the motion that nothing stops.
+                // Balance the loads that remain across the unresisted motion.
                 rho = MotionValues::zeros();
                 if self.minimise(cells, from, FrictionBound::Saturated(radii, direction), &mut rho).is_err() {
                     rho = MotionValues::zeros();
@@ -270,7 +274,7 @@ impl Balance {
     }
 }
 
-/// Gap per unit of each wanted motion, `[N, m]`.
+/// Gap per unit of each motion in `wanted`, `[N, m]`.
 fn raw_columns(
     cells: BalanceCells,
     gap: impl Fn(usize, usize) -> [f64; 3],
@@ -290,13 +294,13 @@ fn raw_columns(
     raw
 }
 
-/// Product of two gaps as far as tractions can act on them.
+/// Scalar product of two gaps, over the components that tractions can resist.
 fn resisted_product(a: [f64; 3], b: [f64; 3], friction: bool) -> f64 {
     let tangential = if friction { a[0] * b[0] + a[1] * b[1] } else { 0.0 };
     tangential + a[2] * b[2]
 }
 
-/// A motion scaled so that its largest component is 1 in size.
+/// The motion, scaled so that its largest component has magnitude 1.
 fn with_unit_maximum(motion: RigidMotion) -> RigidMotion {
     let largest = motion.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if largest > 0.0 { motion.map(|c| c / largest) } else { motion }

@@ -1,44 +1,47 @@
-//! The potential whose minimum is the motion that does the wanted works, and Newton's method on it.
+//! Convex potential of a balance, and its minimisation by Newton's method. The minimum is the motion for which the tractions do the
+//! prescribed works.
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
 use super::{Balance, BalanceCells, MOTION_COMPONENTS, MotionValues, ProjectionStart, with_unit_maximum};
 use crate::contact::projection::{LossOfEquilibrium, StepSizes};
 
-/// Newton steps for one set of radii.
+/// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// Share of the works wanted beyond which Newton's end is no rounding.
+/// Relative defect of the works above which the end of Newton's method counts as a loss of equilibrium. Smaller defects are
+/// rounding errors.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
-/// How tangential tractions follow from their predictors.
+/// Relation between tangential tractions and their predictors.
 #[derive(Clone, Copy)]
 pub(super) enum FrictionBound<'a> {
-    /// They are not limited.
+    /// Unlimited: the traction is the predictor.
     Stick,
-    /// Radial return on these radii, `[N]`.
+    /// Radial return to discs of these radii, `[N]`.
     Radius(&'a [f64]),
-    /// All at these limits, against a motion.
+    /// All tractions at these limits, `[N]`, opposite to the given motion.
     Saturated(&'a [f64], MotionValues),
 }
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 
-/// Potential, its gradient and second derivatives.
+/// Potential with its gradient and Hessian.
 struct PotentialValue {
     potential: f64,
     gradient: MotionValues,
     hessian: Matrix,
-    /// Σ A |column·P|: what the gradient is measured by.
+    /// Σ A |column·P|, the scale of the gradient.
     size: f64,
 }
 
 impl Balance {
-    /// Newton on the potential from `rho`; with sliding tractions only motions across theirs are moved.
+    /// Minimises the potential by Newton's method, starting from `rho`. With saturated friction, only normal motions orthogonal to
+    /// the sliding motion are changed.
     ///
     /// # Errors
-    /// A direction along which the potential falls for ever: no motion does the wanted works with these radii. Or that
-    /// of the last step, if the works wanted are far from done after the last.
+    /// A direction along which the potential falls without bound: no motion does the prescribed works with these radii. Or the
+    /// direction of the last step, if the works still differ from the prescribed works.
     pub(super) fn minimise(
         &self,
         cells: BalanceCells,
@@ -51,7 +54,7 @@ impl Balance {
         } else {
             None
         };
-        // What pressures balance besides the sliding motion.
+        // Components that pressures can balance, orthogonal to the sliding motion.
         let across = |v: MotionValues| match fixed {
             None => v,
             Some((d, pressing)) => {
@@ -69,7 +72,8 @@ impl Balance {
             if error <= 1e-14 * here.size {
                 return Ok(());
             }
-            // The floor keeps steps bounded where nothing touches, or all slips one way, and lets them grow tenfold.
+            // The floor bounds the step where no cell touches or all cells slip in one direction. It lets steps grow by a factor of
+            // ten.
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
             (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
@@ -104,7 +108,7 @@ impl Balance {
         last.filter(|_| undone).map_or(Ok(()), Err)
     }
 
-    /// Projector on the motions that change normal gaps.
+    /// Projector onto the motions that change normal gaps.
     fn normal_motion_projector(&self, cells: BalanceCells) -> Matrix {
         let mut gram = Matrix::zeros();
         for (cell, area) in cells.areas.iter().enumerate() {
@@ -189,7 +193,8 @@ impl Balance {
         }
     }
 
-    /// Potential of a predictor (Huber's, or the work of a traction that is given), the traction it returns, and its derivatives.
+    /// Returns the potential of a predictor, the traction, and its derivatives. The potential is Huber's function, or the work of a
+    /// given traction.
     fn tangential(
         &self,
         cell: usize,
@@ -201,7 +206,7 @@ impl Balance {
             FrictionBound::Stick => f64::INFINITY,
             FrictionBound::Radius(radii) => radii[cell],
             FrictionBound::Saturated(radii, direction) => {
-                // The work of a constant traction.
+                // Work of a constant traction.
                 let q = self.limit(cell, radii[cell], &direction);
                 return (q[0] * star[0] + q[1] * star[1], q, [[0.0; 2]; 2]);
             }
@@ -218,14 +223,14 @@ impl Balance {
         )
     }
 
-    /// The traction of size `radius` against the motion `direction` of a cell.
+    /// Traction of magnitude `radius`, opposite to the motion `direction` of a cell.
     fn limit(&self, cell: usize, radius: f64, direction: &MotionValues) -> [f64; 2] {
         let gap = self.gap(cell, direction);
         let norm = gap[0].hypot(gap[1]);
         if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
     }
 
-    /// Whether the potential falls for ever along `direction`: no cell closes, and friction cannot stop it.
+    /// Returns whether the potential falls without bound along `direction`: no cell closes, and friction does not balance the load.
     fn is_unbounded_along(
         &self,
         cells: BalanceCells,
@@ -273,7 +278,7 @@ impl Balance {
         (*direction, failure)
     }
 
-    /// Pressures of the motion `rho`; whether they are those already there, to rounding.
+    /// Computes the pressures of the motion `rho`. Returns whether they equal the previous values to rounding.
     pub(super) fn write_pressures(
         &self,
         from: ProjectionStart,
@@ -292,7 +297,8 @@ impl Balance {
         change <= 1e-14 * largest
     }
 
-    /// The projected tractions of the motion `rho`; at their limits against `sliding` if that is given.
+    /// Computes the projected tractions of the motion `rho`. If `sliding` is given, all tangential tractions are at their limits,
+    /// opposite to `sliding`.
     pub(super) fn write(
         &self,
         cells: BalanceCells,
@@ -336,7 +342,7 @@ mod tests {
         ((k as f64) * 0.618_033_988_75).fract() - 0.5
     }
 
-    /// A bowl of cells that a normal force and a moment press and tilt.
+    /// Bowl-shaped cells under a normal force, a tangential force and a moment.
     fn bowl(areas: &[f64], hat: FrictionScaling) -> Balance {
         let gap = |component: usize, cell: usize| match component {
             0 => [1.0, 0.2 * number(cell), number(3 * cell)],
@@ -351,8 +357,8 @@ mod tests {
         Balance::new(BalanceCells { areas, hat: Some(hat) }, gap, &wanted).unwrap()
     }
 
-    /// Truth: the gradient is the derivative of the potential, the Hessian that of the gradient, whatever the friction.
-    /// Central differences of step h: h^2 and rounding / h, 1e-7 of the size with h = 1e-5.
+    /// Truth: the gradient is the derivative of the potential, and the Hessian the derivative of the gradient, for every friction
+    /// bound. Central differences of step h have errors of h^2 and rounding / h: 1e-7 of the size with h = 1e-5.
     #[test]
     fn the_gradient_is_the_derivative_of_the_potential() {
         let ellipse = FrictionEllipse { mu: [0.4, 0.6], angle: 0.3 };

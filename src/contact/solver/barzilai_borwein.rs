@@ -1,6 +1,8 @@
-//! Projected gradient with Barzilai-Borwein steps, one for the normal and one for the tangential block
-//! (docs/theory-contact.md): alternately s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max; nonmonotone, the best
-//! state is kept.
+//! Projected gradient with Barzilai-Borwein steps, one step size for the normal and one for the tangential block
+//! (docs/theory-contact.md).
+//!
+//! The step sizes alternate between s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max. The iteration is nonmonotone and keeps
+//! the best state.
 
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
@@ -16,7 +18,8 @@ struct BarzilaiBorweinRule {
     use_long_step: bool,
 }
 
-/// s·s, s·y, y·y in the area-weighted product over the planes `planes` of every end.
+/// Products s·s, s·y and y·y in the area-weighted inner product, over the planes `planes` of every path point. s is the change of
+/// the scaled tractions, y the change of the gradient.
 fn products(
     problem: &Increment,
     old: &ContactState,
@@ -31,7 +34,7 @@ fn products(
             continue;
         }
         for plane in planes.clone() {
-            // A uniform rigid shift of the gap is a multiplier, not curvature.
+            // A uniform rigid displacement of the gap is a Lagrange multiplier and adds no curvature.
             let shift = if problem.rigid_axes.is_none() && plane == 2 {
                 new.rigid_motion[end][2] - old.rigid_motion[end][2]
             } else {
@@ -50,7 +53,8 @@ fn products(
     sums
 }
 
-/// Adds the products of an end whose rigid motion is the multiplier of a balance: no curvature either, in any plane.
+/// Adds the products of a path point with a balance. Its rigid motion is a Lagrange multiplier, so its gap is subtracted from y in
+/// every plane.
 fn add_balanced(
     problem: &Increment,
     (old, new): (&ContactState, &ContactState),
@@ -112,7 +116,7 @@ impl StepRule for BarzilaiBorweinRule {
     }
 }
 
-/// Solves from the state in `it`, which holds the best one afterwards.
+/// Solves from the state in `it`. Afterwards `it` contains the best state.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let shortest = step_sizes(problem, it, 1.0);
     let mut rule =

@@ -1,9 +1,10 @@
-//! Projected conjugate gradients for pressures alone: minimises the energy ½ pᵀ A S p + g₀ᵀ A p over p >= 0, under a
-//! prescribed force with its sum held.
+//! Projected conjugate gradients for pressures alone.
 //!
-//! Each step minimises along a direction that is conjugate on the cells in contact; pressures below zero are cut, which takes
-//! their cells out; cells whose surfaces overlap come in. The residual is preconditioned with the operator's own approximate
-//! inverse, by the diagonal where it has none.
+//! Minimises the energy ½ pᵀ A S p + g₀ᵀ A p over p >= 0. Under a prescribed force the sum of A p is fixed.
+//!
+//! Each step minimises along a direction that is conjugate on the cells in contact. Negative pressures are set to zero, and their
+//! cells leave the contact. Cells with overlap enter it. The residual is preconditioned with the approximate inverse of the
+//! operator, or with the diagonal if the operator has no inverse.
 //!
 //! # Source
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
@@ -13,14 +14,15 @@ use super::super::projection::{RigidMotions, StepSizes, project};
 use super::super::{ContactState, Increment, NormalControl, TangentialControl};
 use super::{SolveControl, SolveReport};
 
-/// Iterations without a new best residual after which another method has to go on.
+/// Number of iterations without a new best residual after which the method stops and the next method of the sequence continues.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
-/// A step whose cut raises the energy is taken again shorter by this factor, in so many trials at most.
+/// Factor on the length of a step whose cut raised the energy, and largest number of trial lengths.
 const BACKTRACK_FACTOR: f64 = 0.25;
 const MAX_BACKTRACKS: usize = 8;
 
-/// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
+/// Returns whether only pressures are unknown: one path point, no friction, no wear, and a rigid motion that is given or follows
+/// from a positive normal force.
 pub(super) fn is_applicable(problem: &Increment) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
@@ -30,18 +32,18 @@ pub(super) fn is_applicable(problem: &Increment) -> bool {
 
 /// Vectors over the cells, `[N]`.
 struct CgWorkspace {
-    /// In contact, or about to be.
+    /// Cells with pressure or overlap.
     active: Vec<bool>,
-    /// Negative gap of the active cells.
+    /// Negative gap of the active cells, zero elsewhere.
     residual: Vec<f64>,
     residual_before: Vec<f64>,
     preconditioned: Vec<f64>,
     direction: Vec<f64>,
-    /// S times the direction.
+    /// S times the search direction.
     image: Vec<f64>,
     pressures_before: Vec<f64>,
     elastic_before: Vec<f64>,
-    /// Preconditioned product of the residual before; `None` at a start.
+    /// Preconditioned product of the previous residual with itself; `None` at a restart.
     product_before: Option<f64>,
 }
 
@@ -62,19 +64,19 @@ impl CgWorkspace {
     }
 }
 
-/// Solves from the state in `it`, which holds the last one afterwards.
+/// Solves from the state in `it`. Afterwards `it` contains the last state.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let n = problem.n();
     let mut work = CgWorkspace::new(n);
     let mut report = SolveReport { applications: 2, ..SolveReport::default() };
     start(problem, it);
     let mut best = (f64::INFINITY, 0);
-    // Whether S p is that of the pressures themselves and not a sum of updates.
+    // Whether S p was computed from the pressures themselves, and not by updates.
     let mut fresh = true;
     loop {
         let mut residual = update_active_set(problem, it, &mut work);
         if residual <= control.options.tolerance {
-            // Updates of S p gather rounding.
+            // Updates of S p accumulate rounding errors.
             report.applications += usize::from(!fresh);
             if fresh {
                 it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);
@@ -98,7 +100,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
             if work.product_before.take().is_none() {
                 return report;
             }
-            // The direction before says nothing on the cells that are in contact now: once more without it.
+            // The previous direction is not conjugate on the present contact: repeat the step without it.
             report.applications += 1;
             continue;
         };
@@ -108,7 +110,8 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     }
 }
 
-/// Pressures to begin with, evaluated: those of `it`, or a projection from none, scaled to the least energy.
+/// Sets and evaluates the initial pressures: those of `it`, or one projected gradient step from zero tractions. Then scales them to
+/// the prescribed force or, from zero under a given approach, to the least energy.
 fn start(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     let normal = 2 * n..3 * n;
@@ -131,7 +134,7 @@ fn start(problem: &Increment, it: &mut ContactState) {
     let factor = match problem.path_points[0].normal {
         NormalControl::Force(force) => force / given,
         NormalControl::Approach if cold => {
-            // Energy ½ t² pᵀ A S p + t pᵀ A (g - S p).
+            // Energy as a function of the factor t: ½ t² pᵀ A S p + t pᵀ A (g - S p).
             let product = |values: &[f64]| -> f64 {
                 let pressures = it.scaled[normal.clone()].iter().zip(problem.areas);
                 pressures.zip(&values[normal.clone()]).map(|((p, area), value)| area * p * value).sum()
@@ -147,8 +150,8 @@ fn start(problem: &Increment, it: &mut ContactState) {
     }
 }
 
-/// Normal gap, rigid motion under a prescribed force, active cells and their residual for the pressures and S p of `it`; the
-/// natural residual but for the defect of the force.
+/// Updates the normal gap, the rigid motion under a prescribed force, the active cells and their residual, from the pressures and S
+/// p of `it`. Returns the natural residual without the force defect.
 fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> f64 {
     let n = problem.n();
     problem.fill_normal_gap(it, 0);
@@ -171,22 +174,22 @@ fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWo
         let after = (p - problem.scales.c_normal[i] * gap).max(0.0);
         change = change.max((p - after).abs());
         p_max = p_max.max(*p);
-        // Not a number if any gap is.
+        // The sum is NaN if any gap is NaN.
         sum += gap;
     }
     let residual = if change == 0.0 { 0.0 } else { change / p_max };
     if sum.is_nan() { f64::NAN } else { residual }
 }
 
-/// What a step took.
+/// Result of a step.
 struct CgStep {
-    /// Products with S.
+    /// Number of products with S.
     products: usize,
-    /// Whether pressures were cut, so that S p is fresh.
+    /// Whether pressures were cut, so that S p was computed anew.
     cut: bool,
 }
 
-/// A step along the next direction; `None` if it gains nothing.
+/// Takes a step along the next conjugate direction. Returns `None` if the step length is not positive and finite.
 fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> Option<CgStep> {
     let n = problem.n();
     work.pressures_before.copy_from_slice(&it.scaled[2 * n..]);
@@ -225,7 +228,7 @@ fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> O
     }
 }
 
-/// `pressures` a step of `length` on, without those below zero; whether there were any.
+/// Adds `length` times `direction` to `pressures` and sets negative pressures to zero. Returns whether any pressure was negative.
 fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     let mut cut = false;
     for (p, d) in pressures.iter_mut().zip(direction) {
@@ -236,12 +239,12 @@ fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     cut
 }
 
-/// Applies S to pressures that were cut after a step of `length`, a shorter one where the cut has raised the energy; the number
-/// of products.
+/// Applies S to pressures that were cut after a step of `length`. Shortens the step while the cut raises the energy. Returns the
+/// number of products with S.
 fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace, length: f64) -> usize {
     let (normal, mut length) = (2 * problem.n().., length);
     work.elastic_before.copy_from_slice(&it.elastic[normal.clone()]);
-    // Of pressures with S p, up to a constant: Σ A p (g - S p_before + ½ S p), g the gap before.
+    // Energy up to a constant: Σ A p (g - S p_before + ½ S p), with g the gap before the step.
     let energy = |pressures: &[f64], elastic: &[f64], gap: &[f64], before: &[f64]| -> f64 {
         let gaps =
             gap.iter().zip(before).zip(elastic).map(|((gap, before), elastic)| gap - before + 0.5 * elastic);
@@ -267,7 +270,7 @@ fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace,
     MAX_BACKTRACKS
 }
 
-/// Sets `values` to zero outside the active cells; under a prescribed force also their mean.
+/// Sets `values` to zero outside the active cells. Under a prescribed force (`held`), also subtracts their area-weighted mean.
 fn restrict(values: &mut [f64], active: &[bool], areas: &[f64], held: bool) {
     values.iter_mut().zip(active).filter(|(_, active)| !**active).for_each(|(value, _)| *value = 0.0);
     if !held {

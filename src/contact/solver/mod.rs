@@ -1,4 +1,4 @@
-//! Contact solvers: each turns an increment and a start into tractions whose natural residual meets the tolerance.
+//! Contact solvers: find the tractions of an [`Increment`] whose natural residual meets the tolerance, from a given start.
 
 mod barzilai_borwein;
 mod coarse_to_fine;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{ContactState, Increment, NormalControl};
 use crate::omitted::AllowedOmissions;
 
-/// Iterations for the contact problem.
+/// Solution method for the contact problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
@@ -40,13 +40,13 @@ pub enum Method {
 /// Solver settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolverOptions {
-    /// Bound on the natural residual.
+    /// Largest accepted natural residual.
     pub tolerance: f64,
-    /// Solver.
+    /// Solution method.
     pub method: Method,
-    /// Bound on the iterations of one solve.
+    /// Largest number of iterations of one solve.
     pub max_iterations: usize,
-    /// Work that may be left out.
+    /// Work that the solver may omit.
     pub skip: AllowedOmissions,
 }
 
@@ -56,13 +56,13 @@ impl Default for SolverOptions {
     }
 }
 
-/// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
+/// Callback between iterations, with the iteration count and the residual. Returning `true` cancels the solve.
 pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
-/// Settings and callback of a solve, and the iterations before this part of it.
+/// Settings and callback of one stage of a solve, and the iterations of the stages before it.
 struct SolveControl<'a> {
     options: SolverOptions,
-    /// Iterations before this part of a solve.
+    /// Iterations of the earlier stages of the solve.
     iterations_before: usize,
     watch: &'a mut IterationCallback<'a>,
 }
@@ -72,7 +72,7 @@ impl<'a> SolveControl<'a> {
         Self { options, iterations_before: 0, watch }
     }
 
-    /// The control of the rest of a solve, after `iterations` of it.
+    /// Control of the remaining solve after `iterations` iterations of the current stage.
     fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
         let max_iterations = self.options.max_iterations.saturating_sub(iterations);
         SolveControl {
@@ -82,12 +82,13 @@ impl<'a> SolveControl<'a> {
         }
     }
 
-    /// Calls the callback; whether the solve is to stop.
+    /// Calls the callback. Returns whether the solve is cancelled.
     fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
         (self.watch)(self.iterations_before + iterations, residual)
     }
 
-    /// Why a solve ends after `iterations` at a residual, if it does; `exhausted`: without more iterations in any case.
+    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`: no
+    /// iterations are left.
     fn stop_reason(&mut self, iterations: usize, residual: f64, exhausted: bool) -> Option<StopReason> {
         if residual.is_nan() {
             Some(StopReason::NotFinite)
@@ -101,7 +102,7 @@ impl<'a> SolveControl<'a> {
     }
 }
 
-/// A way to solve an increment.
+/// Solver of an increment on all cells.
 #[derive(Clone, Copy)]
 enum IncrementSolver {
     ConjugateGradients,
@@ -111,7 +112,7 @@ enum IncrementSolver {
 }
 
 impl IncrementSolver {
-    /// Its name, as scenes write it.
+    /// Name of the method in scene files.
     fn name(self) -> &'static str {
         match self {
             Self::ConjugateGradients => "cg",
@@ -121,7 +122,7 @@ impl IncrementSolver {
         }
     }
 
-    /// Solves from the tractions and rigid motions in `it`, which holds the best or last state afterwards.
+    /// Solves from the tractions and rigid motions in `it`. Afterwards `it` contains the best or the last state.
     fn solve(self, problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         match self {
             Self::ConjugateGradients => conjugate_gradients::solve(problem, it, control),
@@ -132,7 +133,7 @@ impl IncrementSolver {
     }
 }
 
-/// The solvers that are tried one after the other, each from where the one before it has stopped gaining.
+/// Solvers in the order in which they are tried. Each continues from the state at which the solver before it stopped gaining.
 fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> {
     use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, Newton, Uzawa};
     match method {
@@ -147,7 +148,7 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> 
     }
 }
 
-/// Solves the increment from the tractions and rigid motions in `it`, which holds the answer afterwards.
+/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution.
 pub fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -166,7 +167,8 @@ pub fn solve(
     report
 }
 
-/// Where no force presses the bodies and none is left, they just touch: any distance would be in equilibrium.
+/// Sets the rigid motion of unloaded path points so that the smallest normal gap is zero. Without normal force and tractions any
+/// separation would be in equilibrium.
 fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for (end, spec) in problem.path_points.iter().enumerate() {
@@ -180,7 +182,7 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
             it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
         };
         it.rigid_motion[end][2] -= least(it);
-        // What rounding leaves of an overlap would be an error without any pressure to measure it by.
+        // Opens the bodies until rounding leaves no overlap. Without pressure, the residual has no scale for an overlap.
         let mut lift = least(it).abs();
         while least(it) < 0.0 {
             it.rigid_motion[end][2] += lift;
@@ -189,7 +191,7 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     }
 }
 
-/// Solves from coarse to fine cells and on windows, where that is worth it.
+/// Solves from coarse to fine cells and on windows if [`solves_windows`] allows it, and on all cells otherwise.
 fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     if !solves_windows(problem.flexibility.grid(), &control.options) {
         return solve_by_sequence(problem, it, control);
@@ -201,7 +203,7 @@ fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveC
     solve_by_sequence(problem, it, &mut control.rest(report.iterations)).with_work_of(&report)
 }
 
-/// Solves on all cells by the methods of the sequence, one after the other.
+/// Solves on all cells with the methods of the sequence, one after the other.
 fn solve_by_sequence(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut total = SolveReport::default();
     for (index, solver) in solver_sequence(control.options.method, problem).into_iter().enumerate() {

@@ -1,8 +1,8 @@
-//! Pressures first, then what happens in the surface, of pairs of bodies in which neither moves the gap of the other: equal
-//! bodies, incompressible ones on rigid ones.
+//! Solves for the pressures first and for the tangential tractions afterwards.
 //!
-//! Pressures that do not change cost one product with the normal part; the tangential equations are those of a given limit of
-//! friction in every cell, with two components in place of three, only in the cells in contact.
+//! Applies to pairs of bodies whose normal and tangential problems do not couple: equal bodies, or incompressible bodies on rigid
+//! ones. The pressure iterations cost one product with the normal part each. The tangential equations then have a given friction
+//! limit in every cell. They have two components instead of three, in the cells in contact only.
 //!
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
@@ -11,11 +11,11 @@ use super::super::{ContactState, Increment, PathPoint, Pressures, TangentialCont
 use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_nested};
 use crate::omitted::OmittableWork;
 
-/// Share of the tolerance that each part may use: an error of the pressures is one of the limits as well.
+/// Shares of the tolerance for the two stages. An error of the pressures is also an error of the friction limits.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
 
-/// Whether the increment falls apart.
+/// Returns whether the increment separates into a normal and a tangential problem that are solved one after the other.
 pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let laws = problem.friction.is_some() && problem.wear.is_none();
@@ -29,7 +29,7 @@ pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> boo
         && problem.flexibility.tangential().is_some()
 }
 
-/// The increment without friction, in which nothing holds body 2 along the surface.
+/// The increment without friction and without prescribed tangential forces.
 pub(super) fn without_friction<'p>(problem: &Increment<'p>) -> Increment<'p> {
     let bare = |end: &PathPoint| PathPoint { tangential: TangentialControl::Shift, ..end.clone() };
     let path_points = problem.path_points.iter().map(bare).collect();

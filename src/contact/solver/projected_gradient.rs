@@ -1,4 +1,4 @@
-//! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
+//! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the step sizes a from a [`StepRule`].
 
 use super::super::projection::{Equilibrium, RigidMotions, StepSizes, project};
 use super::super::{ContactState, Increment, Unknowns};
@@ -6,22 +6,22 @@ use super::{SolveControl, SolveReport, StopReason};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {
-    /// Sizes before any change is known.
+    /// Step sizes of the first iteration.
     fn first(&self) -> StepSizes;
-    /// Sizes after the iterate went from `old` to `new`.
+    /// Step sizes after the iterate changed from `old` to `new`.
     fn next(&mut self, problem: &Increment, old: &ContactState, new: &ContactState) -> StepSizes;
-    /// Called when the iteration goes back to its best state because it stopped gaining.
+    /// Step sizes after a restart. Called when the iteration returns to its best state because the residual stopped decreasing.
     fn restart(&mut self) -> StepSizes;
 }
 
-/// Iterations in a row without equilibrium after which there is none, whatever the pressures do meanwhile.
+/// Number of consecutive iterations without equilibrium after which the solve ends, whatever the pressures.
 const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
 
-/// Iterations without a new best residual after which the loop goes back to the best state.
+/// Number of iterations without a new best residual after which the iteration returns to its best state.
 const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 
-/// Evaluates the state; `factor` over upper bounds on the eigenvalues of the normal and tangential blocks of the increment,
-/// the wear diagonal and the coupling of two ends included.
+/// Evaluates the state. Returns `factor` divided by upper bounds on the eigenvalues of the normal and tangential blocks of the
+/// increment. The bounds include the diagonal of the wear and the coupling of two path points.
 pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
     problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
@@ -36,7 +36,8 @@ pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64
     }
 }
 
-/// Runs the loop from the state in `it`; leaves the best state found in it.
+/// Iterates from the state in `it`. Afterwards `it` contains the best state found. Without equilibrium, or with values that are not
+/// finite, it contains the last state.
 pub(super) fn run_projected_gradient(
     problem: &Increment,
     it: &mut ContactState,
@@ -58,7 +59,7 @@ pub(super) fn run_projected_gradient(
             report.stop = StopReason::NotFinite;
             break;
         }
-        // A sliding state is judged by its normal part, and comes after every state in equilibrium.
+        // A sliding state is compared by its normal residual alone and ranks after every state in equilibrium.
         let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
         let measure = if sliding.is_some() { 1.0 + normal } else { residual };
         lost = if sliding.is_some() && balances { lost + 1 } else { 0 };
@@ -113,7 +114,7 @@ fn finite_motions(it: &ContactState) -> bool {
     it.rigid_motion.iter().flatten().chain(it.mode_amplitudes.iter().flatten()).all(|x| x.is_finite())
 }
 
-/// The best state so far.
+/// Best state so far.
 struct BestState {
     unknowns: Unknowns,
     measure: f64,
@@ -128,7 +129,7 @@ impl BestState {
     }
 }
 
-/// Whether the iteration is over: converged, or sliding at pressures that are right.
+/// Returns why the iteration ends: converged, or no equilibrium at converged pressures. `None` if it continues.
 fn stop_reason(
     it: &ContactState,
     tolerance: f64,

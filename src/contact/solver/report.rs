@@ -1,4 +1,4 @@
-//! What a solve did and why it ended.
+//! Result of a solve: counts of work, residual and reason of the end.
 
 use super::super::projection::LossOfEquilibrium;
 
@@ -7,38 +7,38 @@ use super::super::projection::LossOfEquilibrium;
 pub enum StopReason {
     /// The natural residual met the tolerance.
     Converged,
-    /// The iteration limit.
+    /// The iteration limit was reached, or the solver stopped gaining.
     Iterations,
-    /// No equilibrium: the tangential force is beyond friction.
+    /// No equilibrium: the tangential force exceeds the friction limit.
     GrossSliding,
-    /// No equilibrium: the loads take the bodies apart or tip one off, or act tangentially while nothing is in contact.
+    /// No equilibrium: the loads separate the bodies, tip one of them off, or act tangentially without any contact.
     ContactLost,
-    /// The watcher asked for it.
+    /// The callback cancelled the solve.
     Interrupted,
-    /// Each solution converged, but the cells that stick through a fretting cycle changed from one to the next.
+    /// Each solution converged, but the cells that stick through a fretting cycle changed from one solution to the next.
     StickZoneNotConverged,
     /// A traction or a gap was not a number.
     NotFinite,
 }
 
-/// What a solve did.
+/// Result of a solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolveReport {
-    /// Why it ended.
+    /// Why the solve ended.
     pub stop: StopReason,
-    /// Natural residual of the state left in the iterate.
+    /// Natural residual of the returned state.
     pub residual: f64,
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
-    /// Operator applications.
+    /// Number of operator applications.
     pub applications: usize,
-    /// What could not be held, where that is why it ended.
+    /// How equilibrium was lost, if the solve ended for this reason.
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
-    /// The method, and those before it with why they were left.
+    /// Name of the method, preceded by the methods tried before it and the reason why each ended.
     pub method: String,
 }
 
-/// Nothing done yet.
+/// Report of a solve that has not started.
 impl Default for SolveReport {
     fn default() -> Self {
         Self {
@@ -53,12 +53,12 @@ impl Default for SolveReport {
 }
 
 impl SolveReport {
-    /// Whether it met its tolerance.
+    /// Returns whether the residual met the tolerance.
     pub(super) fn converged(&self) -> bool {
         self.stop == StopReason::Converged
     }
 
-    /// This report with the iterations and operator applications of another one added.
+    /// Returns this report with the iterations and operator applications of another one added.
     pub fn with_work_of(mut self, other: &Self) -> Self {
         self.add_work_of(other);
         self
@@ -70,7 +70,8 @@ impl SolveReport {
         self.applications += other.applications;
     }
 
-    /// This report with that of what was solved next to it.
+    /// Combines this report with the report of the next stage: sums the work, joins the method names, and keeps the outcome of
+    /// `next`.
     pub(super) fn joined_with(self, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method == next.method {
@@ -81,7 +82,8 @@ impl SolveReport {
         Self { method, ..next }
     }
 
-    /// This report with that of the solver `name`, which went on after it.
+    /// Combines this report with the report of the solver `name`, which continued the solve. Sums the work and keeps the outcome of
+    /// `next`.
     pub(super) fn followed_by(self, name: &str, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method.is_empty() {

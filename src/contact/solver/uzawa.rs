@@ -1,8 +1,8 @@
 //! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
-//! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of
-//! q - r_t M² Δg_t on |q|_μ <= p, which in hatted variables is a clip to the disc of radius p. Steps
-//! r = 1.8 / λ_max, constant; the rate is 1 - O(h/L), so it is slow on fine frames.
+//! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
+//! p. In scaled variables the radial return is a clip to the disc of radius p. The steps r = 1.8 / λ_max are constant. The
+//! convergence rate is 1 - O(h/L), so the method is slow on fine frames.
 
 use super::super::projection::StepSizes;
 use super::super::{ContactState, Increment};
@@ -22,7 +22,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// Over-relaxation beyond stability shows as a lack of gain: halve it.
+    /// An unstable relaxation factor appears as a lack of gain. The factor is then halved.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;
@@ -30,7 +30,7 @@ impl StepRule for Constant {
     }
 }
 
-/// Solves from the state in `it`, which holds the best one afterwards.
+/// Solves from the state in `it`. Afterwards `it` contains the best state.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut rule = Constant(step_sizes(problem, it, RELAXATION));
     run_projected_gradient(problem, it, &mut rule, control)

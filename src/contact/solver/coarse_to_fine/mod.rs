@@ -1,9 +1,9 @@
-//! From coarse to fine cells, and only where the contact is: solves on windows of a grid frame, of which the operator makes
-//! smaller ones of its own kind.
+//! Solves from coarse to fine cells, and on windows of the grid frame around the contact. Each window has a smaller operator of the
+//! same kind.
 //!
-//! A cold start is solved on coarse cells first, then on ever finer ones over the rectangle that the coarser solution is in
-//! contact in; a warm one over the rectangle of the contact before, after coarse cells if it is far from the answer. The state on
-//! the window is judged on the whole frame: where bodies overlap outside the window, it grows.
+//! A cold start is solved on coarse cells first. Ever finer cells follow, over the contact rectangle of the coarser solution. A
+//! warm start is solved over the rectangle of the previous contact; if it is far from the solution, coarse cells precede it. The
+//! residual of the state is computed on the whole frame. If bodies overlap outside the window, the window grows.
 
 mod tangential;
 
@@ -12,43 +12,45 @@ use super::super::{ContactState, Increment, Pressures, SlipReference, Unknowns};
 use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_by_sequence};
 use crate::omitted::OmittableWork;
 
-/// Frames of fewer cells are solved as they are.
+/// Smallest number of frame cells for windows and coarser cells.
 const MIN_FRAME_CELLS: usize = 60 * 60;
 
-/// Cells along the shorter side of the coarsest grid, at least.
+/// Smallest number of cells along the shorter side of the coarsest grid.
 const MIN_COARSE_SIDE_CELLS: usize = 24;
 
-/// Natural residual on coarser cells.
+/// Smallest tolerance of the natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-4;
 
-/// Cells about the contact of the coarser solution, and about a warm one.
+/// Margin of the window around the contact of the coarser solution or of a warm start, in cells.
 const WINDOW_MARGIN_CELLS: usize = 2;
 
-/// Windows tried before the whole frame is taken.
+/// Number of windows after which the whole frame is solved.
 const MAX_WINDOWS: usize = 6;
 
-/// Iterations on coarser cells, and on a window that may yet grow, at most: what takes more is a matter of the whole frame.
+/// Largest number of iterations on coarser cells, and on a window that may still grow. A solve that needs more continues on the
+/// whole frame.
 const MAX_WINDOW_ITERATIONS: usize = 500;
 
-/// Natural residual above which a warm start is far from the answer: Newton's method would not begin from it.
+/// Natural residual above which a warm start is treated as far from the solution. Newton's method would not begin from it.
 const COLD_START_RESIDUAL: f64 = 0.5;
 
-/// Natural residual above which rolling is not yet steady.
+/// Natural residual above which rolling is treated as not yet steady.
 const STEADY_ROLLING_RESIDUAL: f64 = 0.1;
 
-/// Share of the frame above which a window saves nothing.
+/// Largest ratio of window cells to frame cells. A larger window saves no work.
 const MAX_WINDOW_SHARE: f64 = 0.75;
 
-/// Rectangle of cells, first and one past the last along x and y.
+/// Rectangle of cells: first cell and one past the last cell, along x and y.
 type Rectangle = [[usize; 2]; 2];
 
-/// Whether increments with an operator on the cells of `grid` are solved so.
+/// Returns whether increments with an operator on the cells of `grid` are solved from coarse to fine and on windows.
 pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
     let skips = options.skip.allows(OmittableWork::DistantCells);
     skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= MIN_FRAME_CELLS)
 }
 
-/// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.
+/// Solves from the state in `it`. Returns the report and whether the solve has ended. If it has not, `it` contains the best
+/// available start for the whole frame.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -76,9 +78,9 @@ impl<'p> CoarseToFine<'_, 'p> {
         let start = Unknowns::from_state(it);
         let balanced = self.problem.path_points.iter().any(|end| end.balance.is_some());
         let mut rectangle = match contact_rectangle(it, self.frame) {
-            // Where the contact was is not where moments are in equilibrium now.
+            // With a balance, the previous contact rectangle need not satisfy the moment equilibrium.
             Some(_) if balanced => return None,
-            // That of a body that does not roll yet, or has moved far, says little.
+            // The previous rectangle has little value if the body does not roll steadily yet, or has moved far.
             Some(rectangle) => {
                 let limit = if self.rolls() { STEADY_ROLLING_RESIDUAL } else { COLD_START_RESIDUAL };
                 let is_far = self.is_beyond(limit, self.problem, it, self.all());
@@ -100,7 +102,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             match self.report.stop {
                 StopReason::Converged if self.report.residual <= self.options.tolerance => return Some(()),
                 StopReason::Converged => {}
-                // What is out of reach on the window may be within that of the frame.
+                // Equilibrium that is lost on the window may exist on the whole frame.
                 StopReason::GrossSliding | StopReason::ContactLost if outside.is_some() || balanced => {
                     start.restore_into(it);
                     return None;
@@ -118,12 +120,12 @@ impl<'p> CoarseToFine<'_, 'p> {
         self.frame.map(|cells| [0, cells])
     }
 
-    /// Whether slip is measured from cell to cell.
+    /// Returns whether slip is measured relative to the upstream cell.
     fn rolls(&self) -> bool {
         self.problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
     }
 
-    /// Whether `problem` is further than `limit` from its answer, and coarser cells may find the way.
+    /// Returns whether the residual of `problem` exceeds `limit` and coarser cells are available.
     fn is_beyond(
         &mut self,
         limit: f64,
@@ -139,7 +141,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         problem.natural_residual(it) > limit
     }
 
-    /// How many times as long the sides of the coarsest cells are on which a rectangle is still seen.
+    /// Ratio of the sides of the coarsest cells to the sides of the frame cells, for which a rectangle is still resolved.
     fn coarsest(&self, rectangle: Rectangle) -> usize {
         let mut factor = 1;
         let halves = |factor: usize| {
@@ -155,7 +157,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         factor
     }
 
-    /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
+    /// Solves on coarser cells, from the coarsest to twice the frame's cell size. Returns the contact rectangle.
     fn coarse(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<Rectangle> {
         let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
@@ -163,7 +165,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
             let window = self.window(rectangle, factor)?;
-            // Only whether to stop matters here.
+            // The callback only decides whether to cancel.
             let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
             self.on_window(window, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {
@@ -176,7 +178,8 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some(rectangle)
     }
 
-    /// The window over a rectangle; `None` where the operator has none, or would save nothing.
+    /// Returns the window over a rectangle and its operator. `None` if the operator cannot be restricted, or if the window would
+    /// save no work.
     fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, WindowOperator<'p>)> {
         let needed = [0, 1].map(|axis| {
             let [first, last] = rectangle[axis];
@@ -187,7 +190,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         if factor == 1 && (cells[0] * cells[1]) as f64 > MAX_WINDOW_SHARE * self.problem.n() as f64 {
             return None;
         }
-        // About the rectangle, inside the frame.
+        // Centre the window on the rectangle, inside the frame.
         let origin = [0, 1].map(|axis| {
             let spare = cells[axis].saturating_sub(needed[axis]) / 2;
             let first = (rectangle[axis][0] / factor).saturating_sub(spare);
@@ -197,7 +200,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some((Window { frame: self.frame, origin, cells, factor }, WindowOperator::Own(operator)))
     }
 
-    /// The frame itself as a window.
+    /// The whole frame as a window.
     fn whole(&self) -> (Window, WindowOperator<'p>) {
         let window = Window { frame: self.frame, origin: [0, 0], cells: self.frame, factor: 1 };
         (window, WindowOperator::Frame(self.problem.flexibility))
@@ -216,7 +219,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some(())
     }
 
-    /// Solves a part from the `state` in it, in `most` iterations.
+    /// Solves the increment on a window from `state`, in `most` iterations at most.
     fn on_part(
         &mut self,
         part: &WindowProblem,
@@ -231,14 +234,14 @@ impl<'p> CoarseToFine<'_, 'p> {
     }
 }
 
-/// The rectangle of the cells with pressure.
+/// Bounding rectangle of the cells with pressure; `None` without any.
 fn contact_rectangle(it: &ContactState, frame: [usize; 2]) -> Option<Rectangle> {
     let n = frame[0] * frame[1];
     let pressed = |cell: usize| it.scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] > 0.0);
     bounds(frame, pressed)
 }
 
-/// The rectangle of the cells outside the window in which bodies overlap.
+/// Bounding rectangle of the cells outside the window in which the bodies overlap; `None` without any.
 fn overlapping(it: &ContactState, frame: [usize; 2], window: &Window) -> Option<Rectangle> {
     let n = frame[0] * frame[1];
     let inside = |cell: usize| {
@@ -249,7 +252,7 @@ fn overlapping(it: &ContactState, frame: [usize; 2], window: &Window) -> Option<
     bounds(frame, |cell| !inside(cell) && overlaps(cell))
 }
 
-/// The rectangle about the cells that `belongs` picks.
+/// Bounding rectangle of the cells for which `belongs` is true; `None` without any.
 fn bounds(frame: [usize; 2], belongs: impl Fn(usize) -> bool) -> Option<Rectangle> {
     let mut rectangle: Option<Rectangle> = None;
     for cell in (0..frame[0] * frame[1]).filter(|&cell| belongs(cell)) {

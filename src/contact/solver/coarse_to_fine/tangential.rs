@@ -1,7 +1,8 @@
-//! Tractions in the surface at given pressures: only the cells in contact count, and coarser cells find where slip spreads.
+//! Solves for the tangential tractions at given pressures, on the cells in contact alone. Coarser cells find the spread of the slip
+//! zone.
 //!
-//! What coarse cells lack is kept: their gap is corrected by the difference between the means of the fine gap and the gap of the
-//! mean tractions, and only the change that they find is taken over, as a share of the pressure (full approximation scheme).
+//! The coarse gap is corrected by the difference between the means of the fine elastic displacements and the displacements of the
+//! mean tractions. Only the change found on the coarse cells is transferred, relative to the pressure (full approximation scheme).
 //!
 //! # Source
 //! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
@@ -14,22 +15,22 @@ use super::{
     contact_rectangle, expanded,
 };
 
-/// Natural residual on coarser cells.
+/// Smallest tolerance of the natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-3;
 
 impl CoarseToFine<'_, '_> {
-    /// Solves on the cells in contact.
+    /// Solves on a window around the cells in contact.
     pub(super) fn solve_tangential(
         &mut self,
         it: &mut ContactState,
         control: &mut SolveControl,
     ) -> Option<()> {
-        // Rolling material comes from beside the contact.
+        // In rolling, material enters the contact from adjacent cells.
         let rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS, self.frame);
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = WindowProblem::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        // What coarser cells lack of slips from cell to cell is not in their gaps: they only serve as a start.
+        // In rolling, gaps cannot correct the error of the slip between coarser cells. Coarser cells only provide a start.
         let problem = part.problem(self.problem);
         let rolls_on =
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
@@ -43,7 +44,7 @@ impl CoarseToFine<'_, '_> {
         Some(())
     }
 
-    /// Changes the tractions on the cells in contact, and the motions, by what cells `factor` times as long find.
+    /// Corrects the tractions on the cells in contact, and the motions, with a solution on cells that are `factor` times as long.
     fn coarse_correction(
         &mut self,
         (part, state): (&WindowProblem, &mut ContactState),
@@ -64,7 +65,7 @@ impl CoarseToFine<'_, '_> {
         let before = change.scaled.clone();
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
-        // Only whether to stop matters here.
+        // The callback only decides whether to cancel.
         let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
         let mut part_control = SolveControl::new(options, &mut told);
         self.on_part(&coarse, &mut change, MAX_WINDOW_ITERATIONS, &mut part_control);
@@ -77,7 +78,8 @@ impl CoarseToFine<'_, '_> {
     }
 }
 
-/// Adds the change of the tractions on coarser cells since `before`, as a share of the pressure, to those of finer ones.
+/// Adds the change of the coarse tractions since `before` to the fine tractions. The change is interpolated as a ratio to the
+/// pressure.
 fn add_change(
     (coarse, before, change): (&Window, &[f64], &mut ContactState),
     (fine, state): (&Window, &mut ContactState),
@@ -98,7 +100,8 @@ fn add_change(
     state.project_to_cone();
 }
 
-/// Adds to the gap of coarser cells what it lacks of the means of the finer one, both evaluated.
+/// Adds the fine-to-coarse defect correction to the initial gap of the coarse cells. The correction is the mean of the fine elastic
+/// displacements minus the coarse ones. Both states must be evaluated.
 fn add_coarse_defect(
     (fine, state): (&Window, &ContactState),
     (part, coarse): (&mut WindowProblem, &ContactState),

@@ -1,9 +1,9 @@
-//! Semismooth Newton of Alart and Curnier for contact and friction (docs/theory-contact.md), its linear systems solved by a
-//! preconditioned Krylov method on the cells in contact.
+//! Semismooth Newton method of Alart and Curnier for contact and friction (docs/theory-contact.md). A preconditioned Krylov method
+//! solves the linear systems on the cells in contact.
 //!
-//! From the augmented variables p - c_n g_n and q̂ - c_t Δĝ_t each cell is open, sticks or slips; the equations of these states,
-//! linear but for the direction of slip, give the step. From afar the states cycle: projected Barzilai-Borwein steps come
-//! before the first Newton step, and after one that did not lower the residual.
+//! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. The equations of these
+//! states give the step; they are linear except for the direction of slip. Far from the solution the states cycle. Projected
+//! Barzilai-Borwein steps therefore precede the first Newton step, and follow each step that failed to lower the residual.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods"; the cut
@@ -20,43 +20,46 @@ use super::{SolveControl, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
-/// Natural residual from which Newton steps begin: at once, and after one that failed.
+/// Natural residuals below which Newton steps begin: at the start of a solve, and after a Newton step that failed.
 const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
 const RESTART_RESIDUAL: f64 = 2e-2;
 
-/// Barzilai-Borwein steps before a Newton step is tried from wherever they have led.
+/// Largest number of Barzilai-Borwein steps before a Newton step is tried, whatever the residual.
 const MAX_START_STEPS: usize = 1000;
 
-/// Barzilai-Borwein steps after the first Newton step that fails; twice as many after each further one.
+/// Number of Barzilai-Borwein steps after the first Newton step that fails. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Krylov vectors kept; products of one linear system.
+/// Number of Krylov vectors between restarts, and largest number of products of one linear system.
 const GMRES_RESTART: usize = 40;
 const MAX_GMRES_PRODUCTS: usize = 120;
 
-/// Bounds of the relative residual of a linear system, and its share of the natural residual.
+/// Bounds on the relative residual of a linear system, and its ratio to the natural residual.
 const MAX_LINEAR_TOLERANCE: f64 = 0.05;
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
-/// A linear residual this much below the tolerance ends the last step, if it is not below the limit.
+/// Ratio of the linear residual to the tolerance in the last step. It applies if the relative residual that follows is above the
+/// second constant.
 const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
 const MIN_FINAL_LINEAR_TOLERANCE: f64 = 1e-6;
 
-/// Natural residual below which the states of most cells are the last ones.
+/// Natural residual below which the states of most cells no longer change.
 const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
-/// Steps in a row that may end above the best residual, by this factor at most: cells change sides.
+/// Number of consecutive nonmonotone steps, and bound on their ratio to the best residual so far. Cells may change state in a step,
+/// so the residual may rise.
 const NONMONOTONE_STEPS: usize = 1;
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
-/// The first step of a solve may end below this residual, and a failed one is kept as a start for the repair.
+/// Residual below which the first step of a solve is accepted. A failed step below it is kept as the start of the fallback steps.
 const FIRST_STEP_LIMIT: f64 = 1.0;
 
-/// Newton steps that fail before the method gives up.
+/// Number of failed Newton steps after which the method ends.
 const MAX_NEWTON_FAILURES: usize = 8;
 
-/// Relative residual of the linear system of a step from a natural residual: in proportion to it, but all that is left if one step can reach that.
+/// Relative residual of the linear system, for a step that starts at the natural residual `residual`. It is proportional to
+/// `residual`, within bounds. If one step can reach the wanted tolerance, it is the value required for that.
 fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
     let enough = FINAL_STEP_TOLERANCE_SHARE * wanted / residual;
     let usual = (LINEAR_TOLERANCE_SHARE * residual).clamp(MIN_LINEAR_TOLERANCE, MAX_LINEAR_TOLERANCE);
@@ -71,11 +74,11 @@ struct NewtonSolve<'s, 'p> {
     krylov: Gmres,
     linear: LinearModel<'p>,
     workspace: Workspace,
-    /// What the solve started from.
+    /// Unknowns at the start of the solve.
     start: Unknowns,
 }
 
-/// Solves from the state in `it`, which holds the best one afterwards.
+/// Solves from the state in `it`. Afterwards `it` contains the last state of the method, or the best state of steady rolling.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     problem.evaluate(it);
@@ -111,7 +114,7 @@ impl NewtonSolve<'_, '_> {
             }
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
-            // What the first step starts from says little: a warm start is in equilibrium but for the load.
+            // The residual before the first step is no measure of its success: a warm start is in equilibrium except for the load.
             let bound = if first { FIRST_STEP_LIMIT } else { NONMONOTONE_FACTOR * best };
             worse = if after < best { 0 } else { worse + 1 };
             best = best.min(after);
@@ -134,7 +137,7 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Barzilai-Borwein steps until the residual is below `tolerance`; whether that ended the solve.
+    /// Takes Barzilai-Borwein steps until the residual is below `tolerance`, `most` at most. Returns whether the solve has ended.
     fn fall_back_to_gradient(
         &mut self,
         it: &mut ContactState,
@@ -150,9 +153,10 @@ impl NewtonSolve<'_, '_> {
         self.report.residual = report.residual;
         match report.stop {
             StopReason::Converged => false,
-            // Not in so few steps, but more may be left.
+            // The step limit was reached, but the solve has iterations left.
             StopReason::Iterations if report.iterations < left => false,
-            // A loose tolerance is not enough to say that there is no equilibrium, and the way there may matter.
+            // A loose tolerance does not prove that equilibrium is lost, and the result may depend on the iterates. Repeat from the
+            // start with the full tolerance.
             StopReason::GrossSliding | StopReason::ContactLost if tolerance > self.options.tolerance => {
                 self.start.restore_into(it);
                 self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
@@ -164,7 +168,7 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// A Newton step from `it` to `trial`.
+    /// Takes a Newton step from `it` to `trial`.
     fn step(&mut self, it: &ContactState, trial: &mut ContactState) {
         trial.copy_unknowns(it);
         let mut tangent = NewtonSystem::new(self.problem, it, &self.linear, &mut self.workspace);
@@ -176,7 +180,8 @@ impl NewtonSolve<'_, '_> {
             max_products: MAX_GMRES_PRODUCTS,
             restart: GMRES_RESTART,
         };
-        // Without memory for the vectors, or stopped, the step is that of the cycles so far: the gradient method or the stop follows.
+        // If the solver lacks memory for its vectors or is cancelled, the step uses the last completed restart. The gradient method
+        // or the end of the solve follows.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);

@@ -1,5 +1,5 @@
-//! Approximate inverse of the equations of a Newton step: the operator's own, masked to the cells in contact, with the rigid
-//! motions of prescribed forces by their Schur complement.
+//! Preconditioner of a Newton step: the approximate inverse of the operator, restricted to the cells in contact. The rigid motions
+//! of prescribed forces are eliminated with their Schur complement.
 
 use nalgebra::{DMatrix, DVector, LU};
 
@@ -8,11 +8,11 @@ use super::tangent::perpendicular;
 use super::unknowns::{ActiveCell, CellStatus};
 use crate::linalg::vector::dot;
 
-/// Buffers of the inverse on the cells in contact.
+/// Approximate inverse on the cells in contact, with its buffers.
 pub(super) struct ActiveSetInverse {
-    /// Physical gap, `[3, N]`.
+    /// Physical gap, `[3, N]`, mm.
     gap: Vec<f64>,
-    /// Physical tractions, `[3, N]`.
+    /// Physical tractions, `[3, N]`, MPa.
     tractions: Vec<f64>,
     /// Cells that stick, `[N]`.
     stuck: Vec<bool>,
@@ -23,7 +23,7 @@ impl ActiveSetInverse {
         Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n], stuck: vec![false; n] }
     }
 
-    /// Unknown tractions `x` that cause about the gradients in `rows`.
+    /// Computes unknown tractions `x` whose gradients are approximately `rows`.
     pub fn apply(&mut self, problem: &Increment, active: &[ActiveCell], rows: &[f64], x: &mut [f64]) {
         for end in 0..problem.path_points.len() {
             self.spread(problem, active, rows, end);
@@ -31,7 +31,7 @@ impl ActiveSetInverse {
                 self.sum_upstream(upstream);
             }
             if !self.invert(problem) {
-                // By the diagonal, which the rows are scaled with.
+                // Use the diagonal: the rows are already scaled with it.
                 x.copy_from_slice(rows);
                 return;
             }
@@ -39,7 +39,7 @@ impl ActiveSetInverse {
         }
     }
 
-    /// Tractions from the gap; false if the operator has no inverse.
+    /// Computes tractions from the gap. Returns `false` if the operator has no approximate inverse.
     fn invert(&mut self, problem: &Increment) -> bool {
         if problem.normal_only() {
             let n = problem.n();
@@ -53,7 +53,8 @@ impl ActiveSetInverse {
         true
     }
 
-    /// Displacements of the cells that stick from their differences to the cells ahead, none moving in front of them.
+    /// Sums differences between upstream cells to displacements of the sticking cells. The displacement upstream of the first
+    /// sticking cell is zero.
     fn sum_upstream(&mut self, upstream: &Upstream) {
         let n = self.stuck.len();
         let steps = upstream.source_cell.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
@@ -129,23 +130,23 @@ impl ActiveSetInverse {
     }
 }
 
-/// Whether slip is measured from cell to cell.
+/// Returns whether slip is measured relative to the upstream cell.
 fn rolls(problem: &Increment, end: usize) -> bool {
     matches!(problem.path_points[end].reference, SlipReference::Upstream(_))
 }
 
-/// Share of the elastic answer in that of a slipping cell, the rest being the turning of its traction.
+/// Weight of the elastic solution in a slipping cell. The remaining weight belongs to the rotation of its traction.
 fn share(beta_ratio: f64) -> f64 {
     1.0 / (1.0 + beta_ratio)
 }
 
-/// The rigid motions besides the inverse of the rest.
+/// Elimination of the unknown rigid motions, by their Schur complement.
 pub(super) struct MotionSchurComplement {
-    /// Inverse of the gradient per motion, by motion.
+    /// Approximate inverse applied to the gradient of each unit motion, by motion.
     columns: Vec<Vec<f64>>,
-    /// Work on each motion per traction.
+    /// Work per unit traction on each motion.
     constraints: Vec<Vec<f64>>,
-    /// `None` if there are no motions, or they do not follow from the tractions in contact.
+    /// `None` without motions, or if the tractions in contact do not determine the motions.
     schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
 }
 
@@ -157,12 +158,12 @@ impl MotionSchurComplement {
         Self { columns, constraints, schur }
     }
 
-    /// What `tractions` do on each motion.
+    /// Works of `tractions` on all motions.
     pub fn works(&self, tractions: &[f64]) -> impl Iterator<Item = f64> {
         self.constraints.iter().map(|constraint| dot(constraint, tractions))
     }
 
-    /// Changes `tractions` by the least sum of squares that makes them do the `works`.
+    /// Adds the smallest change, in the sum of squares, for which `tractions` do the prescribed `works`.
     pub fn restore_work(&self, works: &[f64], tractions: &mut [f64]) {
         if self.schur.is_none() {
             return;
@@ -176,7 +177,8 @@ impl MotionSchurComplement {
         }
     }
 
-    /// `tractions` (found with the motions held) and the motions' `amounts` such that the tractions do the works.
+    /// Computes the motions' `amounts` and corrects `tractions`, so that the tractions do the prescribed works. On input,
+    /// `tractions` is the solution with zero motions.
     pub fn eliminate_motions(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
         let Some(schur) = &self.schur else {
             amounts.copy_from_slice(works);

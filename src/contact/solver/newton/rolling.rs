@@ -1,24 +1,24 @@
-//! Newton steps for steady rolling, one after the other.
+//! Newton iteration for steady rolling, without Barzilai-Borwein steps.
 //!
-//! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
-//! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
+//! The equations of steady rolling are not symmetric, and Barzilai-Borwein steps hardly reduce their residual. Newton steps rarely
+//! need them here: the cell states converge from the leading edge on. If the residual stops decreasing, steps are halved.
 
 use super::super::super::{ContactState, Increment, Unknowns};
 use super::super::pressures_first::without_friction;
 use super::super::{SolveControl, SolveReport, StopReason, solve_by_sequence};
 use super::NewtonSolve;
 
-/// Steps in a row that need not lower the residual.
+/// Number of consecutive full steps that need not lower the residual.
 const MAX_STEPS_WITHOUT_GAIN: usize = 5;
 
-/// Share of a step after so many.
+/// Factor on the steps after these.
 const DAMPING: f64 = 0.5;
 
-/// Steps before the method gives up.
+/// Number of steps after which the method ends.
 const MAX_ROLLING_STEPS: usize = 60;
 
 impl NewtonSolve<'_, '_> {
-    /// Solves from the evaluated state in `it`, which holds the best one afterwards.
+    /// Solves from the evaluated state in `it`. Afterwards `it` contains the best state.
     pub(super) fn run_rolling(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         if self.problem.friction.is_some() && it.scaled.iter().all(|traction| *traction == 0.0) {
             self.solve_frictionless_start(it, control);
@@ -57,9 +57,9 @@ impl NewtonSolve<'_, '_> {
         self.report
     }
 
-    /// The pressures without friction, to begin with.
+    /// Solves for the pressures without friction, as a start.
     fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
-        // Nothing is worn off while a state is steady.
+        // Wear is zero in a steady state.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
         let report = solve_by_sequence(&pressed, it, control);
         self.report.add_work_of(&report);
@@ -68,7 +68,7 @@ impl NewtonSolve<'_, '_> {
     }
 }
 
-/// `trial` a part of the way from `it`: tractions stay admissible, since what is admissible is convex.
+/// Replaces `trial` by a point between `it` and `trial`. The tractions stay admissible, because the admissible set is convex.
 fn shorten(it: &ContactState, trial: &mut ContactState) {
     let between = |from: &f64, to: &mut f64| *to = from + DAMPING * (*to - from);
     it.scaled.iter().zip(&mut trial.scaled).for_each(|(from, to)| between(from, to));

@@ -1,7 +1,7 @@
-//! The equations of a Newton step, reduced to what is unknown: the pressure and one or two tangential tractions of each
-//! cell in contact, and the rigid motions that prescribed forces leave free.
+//! Linear system of a Newton step, reduced to its unknowns. These are the pressure and one or two tangential tractions of each cell
+//! in contact, and the rigid motions that follow from prescribed forces.
 //!
-//! Rows are multiplied by the local stiffness c, so that all are tractions.
+//! Rows are multiplied by the local stiffness c, so that all rows have the unit of a traction.
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::scales::FrictionScaling;
@@ -11,25 +11,25 @@ use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_mot
 use crate::flexibility::Flexibility;
 use crate::linalg::gmres::LinearSystem;
 
-/// The linear system of a Newton step.
+/// Linear system of a Newton step.
 pub(super) struct NewtonSystem<'s, 'p> {
     problem: &'s Increment<'p>,
     hat: Option<FrictionScaling>,
     active: Vec<ActiveCell>,
     free: Vec<FreeMotion>,
-    /// Number of unknown tractions; those of the motions follow.
+    /// Number of unknown tractions. The unknown motions follow them.
     tractions: usize,
-    /// Unit of the motions by that of the tractions.
+    /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness.
     motion_unit: f64,
-    /// A change of state with its tractions and, by the homogeneous equations, its gradient.
+    /// Change of the state: its tractions and, by the homogeneous equations, its gradient.
     change: &'s mut ContactState,
-    /// The equations without gap, wear and reference.
+    /// Equations of the changes: without initial gap, wear and slip reference.
     linear: Increment<'s>,
     inverse: &'s mut ActiveSetInverse,
     bordered: MotionSchurComplement,
 }
 
-/// What the linear equations are made of besides the increment.
+/// Data of the linear equations besides the increment.
 pub(super) struct LinearModel<'p> {
     /// Flexibility of both bodies.
     pub flexibility: &'p dyn Flexibility,
@@ -37,7 +37,7 @@ pub(super) struct LinearModel<'p> {
     pub zeros: Vec<f64>,
 }
 
-/// Work space of all steps of a solve.
+/// Buffers for all steps of a solve.
 pub(super) struct Workspace {
     change: ContactState,
     inverse: ActiveSetInverse,
@@ -50,7 +50,7 @@ impl Workspace {
     }
 }
 
-/// Across a direction in the plane, 90 degrees to its left.
+/// The direction perpendicular to `e`, 90 degrees to its left.
 pub(super) fn perpendicular(e: [f64; 2]) -> [f64; 2] {
     [-e[1], e[0]]
 }
@@ -60,7 +60,7 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl<'s, 'p> NewtonSystem<'s, 'p> {
-    /// The system at an evaluated state.
+    /// Assembles the system at an evaluated state.
     pub fn new(
         problem: &'s Increment<'p>,
         it: &ContactState,
@@ -97,7 +97,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.tractions + self.free.len()
     }
 
-    /// Gap per unit of a free motion in a cell, hatted.
+    /// Gap per unit of a free motion in a cell, scaled.
     fn column(&self, free: &FreeMotion, cell: usize) -> [f64; 3] {
         let rigid = [free.motion[0], free.motion[1], free.motion[2]];
         let mut floating = [0.0; MOTION_COMPONENTS - 3];
@@ -107,13 +107,14 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         [tangential[0], tangential[1], gap[2]]
     }
 
-    /// Gradient that `self.change` causes, by the equations without gap, wear and reference.
+    /// Computes the gradient of `self.change` by the equations without initial gap, wear and slip reference. Adds the wear at the
+    /// present slip.
     fn evaluate(&mut self) {
         let problem = self.problem;
         let n = problem.n();
         self.linear.evaluate(self.change);
         if problem.wear.is_some() {
-            // Depth worn by the change of pressure at the slip as it is.
+            // Wear depth of the change of pressure at the present slip.
             for cell in 0..n {
                 let worn: f64 = (0..problem.path_points.len())
                     .map(|end| {
@@ -127,7 +128,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Puts unknowns into `self.change`.
+    /// Copies the unknowns `x` into `self.change`.
     fn spread(&mut self, x: &[f64]) {
         let n = self.problem.n();
         self.change.scaled.fill(0.0);
@@ -153,7 +154,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Rows of the equations for `self.change` evaluated.
+    /// Computes the rows of the equations from `self.change`, which must be evaluated.
     fn gather(&self, x: &[f64], rows: &mut [f64]) {
         let n = self.problem.n();
         let gradient = &self.change.gradient;
@@ -180,8 +181,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Right-hand side of the step from the evaluated state `it`; the part of the step that is known beforehand stays in
-    /// the equations: open cells lose their tractions, slipping ones go to their limit.
+    /// Right-hand side of the step from the evaluated state `it`. It includes the known part of the step: open cells lose their
+    /// tractions, and slipping cells move to their friction limit.
     pub fn rhs(&mut self, it: &ContactState) -> Vec<f64> {
         self.change.rigid_motion.fill([0.0; 3]);
         self.change.mode_amplitudes.iter_mut().for_each(|floating| floating.fill(0.0));
@@ -205,7 +206,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     rhs[active.tangential_row + 1] -= c * it.gradient[base + n];
                 }
                 CellStatus::Slip { direction, beta_ratio } => {
-                    // -e⊥·q̂ / β, and nothing of the gradient: it is in the direction of slip.
+                    // -e⊥·q̂ / β. The gradient has no component perpendicular to the direction of slip.
                     let q = [it.scaled[base], it.scaled[base + n]];
                     rhs[active.tangential_row] -= (1.0 + beta_ratio) * product(perpendicular(direction), q);
                 }
@@ -232,7 +233,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         sum / total
     }
 
-    /// The part of the step that is known beforehand, into the tractions of `self.change`.
+    /// Writes the known part of the step into the tractions of `self.change`.
     fn apply_known_part(&mut self, it: &ContactState) {
         let n = self.problem.n();
         self.change.scaled.iter_mut().zip(&it.scaled).for_each(|(change, traction)| *change = -traction);
@@ -252,12 +253,12 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Changes the unknown tractions `x` by as little as makes them do the prescribed works to the last digit.
+    /// Adds the smallest change to the unknown tractions `x` for which they do the prescribed works to rounding.
     pub fn restore_prescribed_forces(&self, rhs: &[f64], x: &mut [f64]) {
         self.bordered.restore_work(&rhs[self.tractions..], &mut x[..self.tractions]);
     }
 
-    /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
+    /// Adds the step with the unknowns `x` to the state `it`, and projects the tractions onto the admissible set.
     pub fn advance(&mut self, x: &[f64], it: &mut ContactState) {
         self.apply_known_part(it);
         it.scaled.iter_mut().zip(&self.change.scaled).for_each(|(traction, change)| *traction += change);
@@ -269,7 +270,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         it.project_to_cone();
     }
 
-    /// What the preconditioner needs of the free motions.
+    /// Computes the Schur complement of the free motions, for the preconditioner.
     fn border(&mut self) -> MotionSchurComplement {
         let m = self.free.len();
         let total: f64 = self.problem.areas.iter().sum();

@@ -1,9 +1,9 @@
-//! What is unknown in a Newton step: the states of the cells in contact, and the rigid motions that prescribed forces leave free.
+//! Unknowns of a Newton step: the states of the cells in contact, and the rigid motions that follow from prescribed forces.
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
 
-/// Least β of a slipping cell.
+/// Lower bound on β of a slipping cell.
 const MIN_BETA: f64 = 1e-3;
 
 /// State of a cell in contact.
@@ -11,13 +11,13 @@ const MIN_BETA: f64 = 1e-3;
 pub(super) enum CellStatus {
     /// Only its pressure is unknown.
     PressureOnly,
-    /// Pressure and both tangential tractions.
+    /// Pressure and both tangential tractions are unknown.
     Stick,
-    /// Pressure, and the traction across the direction of slip.
+    /// Pressure and the tangential traction perpendicular to the slip direction are unknown.
     Slip {
-        /// Direction of the tangential traction.
+        /// Direction of the augmented tangential traction.
         direction: [f64; 2],
-        /// (1 - β) / β, β the shortening by the radial return.
+        /// (1 - β) / β, with β the factor of the radial return.
         beta_ratio: f64,
     },
 }
@@ -27,23 +27,23 @@ pub(super) enum CellStatus {
 pub(super) struct ActiveCell {
     pub end: usize,
     pub cell: usize,
-    /// Where its tangential unknowns begin.
+    /// Index of the first tangential unknown of the cell.
     pub tangential_row: usize,
-    /// Where its pressure is, if it is unknown.
+    /// Index of the pressure of the cell; `None` if pressures are given.
     pub pressure_row: Option<usize>,
     pub state: CellStatus,
 }
 
-/// A rigid motion to be found.
+/// Unknown rigid motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FreeMotion {
     pub end: usize,
     pub motion: RigidMotion,
-    /// What the tractions have to do on it.
+    /// Prescribed work of the tractions on a unit of the motion.
     pub work: f64,
 }
 
-/// The cells in contact by their augmented variables, and the number of their unknown tractions.
+/// Returns the cells in contact with the states that follow from their augmented variables, and the number of unknown tractions.
 pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<ActiveCell>, usize) {
     let mut active = Vec::new();
     let mut tractions = 0;
@@ -64,7 +64,7 @@ pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<Activ
     (active, tractions)
 }
 
-/// State of a cell by its augmented variables; `None` if it is open.
+/// State of a cell according to its augmented variables; `None` if the cell is open.
 fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Option<CellStatus> {
     let n = problem.n();
     let base = end * 3 * n + cell;
@@ -90,7 +90,7 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
     Some(CellStatus::Slip { direction: [y[0] / size, y[1] / size], beta_ratio: (1.0 - beta) / beta })
 }
 
-/// The motions that the controls of an end leave free.
+/// Unknown rigid motions of a path point, with the works that its controls or its balance prescribe.
 pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<FreeMotion> {
     let end = &problem.path_points[index];
     let unit = |component: usize| {
