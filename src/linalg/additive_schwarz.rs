@@ -1,8 +1,9 @@
-//! Approximate inverse of a symmetric positive definite matrix of a smooth kernel in two levels, for preconditioning:
-//! exact inverses within groups of places that lie together, plus that of sums over larger groups.
+//! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A of a smooth kernel.
 //!
-//! The inverse of such a kernel is nearly local, so that groups tell its short waves; the sums tell the long ones. Both
-//! parts are added, which keeps it symmetric and positive definite.
+//! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
+//! by R_g. A row of W contains the weights of the points of one larger group. The inverse of such a kernel is nearly local: the
+//! local blocks approximate its short waves, the weighted sums its long waves. The sum of both parts is symmetric and positive
+//! definite.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -19,37 +20,38 @@ use rayon::prelude::*;
 use super::hierarchical::{ComponentProduct, HierarchicalMatrix};
 use super::vector::dot8;
 
-/// Most places of a group.
+/// Maximum number of points in a local group.
 const MAX_BLOCK_CELLS: usize = 64;
 
-/// Groups of the second level at most, roughly.
+/// Approximate maximum number of groups of the coarse level.
 const MAX_COARSE_GROUPS: usize = 384;
 
-/// Rows of the second level's product taken together.
+/// Rows of the coarse inverse that one parallel task multiplies.
 const ROWS_PER_TASK: usize = 64;
 
-/// The inverse of the groups' matrices and of that of their sums.
+/// Inverses of the local blocks and of the coarse matrix: the preconditioner of [`AdditiveSchwarz::apply`].
 pub struct AdditiveSchwarz {
     n: usize,
     planes: usize,
     groups: Vec<LocalBlock>,
-    /// Groups of the second level, and the inverse between their sums, `[planes, groups]` squared.
+    /// Groups of the coarse level as ranges of points; `coarse_inverse` `[planes, groups]` squared.
     coarse_groups: Vec<Range<usize>>,
     coarse_inverse: Vec<f64>,
-    /// Weights of the places in the sums.
+    /// Weights of the points in the coarse sums, `[N]`.
     weights: Vec<f64>,
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 struct LocalBlock {
     places: Range<usize>,
-    /// `[planes, places]` squared.
+    /// Inverse of the diagonal block, `[planes, places]` squared.
     inverse: Vec<f64>,
 }
 
 impl AdditiveSchwarz {
-    /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant
-    /// field is.
+    /// Builds the preconditioner for the matrix that `uses` assembles from components of `matrix` over `planes` planes.
+    ///
+    /// `weights` `[N]` are the weights of the points in the coarse sums: the values of a constant field.
     pub fn new(
         matrix: &HierarchicalMatrix,
         uses: &[ComponentProduct],
@@ -79,19 +81,19 @@ impl AdditiveSchwarz {
         Self { n: matrix.n(), planes, groups, coarse_groups, coarse_inverse, weights, scratch }
     }
 
-    /// Bytes that it takes for `n` places at most.
+    /// Upper estimate of the memory for `n` points, bytes.
     pub fn expected_bytes(n: usize, planes: usize) -> usize {
         let larger = MAX_COARSE_GROUPS.min(n / (MAX_BLOCK_CELLS / 2) + 1);
         size_of::<f64>() * planes * planes * (MAX_BLOCK_CELLS * n + 4 * larger * larger)
     }
 
-    /// Bytes that it takes.
+    /// Memory of the stored inverses and weights, bytes.
     pub fn bytes(&self) -> usize {
         let of_groups: usize = self.groups.iter().map(|group| size_of_val(group.inverse.as_slice())).sum();
         of_groups + size_of_val(self.coarse_inverse.as_slice()) + size_of_val(self.weights.as_slice())
     }
 
-    /// `y` about the inverse times `x`, both `[planes, N]`; overwrites. Does not allocate.
+    /// Computes `y = B x ≈ A⁻¹ x`, both `[planes, N]`; overwrites `y`. Does not allocate.
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         let (n, planes) = (self.n, self.planes);
         for group in &self.groups {
@@ -132,7 +134,7 @@ impl AdditiveSchwarz {
     }
 }
 
-/// The matrix over `planes` of the components between `m` places, `[planes, m]` squared.
+/// Assembles the matrix over `planes` from its components between `m` points, `[planes, m]` squared.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {
@@ -145,7 +147,7 @@ fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], plane
     matrix
 }
 
-/// The inverse of a symmetric positive definite matrix; that of its diagonal, if it is none.
+/// Inverse of a symmetric matrix; if the matrix is not positive definite, the inverse of its diagonal instead.
 fn inverse_or_diagonal(mut matrix: Vec<f64>, n: usize) -> Vec<f64> {
     let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * (n + 1)]).collect();
     let request: StackReq = cholesky_in_place_scratch::<f64>(n, Par::Seq, Spec::default())

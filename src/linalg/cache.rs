@@ -1,7 +1,7 @@
-//! A directory of files that later runs take up, each named by the SHA-256 of all that determines its content.
+//! Cache directory of files that later runs reuse. Each file name is the SHA-256 of everything that determines the content.
 //!
-//! Files are written under another name, flushed to the disk and renamed, so that a reader finds a whole one or none. A list of
-//! numbers is the file
+//! A file is written under a temporary name, flushed to disk and renamed, so a reader finds either a complete file or no file. A
+//! list of numbers has the format
 //!
 //! ```text
 //! 8 bytes "ORTHOLST", u64 format, u64 n, f64 [n], 32 bytes SHA-256 of all before; little-endian
@@ -19,63 +19,65 @@ use super::dense::try_zeroed;
 use crate::error::{Error, Result};
 
 const MAGIC: &[u8; 8] = b"ORTHOLST";
-/// Raised whenever the layout changes.
+/// Version of the file format. Increase it whenever the layout changes.
 const FORMAT: u64 = 1;
 const HEADER_BYTES: usize = 24;
 const CHECKSUM_BYTES: usize = 32;
-/// Values converted at a time.
+/// Values that are converted to or from bytes at a time.
 const VALUES_PER_CHUNK: usize = 1 << 13;
-/// Unfinished files of runs that were killed are removed after a day.
+/// Age at which unfinished files of killed runs are removed: one day.
 const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
-/// Default limit of all files together, MiB.
+/// Default limit of the total size, MiB.
 const DEFAULT_LIMIT_MIB: u64 = 2048;
 
-/// A directory of files, and the limit of their bytes together.
+/// Cache directory and the limit of its total size in bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cache {
     directory: PathBuf,
     limit_bytes: u64,
 }
 
-/// Name of a file: the SHA-256 of what determines it, hexadecimal.
+/// Cache key, which names a file: the SHA-256 of everything that determines the content, hexadecimal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CacheKey(String);
 
-/// What determines a file, taken in piece by piece.
+/// Hash of the data that determine a file; data are added piece by piece.
 pub(crate) struct CacheKeyBuilder(Sha256);
 
-/// What the cache has under a key.
+/// Result of a lookup in the cache.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CacheLookup<T> {
-    /// The entry.
+    /// The stored entry.
     Hit(T),
-    /// Nothing.
+    /// No entry exists.
     Miss,
-    /// A file that is not a whole entry, and what is wrong with it.
+    /// The file is incomplete or corrupt; the text names the defect.
     Damaged(String),
 }
 
 impl CacheKeyBuilder {
-    /// Begins with what is kept and how, the version of the program, and the instructions that its kernels choose among.
+    /// Starts the hash with the kind of content (`kind`), the program version and the instruction set.
+    ///
+    /// The instruction set is part of the key because kernels for other instructions round differently.
     pub(crate) fn new(kind: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION");
         Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instruction_set())))
     }
 
-    /// Takes in a list of numbers.
+    /// Adds a list of numbers to the hash.
     pub(crate) fn update<T>(&mut self, list: &[T], bytes: impl Fn(&T) -> [u8; 8]) {
         for chunk in list.chunks(VALUES_PER_CHUNK) {
             self.0.update(chunk.iter().flat_map(&bytes).collect::<Vec<u8>>());
         }
     }
 
-    /// The key of all that was taken in.
+    /// Returns the key of all added data.
     pub(crate) fn finish(self) -> CacheKey {
         CacheKey(self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
     }
 }
 
-/// Kernels for other instructions round differently.
+/// Name of the instruction set that kernels select from. Kernels for other instructions round differently.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -90,17 +92,19 @@ fn instruction_set() -> &'static str {
 }
 
 impl Cache {
-    /// A cache in `directory`, which is made when it is first written to; beyond `limit_bytes` the files that were
-    /// not used for longest are removed.
+    /// Cache in `directory`, which the first write creates.
+    ///
+    /// If the total size exceeds `limit_bytes`, the least recently used files are removed.
     pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
         Self { directory: directory.into(), limit_bytes }
     }
 
-    /// The user's: `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`, limited to `$ORTHOWEAR_CACHE_LIMIT` MiB or
-    /// 2048. `None` if there is no home, or the limit is 0.
+    /// Cache of the user in `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`.
+    ///
+    /// The limit is `$ORTHOWEAR_CACHE_LIMIT` MiB, by default 2048. `None` if there is no home directory, or the limit is 0.
     ///
     /// # Errors
-    /// If the limit is no number.
+    /// If the limit is not a whole number.
     pub fn of_environment() -> Result<Option<Self>> {
         let mebibytes = match std::env::var("ORTHOWEAR_CACHE_LIMIT") {
             Err(_) => DEFAULT_LIMIT_MIB,
@@ -111,7 +115,7 @@ impl Cache {
                 ))
             })?,
         };
-        // By the XDG rules a path that is not absolute counts as none.
+        // The XDG specification requires that relative paths are ignored.
         let absolute =
             |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
         let base = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")));
@@ -119,23 +123,24 @@ impl Cache {
         Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
     }
 
-    /// The file of a key with an ending.
+    /// Path of the file for a key and a file extension.
     pub(crate) fn path(&self, key: &CacheKey, ending: &str) -> PathBuf {
         self.directory.join(format!("{}.{ending}", key.0))
     }
 
-    /// Bytes of all files together.
+    /// Limit of the total size of all files, bytes.
     pub(crate) fn limit_bytes(&self) -> u64 {
         self.limit_bytes
     }
 
-    /// Whether there is a whole list under a key, judged by head and size.
+    /// Whether a list exists under a key, judged by header and file size only; the checksum is not verified.
     pub fn has_list(&self, key: &CacheKey, ending: &str) -> bool {
         self.peek_list::<0>(key, ending).is_some()
     }
 
-    /// Number of values of the list under a key and the first `K` of them, read without the others; `None` if there is no whole list,
-    /// judged by head and size.
+    /// Number of values of the list under a key, and its first `K` values; the other values are not read.
+    ///
+    /// `None` if no list exists or if header and file size do not match. The checksum is not verified.
     pub fn peek_list<const K: usize>(&self, key: &CacheKey, ending: &str) -> Option<(u64, [f64; K])> {
         let mut file = File::open(self.path(key, ending)).ok()?;
         let n = read_head(&mut file).ok()??;
@@ -151,7 +156,7 @@ impl Cache {
         Some((n, first))
     }
 
-    /// Reads the list under a key, and marks it as used.
+    /// Reads the list under a key, verifies its checksum and marks the file as used.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -168,7 +173,7 @@ impl Cache {
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
-                // Only the order of removal depends on it.
+                // A failure is harmless: the time only determines the order of removal.
                 let _ = file.set_modified(SystemTime::now());
                 CacheLookup::Hit(values)
             }
@@ -177,18 +182,20 @@ impl Cache {
         })
     }
 
-    /// Writes a list, and removes other files beyond the limit. One that is larger than the limit is not written.
+    /// Writes a list, and removes the least recently used files if the total size exceeds the limit.
+    ///
+    /// A list that is larger than the limit is not written.
     ///
     /// # Errors
-    /// If the directory cannot be made or written.
+    /// If the directory cannot be created or written.
     pub fn write_list(&self, key: &CacheKey, ending: &str, values: &[f64]) -> Result<()> {
         self.write_values(key, ending, values.len(), values.iter().copied())
     }
 
-    /// As [`Self::write_list`], of `n` values that are made one after the other.
+    /// Writes a list of `n` values from an iterator; otherwise like [`Self::write_list`].
     ///
     /// # Errors
-    /// If the directory cannot be made or written.
+    /// If the directory cannot be created or written.
     pub(crate) fn write_values(
         &self,
         key: &CacheKey,
@@ -202,10 +209,11 @@ impl Cache {
         self.write_atomically(key, ending, |path| write_values(path, n, values))
     }
 
-    /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
+    /// Creates a file by `write` under a temporary name and renames it. Then removes the least recently used files beyond the
+    /// limit.
     ///
     /// # Errors
-    /// If the directory cannot be made or written.
+    /// If the directory cannot be created or written.
     fn write_atomically(
         &self,
         key: &CacheKey,
@@ -227,12 +235,13 @@ impl Cache {
         self.remove_oldest().map_err(failed)
     }
 
-    /// Removes the entries used longest ago until the rest is within the limit, and what killed runs left.
+    /// Removes the least recently used entries until the total size is within the limit. Also removes unfinished files older than a
+    /// day.
     fn remove_oldest(&self) -> io::Result<()> {
         let mut entries = Vec::new();
         for item in fs::read_dir(&self.directory)? {
             let path = item?.path();
-            // Another run may have removed it meanwhile.
+            // Another run may have removed the file in the meantime.
             let Ok(found) = fs::metadata(&path) else { continue };
             let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             if path.extension().is_some_and(|ending| ending == "unfinished") {
@@ -256,13 +265,13 @@ impl Cache {
     }
 }
 
-/// Whether a file of the directory is one of the cache's.
+/// Whether a file name is a cache key (64 hexadecimal digits). Other files in the directory are never removed.
 fn is_named_by_key(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// Bytes of a list of `n` values; those of a wrong number are no file's.
+/// File size of a list of `n` values, bytes. The arithmetic saturates, so that a corrupt number of values matches no file size.
 pub(crate) fn list_bytes(n: u64) -> u64 {
     n.saturating_mul(8).saturating_add((HEADER_BYTES + CHECKSUM_BYTES) as u64)
 }
@@ -271,7 +280,7 @@ fn head(n: usize) -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes(), &(n as u64).to_le_bytes()].concat()
 }
 
-/// The number of values; `None` if it is no head of a list.
+/// Number of values from the header; `None` if the bytes are not a list header.
 fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head)?;
@@ -279,7 +288,7 @@ fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     Ok((head[..8] == *MAGIC && number(1) == FORMAT).then_some(number(2)))
 }
 
-/// Whether the checksum fits.
+/// Reads the values; returns whether the checksum matches.
 fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
     let mut hash = Sha256::new_with_prefix(head(values.len()));
     let mut bytes = vec![0; 8 * VALUES_PER_CHUNK];
@@ -323,8 +332,8 @@ mod tests {
         hash.finish()
     }
 
-    /// Truth: what was written is read, to the last bit; another key has none; any changed bit and any missing end is found, and a new
-    /// write mends it.
+    /// Truth: a written list is read back to the last bit, and another key has no entry. Any changed bit and any missing end is
+    /// detected, and a new write replaces the damaged file.
     #[test]
     fn lists_come_back_whole_or_damaged() {
         let folder = tempfile::tempdir().unwrap();
@@ -356,7 +365,8 @@ mod tests {
         assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Hit(values));
     }
 
-    /// Truth: lists count for the limit, the one used longest ago goes first; what is not the cache's stays.
+    /// Truth: lists count towards the limit, and the least recently used list is removed first. Files without a cache key as name
+    /// stay.
     #[test]
     fn lists_keep_the_limit() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Memory that the control groups of this process leave it (Linux): what containers and batch systems limit.
+//! Memory that the control groups of this process still allow (Linux). Containers and batch systems set such limits.
 //!
 //! # Source
 //! cgroups(7); kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
@@ -6,11 +6,11 @@
 use std::fs;
 use std::path::Path;
 
-/// Names of the files of one version of the interface.
+/// File names of one version of the control group interface.
 struct InterfaceFiles {
     limit: &'static str,
     usage: &'static str,
-    /// Entry of memory.stat with the cache of files that gives way.
+    /// Entry of memory.stat with the file cache that the kernel can reclaim.
     cache: &'static str,
 }
 
@@ -22,12 +22,12 @@ const CGROUP_V1: InterfaceFiles = InterfaceFiles {
 const CGROUP_V2: InterfaceFiles =
     InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
 
-/// Bytes that the groups of this process, mounted at `root`, allow it to take still; `None` without a limit.
+/// Bytes that the control groups of this process, mounted at `root`, still allow; `None` without a limit.
 pub(super) fn available_bytes(root: &Path) -> Option<u64> {
     available_in_groups(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
 }
 
-/// The same for the groups listed in `groups` (`/proc/self/cgroup`).
+/// Bytes that the control groups listed in `groups` still allow; `groups` has the format of `/proc/self/cgroup`.
 fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     let rooms = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
@@ -43,8 +43,9 @@ fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     rooms.min()
 }
 
-/// The least room in the group at `path` and those above it. A container may see its own group at `root` and not the
-/// path that the host gave it; groups that are not there are passed over.
+/// Smallest available memory among the group at `path` and all groups above it, bytes.
+///
+/// Groups without files are skipped: a container may see its own group at `root`, but not the path of the group on the host.
 fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
     let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));
@@ -53,7 +54,7 @@ fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Opti
 
 fn available_in_group(folder: &Path, names: &InterfaceFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
-    // "max" is no number; the first version writes a number beyond any memory instead.
+    // "max" is not a number; version 1 writes a number larger than any memory instead.
     let limit = number(names.limit)?;
     let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
     let cache = stat.lines().find_map(|line| line.strip_prefix(names.cache)?.trim().parse::<u64>().ok());
@@ -73,8 +74,8 @@ mod tests {
         }
     }
 
-    /// Truth: the interfaces' documentation: the tightest group above the process counts, cached files give way, "max"
-    /// and groups that cannot be seen limit nothing.
+    /// Truth: documentation of the interfaces: the tightest limit along the path applies, and the kernel can reclaim cached files.
+    /// "max" and invisible groups set no limit.
     #[test]
     fn the_tightest_group_counts() {
         let folder = tempfile::tempdir().unwrap();

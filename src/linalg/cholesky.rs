@@ -1,5 +1,7 @@
-//! Sparse Cholesky factorisation K = L L^T in a given order (faer's supernodal one), with its residual checked,
-//! solutions, and the dense inverse of the trailing Schur complement read off L.
+//! Sparse Cholesky factorisation K = L Lᵀ in a given order (supernodal, by faer), with a check of its residual.
+//!
+//! [`SymbolicCholesky`] analyses the pattern of K, [`CholeskyFactor`] holds L and solves K x = f. The trailing block of L also
+//! gives the dense block (K⁻¹)_cc of the trailing rows c, the inverse of their Schur complement.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -18,36 +20,37 @@ use super::vector::norm;
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// A relative residual above this is not rounding: the factor is wrong.
+/// Maximum relative residual of a correct factor. A larger residual is not rounding: the factor is wrong.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// A pivot below this share of its diagonal entry is nothing but rounding: the matrix is singular.
+/// Minimum squared pivot of L as a share of the diagonal entry of K. A smaller pivot is rounding only: the matrix is singular.
 const PIVOT_LIMIT: f64 = 1e-14;
 
-/// When neighbouring supernodes are merged: with at most so many columns together, if at most this share of the merged
-/// block is zeros. Small supernodes cost more by their handling than by their zeros. faer's own limits give 5 % more
-/// entries on a block of 32 x 32 x 32 elements.
+/// Limits for merging neighbouring supernodes: maximum number of merged columns, and maximum share of zeros in the merged block.
+///
+/// Small supernodes cost more by their overhead than by additional zeros. The default limits of faer give 5 % more entries on a
+/// block of 32 x 32 x 32 elements.
 const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
-/// A factorised symmetric matrix.
+/// Solver for a symmetric positive definite matrix K: a factorisation or an iterative method.
 pub trait SymmetricSolver: Send + Sync {
     /// Number of rows.
     fn n(&self) -> usize;
 
-    /// Solves K x = rhs for `n_rhs` right-hand sides, `[n_rhs, n]` one after the other, in place.
+    /// Solves K x = rhs in place for `n_rhs` right-hand sides `[n_rhs, n]`, stored one after the other.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
-/// The structure of L for a matrix taken in some order: known before any number is computed.
+/// Symbolic factorisation: the structure of L for a matrix in a given order, computed without its values.
 #[derive(Debug)]
 pub struct SymbolicCholesky {
     structure: Structure,
     n_trailing: usize,
 }
 
-/// L with K = L L^T (after permutation).
+/// Cholesky factor L of the permuted matrix, P K Pᵀ = L Lᵀ.
 pub struct CholeskyFactor {
     structure: Structure,
     n_trailing: usize,
@@ -55,7 +58,7 @@ pub struct CholeskyFactor {
     residual: f64,
 }
 
-/// faer's structure of L, and its supernodes.
+/// Symbolic factorisation of faer with access to its supernodes.
 #[derive(Debug)]
 struct Structure {
     symbolic: cholesky::SymbolicCholesky<usize>,
@@ -69,12 +72,12 @@ impl Structure {
         }
     }
 
-    /// Row of the matrix at a place of the order.
+    /// Row of the matrix at a position of the elimination order.
     fn row_at(&self, place: usize) -> usize {
         self.symbolic.perm().map_or(place, |order| order.arrays().0[place])
     }
 
-    /// Entries of L.
+    /// Number of entries of L, including the zeros inside supernodes.
     fn n_entries(&self) -> usize {
         let entries = |(n_columns, n_rows): (usize, usize)| {
             n_columns * n_rows - n_columns * n_columns.saturating_sub(1) / 2
@@ -98,7 +101,7 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
-/// Threads of the current pool for dense blocks. The bits are the same for any number.
+/// Parallelism of the current thread pool for dense blocks. The result has the same bits for any number of threads.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -112,14 +115,15 @@ fn workspace(request: StackReq) -> Result<MemBuffer> {
 }
 
 impl SymbolicCholesky {
-    /// Analyses `matrix` taken in `order` (`order[new] = old`, a permutation of its rows), of which the last
-    /// `n_trailing` can be condensed to.
+    /// Analyses `matrix` in the elimination order `order` (`order[new] = old`, a permutation of its rows).
+    ///
+    /// The last `n_trailing` rows of the order are the rows of [`CholeskyFactor::trailing_inverse`].
     ///
     /// # Errors
-    /// If the matrix has no rows; if memory does not suffice.
+    /// If the matrix has no rows, or if memory does not suffice.
     ///
     /// # Panics
-    /// If `order` is no permutation of the rows, or shorter than `n_trailing`.
+    /// If `order` is not a permutation of the rows, or if it is shorter than `n_trailing`.
     pub fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Result<Self> {
         assert!(order.len() == matrix.n() && n_trailing <= order.len(), "an order of all rows");
         if order.is_empty() {
@@ -141,14 +145,14 @@ impl SymbolicCholesky {
         Ok(Self { structure: Structure { symbolic }, n_trailing })
     }
 
-    /// Number of entries of L, the zeros in the blocks of its supernodes included.
+    /// Number of entries of L, including the zeros inside supernodes.
     pub fn n_factor_entries(&self) -> usize {
         self.structure.n_entries()
     }
 
-    /// Floating-point operations of the factorisation.
+    /// Number of floating-point operations of the numeric factorisation.
     pub fn flops(&self) -> f64 {
-        // Factor, triangular solve, symmetric update.
+        // Terms: dense factorisation, triangular solve, symmetric update.
         let flops = |(n_columns, n_rows): (usize, usize)| {
             let (k, r) = (n_columns as f64, (n_rows - n_columns) as f64);
             k * k * k / 3.0 + r * k * k + r * (r + 1.0) * k
@@ -156,13 +160,15 @@ impl SymbolicCholesky {
         self.structure.shapes().map(flops).sum()
     }
 
-    /// Bytes that the numeric factorisation takes at its peak: L and its workspace, the same for any number of threads.
+    /// Peak memory of the numeric factorisation, bytes: L and the workspace. The same for any number of threads.
     pub fn memory_bytes(&self) -> usize {
         8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
 
-    /// Bytes that [`CholeskyFactor::trailing_inverse`] takes at its peak: the inverse, a triangle's inverse, and the
-    /// trailing block where it is spread over several supernodes.
+    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes.
+    ///
+    /// It counts the inverse and the inverse of a triangle. If several supernodes share the trailing block, a copy of this block is
+    /// added.
     pub fn trailing_inverse_bytes(&self) -> usize {
         let supernodes = self.structure.supernodes();
         let is_within_last = supernodes
@@ -177,9 +183,9 @@ impl SymbolicCholesky {
         self.structure.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default())
     }
 
-    /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.
+    /// Computes L and checks it: `K (L Lᵀ)⁻¹ K v` must equal `K v` for a fixed pseudo-random vector v.
     ///
-    /// `row_name` says what a row is (node, component, body), for messages.
+    /// `row_name` describes a row (node, component, body) for messages.
     ///
     /// # Errors
     /// If K is not positive definite, if the check fails, or if memory does not suffice.
@@ -206,19 +212,19 @@ impl SymbolicCholesky {
 }
 
 impl SymbolicCholesky {
-    /// Number of values that L is stored in.
+    /// Number of values in which L is stored.
     pub fn n_values(&self) -> usize {
         self.structure.symbolic.len_val()
     }
 
-    /// L from its stored values, [`CholeskyFactor::values`], checked as by [`Self::factorise`]; `None` if they do not
-    /// pass.
+    /// Restores L from its stored values, see [`CholeskyFactor::values`]. `None` if the residual check of [`Self::factorise`]
+    /// fails.
     ///
     /// # Errors
     /// If memory does not suffice.
     ///
     /// # Panics
-    /// If their number is not [`Self::n_values`].
+    /// If the number of values differs from [`Self::n_values`].
     pub fn from_values(self, matrix: &SymmetricSparse, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
         assert_eq!(values.len(), self.n_values(), "all values of the factor");
         let Self { structure, n_trailing } = self;
@@ -227,7 +233,7 @@ impl SymbolicCholesky {
         Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
     }
 
-    /// L without any check; the inner error is the row of a pivot that is not positive.
+    /// Computes L without any check. The inner error is the row of a pivot that is not positive.
     fn factorise_unchecked(
         self,
         matrix: &SymmetricSparse,
@@ -261,7 +267,7 @@ fn not_positive(row: &str) -> Error {
     ))
 }
 
-/// Entries of a vector that are the same in every run: a linear congruence mapped to [-1, 1).
+/// Pseudo-random vector with entries in [-1, 1), identical in every run (linear congruential generator).
 fn random_vector(n: usize) -> Vec<f64> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     (0..n)
@@ -273,17 +279,17 @@ fn random_vector(n: usize) -> Vec<f64> {
 }
 
 impl CholeskyFactor {
-    /// Relative residual of the check made after the factorisation.
+    /// Relative residual of the check after the factorisation.
     pub fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// Number of entries of L.
+    /// Number of entries of L, including the zeros inside supernodes.
     pub fn n_factor_entries(&self) -> usize {
         self.structure.n_entries()
     }
 
-    /// The values that L is stored in.
+    /// Values in which L is stored.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -292,7 +298,7 @@ impl CholeskyFactor {
         SupernodalLltRef::new(self.structure.supernodes(), &self.values)
     }
 
-    /// Refuses pivots that are rounding only.
+    /// Returns an error if a pivot is rounding only.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
         let factor = self.supernodes();
@@ -301,7 +307,7 @@ impl CholeskyFactor {
             for j in 0..supernode.val().ncols() {
                 let row = self.structure.row_at(supernode.start() + j);
                 let pivot = supernode.val()[(j, j)];
-                // NaN must not pass.
+                // The condition must also reject NaN.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
                 }
@@ -323,8 +329,8 @@ impl CholeskyFactor {
         Ok(norm(&back) / scale)
     }
 
-    /// The block of K^-1 of the trailing rows, in their order, (L_cc L_cc^T)^-1: the inverse of the Schur complement
-    /// that remains when all other rows are eliminated.
+    /// Block of K⁻¹ for the trailing rows in their order, `[n_trailing, n_trailing]`: (L_cc L_ccᵀ)⁻¹, the inverse of the Schur
+    /// complement after elimination of all other rows.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -352,8 +358,10 @@ impl CholeskyFactor {
         Ok(inverse)
     }
 
-    /// L's trailing rows and columns `[m, m]`, of which the lower triangle counts: a part of the last supernode, or, if
-    /// there are several, their entries in `gathered`.
+    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid.
+    ///
+    /// The block is a view of the last supernode if this supernode contains it. Otherwise the entries of several supernodes are
+    /// copied to `gathered`.
     fn trailing_block<'a>(&'a self, gathered: &'a mut Vec<f64>) -> Result<MatRef<'a, f64>> {
         let m = self.n_trailing;
         let from = self.n() - m;
@@ -382,7 +390,7 @@ impl CholeskyFactor {
     }
 }
 
-/// Copies the lower triangle of a column-major matrix onto the upper one, in tiles that stay in the cache.
+/// Copies the lower triangle of a column-major matrix to the upper triangle, in tiles that fit into the processor cache.
 fn mirror_lower(values: &mut [f64], n: usize) {
     const TILE: usize = 32;
     for first in (0..n).step_by(TILE) {
@@ -420,7 +428,8 @@ mod tests {
     use super::super::sparse::SymmetricTriplets;
     use super::*;
 
-    /// Stiffness of springs between the nodes of k x k x k cells, held softly to the ground; and its node graph.
+    /// Stiffness of springs between the nodes of each cell of a k x k x k node grid, with weak springs to the ground; and the node
+    /// graph.
     fn springs(k: usize) -> (SymmetricSparse, NodeGraph) {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut cells: Vec<Vec<usize>> = Vec::new();
@@ -447,8 +456,8 @@ mod tests {
         SymbolicCholesky::new(matrix, &nested_dissection(graph, &nodes, last).unwrap(), last.len()).unwrap()
     }
 
-    /// Truth: same bits whatever the number of threads, in the factor and in the inverse of the Schur complement, at a
-    /// size (supernodes of several hundred columns) that the dense kernels do split among threads.
+    /// Truth: the factor and the inverse of the Schur complement have the same bits for any number of threads. Supernodes have
+    /// several hundred columns, so the dense kernels do use several threads.
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (matrix, graph) = springs(22);
@@ -465,7 +474,8 @@ mod tests {
         }
     }
 
-    /// Truth: A (A^-1)_cc from unit right-hand sides. Tolerance: rounding times the condition, 1e4.
+    /// Truth: solutions of A x = e for unit vectors e give the columns of (A⁻¹)_cc. Tolerance: rounding times the condition number,
+    /// 1e4.
     #[test]
     fn trailing_inverse_is_the_block_of_the_inverse() {
         let (matrix, graph) = springs(7);
@@ -482,8 +492,8 @@ mod tests {
         }
     }
 
-    /// Truth: solutions with unit right-hand sides, and 1 / d for a row without others. Trailing rows of parts that are not
-    /// connected are several supernodes, whose entries are gathered: a third matrix.
+    /// Truth: solutions for unit right-hand sides, and 1 / d for a row without off-diagonal entries. Trailing rows of unconnected
+    /// parts lie in several supernodes. Their entries are copied, which needs memory for a third matrix.
     #[test]
     fn trailing_inverse_of_separate_parts() {
         let mut triplets = SymmetricTriplets::new(50);
@@ -506,8 +516,8 @@ mod tests {
         }
     }
 
-    /// Truth: a matrix with one negative diagonal entry is not positive definite; the row named is that row's own
-    /// number, not its place in the order.
+    /// Truth: a matrix with one negative diagonal entry is not positive definite. The message names the row of the matrix, not its
+    /// position in the elimination order.
     #[test]
     fn names_the_row_of_a_bad_pivot() {
         let mut triplets = SymmetricTriplets::new(50);

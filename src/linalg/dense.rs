@@ -1,9 +1,9 @@
-//! Dense symmetric matrices.
+//! Dense symmetric matrices and zero-initialised memory.
 
 use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
-/// A dense symmetric matrix `[n, n]`, both triangles stored.
+/// Dense symmetric matrix `[n, n]` with both triangles stored.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SymmetricDense {
     n: usize,
@@ -11,7 +11,7 @@ pub struct SymmetricDense {
 }
 
 impl SymmetricDense {
-    /// The zero matrix.
+    /// Creates a zero matrix `[n, n]`.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -24,17 +24,17 @@ impl SymmetricDense {
         self.n
     }
 
-    /// All entries, `[n, n]`; row by row or column by column is the same.
+    /// All entries, `[n, n]`. Row-major and column-major order coincide.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// All entries, `[n, n]`, to change. Keep both triangles equal.
+    /// All entries, `[n, n]`, mutable. The caller must keep both triangles equal.
     pub fn values_mut(&mut self) -> &mut [f64] {
         &mut self.values
     }
 
-    /// Row (= column) `i`.
+    /// Row `i`, which equals column `i`.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.values[i * self.n..(i + 1) * self.n]
     }
@@ -45,7 +45,7 @@ impl SymmetricDense {
     }
 }
 
-/// `len` zeros.
+/// Allocates `len` zeros.
 ///
 /// # Errors
 /// If memory does not suffice (kind `Resources`).
@@ -60,11 +60,12 @@ pub(crate) fn try_zeroed(len: usize) -> Result<Vec<f64>> {
         return Ok(Vec::new());
     }
     let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
-    // SAFETY: the layout is not empty. Fresh pages of the system are zero already, which `resize` could not use.
+    // SAFETY: the layout has a non-zero size. `alloc_zeroed` uses fresh pages of the system, which are zero already; `resize` could
+    // not.
     let start = handling_allocation_failure(|| unsafe { std::alloc::alloc_zeroed(layout) });
     if start.is_null() {
         return Err(error());
     }
-    // SAFETY: allocated by the global allocator for `len` numbers, all of them zero.
+    // SAFETY: the global allocator returned memory for `len` numbers, all of them zero.
     Ok(unsafe { Vec::from_raw_parts(start.cast(), len, len) })
 }

@@ -1,4 +1,4 @@
-//! Dense rectangular matrices, column by column.
+//! Dense rectangular matrices in column-major order.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -6,7 +6,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use super::dense::try_zeroed;
 use crate::error::Result;
 
-/// A matrix `[n_rows, n_columns]`, its columns one after the other.
+/// Dense matrix `[n_rows, n_columns]`, stored column by column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DenseMatrix {
     n_rows: usize,
@@ -15,7 +15,7 @@ pub struct DenseMatrix {
 }
 
 impl DenseMatrix {
-    /// The zero matrix.
+    /// Creates a zero matrix.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -23,10 +23,10 @@ impl DenseMatrix {
         Ok(Self { n_rows, n_columns, values: try_zeroed(n_rows.saturating_mul(n_columns))? })
     }
 
-    /// The matrix of these values.
+    /// Creates a matrix from its entries in column-major order.
     ///
     /// # Panics
-    /// Unless `values` has as many as it has entries.
+    /// If the length of `values` is not `n_rows * n_columns`.
     pub fn from_values(n_rows: usize, n_columns: usize, values: Vec<f64>) -> Self {
         assert_eq!(values.len(), n_rows * n_columns, "the entries of a matrix");
         Self { n_rows, n_columns, values }
@@ -42,12 +42,12 @@ impl DenseMatrix {
         self.n_columns
     }
 
-    /// All entries.
+    /// All entries in column-major order.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// All entries, to change.
+    /// All entries in column-major order, mutable.
     pub fn values_mut(&mut self) -> &mut [f64] {
         &mut self.values
     }
@@ -57,7 +57,7 @@ impl DenseMatrix {
         &self.values[j * self.n_rows..(j + 1) * self.n_rows]
     }
 
-    /// Column `j`, to change.
+    /// Column `j`, mutable.
     pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.values[j * self.n_rows..(j + 1) * self.n_rows]
     }
@@ -67,10 +67,10 @@ impl DenseMatrix {
         self.values[j * self.n_rows + i]
     }
 
-    /// Adds `factor` aᵀ b, in one thread.
+    /// Adds `factor` aᵀ b to this matrix, in one thread.
     ///
     /// # Panics
-    /// If the sizes do not fit.
+    /// If the shapes do not match.
     pub fn add_transposed_product(&mut self, factor: f64, a: &Self, b: &Self) {
         assert_eq!(
             (a.n_rows, self.n_rows, self.n_columns),
@@ -85,30 +85,30 @@ impl DenseMatrix {
     /// Adds `factor` times another matrix.
     ///
     /// # Panics
-    /// If the sizes differ.
+    /// If the shapes differ.
     pub fn add_scaled(&mut self, factor: f64, other: &Self) {
         assert_eq!((self.n_rows, self.n_columns), (other.n_rows, other.n_columns), "a sum of matrices");
         self.values.iter_mut().zip(&other.values).for_each(|(sum, value)| *sum += factor * value);
     }
 
-    /// Its transpose.
+    /// Returns the transposed matrix.
     pub fn transposed(&self) -> Self {
         let (n_rows, n_columns) = (self.n_columns, self.n_rows);
         let entry = |k: usize| self.at(k / n_rows, k % n_rows);
         Self { n_rows, n_columns, values: (0..self.values.len()).map(entry).collect() }
     }
 
-    /// Root of the sum of the squares of its entries.
+    /// Frobenius norm.
     pub fn norm(&self) -> f64 {
         self.values.iter().map(|value| value * value).sum::<f64>().sqrt()
     }
 
-    /// As a matrix of faer.
+    /// View as a faer matrix.
     pub(crate) fn view(&self) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.values, self.n_rows, self.n_columns)
     }
 
-    /// As a matrix of faer, to change.
+    /// Mutable view as a faer matrix.
     pub(crate) fn view_mut(&mut self) -> MatMut<'_, f64> {
         MatMut::from_column_major_slice_mut(&mut self.values, self.n_rows, self.n_columns)
     }

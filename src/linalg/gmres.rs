@@ -1,5 +1,6 @@
-//! GMRES with a preconditioner on the right, for one right side or several: each has a Krylov space of its own, and the
-//! matrix is read once for all of them.
+//! GMRES with right preconditioning for one or several right-hand sides, A X = B.
+//!
+//! Each right-hand side has its own Krylov space. Each iteration applies A once to all columns.
 //!
 //! # Source
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
@@ -9,48 +10,48 @@ use super::vector::{axpy, dot4};
 use crate::cancel;
 use crate::error::Result;
 
-/// A linear system by what a Krylov method asks of it. Several columns stand one after the other.
+/// Linear system A x = b for a Krylov method. Vectors are `[n_columns, n]`, stored column by column.
 pub trait LinearSystem {
-    /// `image = A x` of each column; overwrites.
+    /// Computes `image = A x` for each column; overwrites `image`.
     fn apply(&mut self, x: &[f64], image: &mut [f64]);
 
-    /// `x` about A⁻¹ `image` of each column; overwrites.
+    /// Computes `x ≈ A⁻¹ image` for each column; overwrites `x`.
     fn precondition(&mut self, image: &[f64], x: &mut [f64]);
 }
 
-/// When to stop.
+/// Stopping criteria and restart length of [`Gmres::solve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KrylovOptions {
-    /// Residual over that of x = 0.
+    /// Relative residual |b - A x| / |b| to reach.
     pub tolerance: f64,
-    /// Products with A at most.
+    /// Maximum number of products with A.
     pub max_products: usize,
-    /// Vectors kept before a restart.
+    /// Number of basis vectors before a restart.
     pub restart: usize,
 }
 
-/// What a solve did for a column.
+/// Result of a solve for one column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KrylovReport {
-    /// Products with A.
+    /// Number of products with A for this column.
     pub n_products: usize,
-    /// Residual over that of x = 0, by the recurrence.
+    /// Relative residual |b - A x| / |b| from the recurrence; NaN if the right-hand side is not finite.
     pub residual: f64,
 }
 
-/// Vectors of a solve, kept from one to the next.
+/// GMRES solver. Its basis vectors are reused by the next solve.
 #[derive(Debug, Default)]
 pub struct Gmres {
-    /// Orthonormal bases of the Krylov spaces: the k-th vectors of all columns.
+    /// Orthonormal bases of the Krylov spaces; `basis[k]` stores the k-th vectors of all columns.
     basis: Vec<Vec<f64>>,
 }
 
-/// The rotated Hessenberg matrix of one cycle.
+/// Hessenberg matrix of one restart cycle, reduced to triangular form by Givens rotations.
 struct Hessenberg {
-    /// Columns of the triangle.
+    /// Columns of the triangular factor.
     columns: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
-    /// Rotated right-hand side.
+    /// Rotated right-hand side of the least-squares problem.
     rhs: Vec<f64>,
 }
 
@@ -59,7 +60,7 @@ impl Hessenberg {
         Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![norm] }
     }
 
-    /// Adds a column of length k + 2; the residual norm after it.
+    /// Appends a column of length k + 2 and returns the residual norm after it.
     fn push(&mut self, mut column: Vec<f64>) -> f64 {
         let k = self.columns.len();
         for (i, [c, s]) in self.rotations.iter().enumerate() {
@@ -78,7 +79,7 @@ impl Hessenberg {
         (s * last).abs()
     }
 
-    /// Coefficients of the basis that minimise the residual.
+    /// Coefficients of the basis vectors that minimise the residual norm.
     fn solve(&self) -> Vec<f64> {
         let n = self.columns.len();
         let mut y = self.rhs[..n].to_vec();
@@ -94,10 +95,10 @@ impl Hessenberg {
 }
 
 impl Gmres {
-    /// Solves A X = `rhs` of `n_columns` columns from X = 0; `x` is overwritten. What was done for each column.
+    /// Solves A X = `rhs` for `n_columns` columns, starting from X = 0; overwrites `x`. Returns one report per column.
     ///
     /// # Errors
-    /// If memory does not suffice, or a stop is wished.
+    /// If memory does not suffice, or the run is cancelled.
     pub fn solve(
         &mut self,
         system: &mut dyn LinearSystem,
@@ -127,7 +128,7 @@ impl Gmres {
         let mut products = 0;
         while products < options.max_products {
             let mut lengths = norms(&residual);
-            // A column that is not a number is left as it is; its residual tells.
+            // A column that is not finite is skipped. Its reported residual is NaN.
             let mut open: Vec<bool> = lengths
                 .iter()
                 .zip(&goals)
@@ -175,7 +176,7 @@ impl Gmres {
                     axpy(&mut step[column(j)], *coefficient, &vectors[column(j)]);
                 }
             }
-            // Right preconditioning: the solution is the preconditioned combination.
+            // Right preconditioning: the correction of x is the preconditioner applied to the combination of basis vectors.
             system.precondition(&step, &mut image);
             axpy(x, 1.0, &image);
             if !unsolved.contains(&true) || products >= options.max_products {
@@ -191,7 +192,7 @@ impl Gmres {
         Ok(reports)
     }
 
-    /// Basis vectors `k` := `vectors` / `lengths` of the columns that are open; zero of the others.
+    /// Stores `vectors` / `lengths` as basis vector `k` of the columns that still iterate (`open`), and zero for the other columns.
     fn store_basis_vectors(
         &mut self,
         k: usize,
@@ -220,7 +221,7 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// A tridiagonal matrix of `.0` rows that is not symmetric, with its diagonal as preconditioner.
+    /// Unsymmetric tridiagonal matrix with `.0` rows; the preconditioner is its diagonal.
     struct Tridiagonal(usize);
 
     impl LinearSystem for Tridiagonal {
@@ -239,7 +240,7 @@ mod tests {
         }
     }
 
-    /// Truth: the residual by the matrix itself, with and without restarts; a column of zeros has the solution zero.
+    /// Truth: residuals computed with the matrix itself, with and without restarts. A zero right-hand side has the solution zero.
     #[test]
     fn residuals_are_what_the_matrix_says() {
         let n = 40;
@@ -265,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Truth: a column that is not a number is told, and the others are solved: 3 x + 0.5 y = 6, -1.5 x + 4 y = 2.5.
+    /// Truth: a NaN column reports a NaN residual, and the other column is solved: 3 x + 0.5 y = 6, -1.5 x + 4 y = 2.5.
     #[test]
     fn nonsense_is_told() {
         let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart: 10 };

@@ -1,48 +1,49 @@
-//! Refusal of work that would not fit into the memory, before anything is allocated for it.
+//! Memory limits of a run. Work that would exceed the limit is refused before anything is allocated for it.
 
 use std::cell::Cell;
 
 use super::cgroup;
 use crate::error::{Error, Result};
 
-/// Percent of what is available that a run may take where nobody says otherwise: the rest is for what is not foreseen, and for others.
+/// Default memory limit of a run, percent of the available memory. The rest is a reserve for unforeseen needs and for other
+/// programs.
 pub const DEFAULT_SHARE_PERCENT: f64 = 80.0;
 
-/// Memory that a run may take.
+/// Limit of the memory of a run, with the part that is already reserved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemoryLimit {
-    /// All of it; `None` where nothing is known of the machine.
+    /// Total limit, bytes; `None` if the available memory of the machine is unknown.
     bytes: Option<u64>,
-    /// The part of it that is spoken for.
+    /// Bytes of the limit that are already reserved.
     reserved: u64,
     source: LimitSource,
 }
 
-/// Who set a limit.
+/// Source of a memory limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitSource {
-    /// `--max-memory` with a size, or with percent of what is available.
+    /// `--max-memory`: a size (`None`) or a percentage of the available memory.
     CommandLine(Option<f64>),
-    /// `solver.memory_limit`.
+    /// The option `solver.memory_limit` of the scene.
     Scene,
-    /// Nobody: [`DEFAULT_SHARE_PERCENT`] of what is available.
+    /// Neither option is set: [`DEFAULT_SHARE_PERCENT`] of the available memory.
     DefaultShare,
-    /// The machine: all that is available.
+    /// All memory that is available on the machine.
     Machine,
 }
 
 impl MemoryLimit {
-    /// A limit that the scene gives.
+    /// Limit from the scene (`solver.memory_limit`), bytes.
     pub fn of_scene(bytes: u64) -> Self {
         Self { bytes: Some(bytes), reserved: 0, source: LimitSource::Scene }
     }
 
-    /// A limit that the command line gives.
+    /// Limit from the command line (`--max-memory`), bytes.
     pub fn of_command_line(bytes: u64) -> Self {
         Self { bytes: Some(bytes), reserved: 0, source: LimitSource::CommandLine(None) }
     }
 
-    /// `percent` of what is available, as the command line gives it.
+    /// Limit from the command line (`--max-memory`) as a percentage of the available memory.
     pub fn of_command_line_percent(percent: f64) -> Self {
         Self {
             bytes: share_of_available(percent),
@@ -51,8 +52,10 @@ impl MemoryLimit {
         }
     }
 
-    /// Four fifths of what can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
-    /// nothing is refused).
+    /// Default limit: [`DEFAULT_SHARE_PERCENT`] of the available memory.
+    ///
+    /// Available means without swapping, and within the limits of the process and its control groups (Linux). On other systems
+    /// nothing is refused.
     pub fn of_machine() -> Self {
         Self {
             bytes: share_of_available(DEFAULT_SHARE_PERCENT),
@@ -61,26 +64,26 @@ impl MemoryLimit {
         }
     }
 
-    /// What remains of it when `bytes` are held by something else.
+    /// Limit after another `bytes` are reserved.
     pub fn after_reserving(self, bytes: usize) -> Self {
         Self { reserved: self.reserved.saturating_add(bytes as u64), ..self }
     }
 
-    /// Whether `bytes` fit into what remains.
+    /// Whether `bytes` fit into the remaining memory.
     pub fn allows(&self, bytes: u128) -> bool {
         let fits = self.remaining().is_none_or(|remaining| bytes <= remaining.into());
         fits && bytes <= isize::MAX as u128
     }
 
-    /// Bytes that remain; `None` where nothing is known of the machine.
+    /// Remaining bytes of the limit; `None` if the available memory of the machine is unknown.
     pub fn remaining(&self) -> Option<u64> {
         self.bytes.map(|bytes| bytes.saturating_sub(self.reserved))
     }
 
-    /// Checks that `bytes` fit for `what`; `mend` says what the user can change.
+    /// Checks that `bytes` for `what` fit into the remaining memory. `mend` states what the user can change.
     ///
     /// # Errors
-    /// If they do not (kind `Resources`).
+    /// If `bytes` do not fit (kind `Resources`).
     pub fn ensure_available(&self, bytes: u128, what: &str, mend: &str) -> Result<()> {
         if self.allows(bytes) {
             return Ok(());
@@ -92,7 +95,7 @@ impl MemoryLimit {
         )))
     }
 
-    /// What raises the limit.
+    /// Text for the user on how to raise the limit.
     fn how_to_raise(&self) -> &'static str {
         match self.source {
             LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => "",
@@ -103,7 +106,7 @@ impl MemoryLimit {
         }
     }
 
-    /// What the limit is called.
+    /// Name of the limit in messages.
     fn name(&self) -> String {
         match self.source {
             LimitSource::CommandLine(None) => "allowed by --max-memory".to_owned(),
@@ -116,18 +119,18 @@ impl MemoryLimit {
         }
     }
 
-    /// The limit in words, like "80 % of what is available is 12.0 GiB"; `None` where nothing is known of the machine.
+    /// Description of the limit, for example "80 % of what is available is 12.0 GiB". `None` if the available memory is unknown.
     pub fn description(&self) -> Option<String> {
         self.bytes.map(|bytes| format!("{} is {}", self.name(), format_bytes(bytes.into())))
     }
 
-    /// Whether it is a size that somebody gave, and more than can be had.
+    /// Whether the user set the limit as a size, and this size exceeds the available memory.
     pub fn exceeds_available(&self) -> bool {
         let is_size = matches!(self.source, LimitSource::CommandLine(None) | LimitSource::Scene);
         is_size && self.bytes.zip(available()).is_some_and(|(bytes, available)| bytes > available)
     }
 
-    /// Whether the command line gives it.
+    /// Whether the limit comes from the command line.
     pub fn is_of_command_line(&self) -> bool {
         matches!(self.source, LimitSource::CommandLine(_))
     }
@@ -155,38 +158,39 @@ impl std::fmt::Display for MemoryLimit {
     }
 }
 
-/// As [`MemoryLimit::ensure_available`], by what the machine has now.
+/// Like [`MemoryLimit::ensure_available`], against all memory that is available now.
 ///
 /// # Errors
-/// If the system reports less memory available (Linux; elsewhere nothing is checked).
+/// If less memory is available (Linux; on other systems nothing is checked).
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
         .ensure_available(bytes, what, mend)
 }
 
-/// What can be had now without swapping and within the limits of the process and its control groups, bytes; `None` where that is not
-/// known.
+/// Available memory without swapping, within the limits of the process and its control groups, bytes.
+///
+/// `None` if it is unknown.
 fn available() -> Option<u64> {
     let of_group = cgroup::available_bytes(std::path::Path::new("/sys/fs/cgroup"));
     [available_in_machine(), available_in_process(), of_group].into_iter().flatten().min()
 }
 
-/// `percent` of it.
+/// `percent` of the available memory, bytes.
 fn share_of_available(percent: f64) -> Option<u64> {
     available().map(|bytes| (bytes as f64 * percent / 100.0) as u64)
 }
 
-/// Memory that can be had without swapping, bytes.
+/// Available memory of the machine without swapping, bytes (`MemAvailable` of `/proc/meminfo`).
 fn available_in_machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
-/// Addresses that the limit of the process (`ulimit -v`) leaves it; `None` without one.
+/// Address space that the limit of the process (`ulimit -v`) still allows, bytes; `None` without a limit.
 fn available_in_process() -> Option<u64> {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: the place is that of a limit.
+    // SAFETY: the pointer refers to a valid `rlimit`.
     let done = unsafe { libc::getrlimit(libc::RLIMIT_AS, &raw mut limit) } == 0;
     if !done || limit.rlim_cur == libc::RLIM_INFINITY {
         return None;
@@ -201,7 +205,7 @@ thread_local! {
     static FAILURE_HANDLED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does `work`, which asks for memory and has an answer where there is none.
+/// Runs `work`, whose caller handles failed allocations on this thread itself.
 pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
     let before = FAILURE_HANDLED.replace(true);
     let done = work();
@@ -209,12 +213,12 @@ pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Whether this thread has an answer where there is no memory.
+/// Whether the current thread handles a failed allocation itself.
 pub(crate) fn allocation_failure_is_handled() -> bool {
     FAILURE_HANDLED.try_with(Cell::get).unwrap_or(false)
 }
 
-/// Bytes in a unit that suits their number.
+/// Formats a number of bytes in a suitable unit.
 pub fn format_bytes(bytes: u128) -> String {
     let mebibytes = bytes as f64 / (1u64 << 20) as f64;
     match bytes {
@@ -226,7 +230,7 @@ pub fn format_bytes(bytes: u128) -> String {
     }
 }
 
-/// The same with the bytes themselves.
+/// Formats a number of bytes in a suitable unit, followed by the exact number.
 fn format_bytes_exactly(bytes: u128) -> String {
     if bytes < 1024 { format_bytes(bytes) } else { format!("{} ({bytes} bytes)", format_bytes(bytes)) }
 }
@@ -236,7 +240,7 @@ mod tests {
     use super::*;
     use crate::error::ErrorKind;
 
-    /// Truth: docs/DESIGN.md: the message has the bytes needed, those there are, and what can be changed.
+    /// Truth: docs/DESIGN.md: the message contains the required bytes, the available bytes and what the user can change.
     #[test]
     fn refusals_have_the_numbers() {
         let limit = MemoryLimit::of_scene(3 << 20).after_reserving(1 << 20);
@@ -254,7 +258,8 @@ mod tests {
         }
     }
 
-    /// Truth: docs/command-line.md: the message names the limit that was exceeded and what raises it; all of what is available cannot be raised.
+    /// Truth: docs/command-line.md: the message names the exceeded limit and how to raise it. A limit of 100 % of the available
+    /// memory cannot be raised.
     #[test]
     fn refusals_name_the_limit() {
         let told = |limit: MemoryLimit| {
@@ -296,7 +301,8 @@ mod tests {
         assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
     }
 
-    /// Truth: docs/command-line.md: 80 % by default, any other share by the option; the machine has the same memory within a fifth in one moment and the next.
+    /// Truth: docs/command-line.md: 80 % by default, any other share by the option. Tolerance 20 %: the available memory changes
+    /// from one moment to the next.
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };
@@ -305,7 +311,7 @@ mod tests {
         assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
 
-    /// Truth: English, and that nothing is left where more is held than allowed.
+    /// Truth: correct English, and nothing remains if more memory is reserved than the limit allows.
     #[test]
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
@@ -320,7 +326,7 @@ mod tests {
         assert_eq!(format_bytes(50 << 10), "50.0 KiB");
     }
 
-    /// Truth: no machine has 2^62 bytes, every one that runs this has one.
+    /// Truth: no machine has 2^62 bytes, and every machine that runs this test has one byte.
     #[test]
     fn the_machine_has_some() {
         assert!(ensure(1, "a byte", "").is_ok());

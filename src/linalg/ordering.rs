@@ -1,4 +1,5 @@
-//! Fill-reducing orderings: nested dissection of the node graph by METIS, then a postorder of the elimination tree.
+//! Fill-reducing orderings for sparse Cholesky factorisation: nested dissection of the node graph by METIS, then a postorder of the
+//! elimination tree.
 //!
 //! An order lists old indices in their new sequence: `order[new] = old`.
 
@@ -8,10 +9,10 @@ use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_PartGraphKway, METIS_SetDefa
 
 use crate::error::{Error, Result};
 
-/// METIS draws from the C library's one random sequence; two calls at a time would make orders depend on timing.
+/// Lock for METIS, which uses the global random numbers of the C library. Concurrent calls would make orders depend on timing.
 static METIS_LOCK: Mutex<()> = Mutex::new(());
 
-/// Which nodes share an element: a symmetric graph without loops.
+/// Undirected graph without loops; nodes are neighbours if they share an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeGraph {
     offsets: Vec<usize>,
@@ -19,7 +20,7 @@ pub struct NodeGraph {
 }
 
 impl NodeGraph {
-    /// The graph of `n_nodes` nodes in which the nodes of each element are connected with one another.
+    /// Graph of `n_nodes` nodes; all nodes of an element are neighbours of each other.
     pub fn from_elements<'a>(n_nodes: usize, elements: impl Iterator<Item = &'a [usize]> + Clone) -> Self {
         let mut start = vec![0usize; n_nodes + 1];
         elements.clone().flatten().for_each(|&node| start[node + 1] += 1);
@@ -52,7 +53,7 @@ impl NodeGraph {
         graph
     }
 
-    /// The graph of `n_nodes` nodes with the edges `pairs`, which may be given once or twice.
+    /// Graph of `n_nodes` nodes with the edges `pairs`. An edge may be given once or twice.
     pub(super) fn from_edges(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
         let mut offsets = vec![0usize; n_nodes + 1];
         pairs.iter().for_each(|&(i, j)| {
@@ -81,7 +82,7 @@ impl NodeGraph {
         &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
     }
 
-    /// The part of the graph between `nodes`, renumbered in their order.
+    /// Subgraph of `nodes`, renumbered in their order.
     fn subgraph(&self, nodes: &[usize]) -> Self {
         let mut local = vec![usize::MAX; self.n_nodes()];
         nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
@@ -95,7 +96,8 @@ impl NodeGraph {
     }
 }
 
-/// An order of `nodes` by nested dissection, postordered, with the `last` ones (a subset) put at the end in their own order.
+/// Elimination order of `nodes` by nested dissection, postordered. The nodes `last` (a subset) are placed at the end in their given
+/// order.
 ///
 /// # Errors
 /// If the graph is too large for METIS's 32-bit indices, or METIS fails.
@@ -111,8 +113,10 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
-/// Part (numbers from 0 to fewer than `n_parts`) of each node: connected nodes in few and equal parts, those with a
-/// large `weight(a, b)` (positive) rather in one.
+/// Divides a graph into parts of similar size with few edges between them; returns the part of each node.
+///
+/// Part numbers are consecutive from 0, at most `n_parts` parts. Edges with a large `weight(a, b)` (positive) tend to lie inside a
+/// part.
 ///
 /// # Errors
 /// As [`nested_dissection`].
@@ -136,8 +140,8 @@ pub(super) fn partition(
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let mut parts = vec![0 as idx_t; n];
     let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    // SAFETY: the arrays have the lengths METIS asks for (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n), the graph is
-    // symmetric without loops and the weights are positive; null stands for equal weights of nodes and parts.
+    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n). The graph is
+    // symmetric without loops and the weights are positive; null means equal weights of nodes and parts.
     let status = unsafe {
         METIS_SetDefaultOptions(options.as_mut_ptr());
         METIS_PartGraphKway(
@@ -162,7 +166,7 @@ pub(super) fn partition(
             "METIS failed to divide a mesh of {n} nodes (status {status})"
         )));
     }
-    // METIS may leave parts without nodes.
+    // METIS may return parts without nodes; the others are renumbered.
     let mut number = vec![usize::MAX; n_parts];
     let mut count = 0;
     Ok(parts
@@ -178,7 +182,7 @@ pub(super) fn partition(
         .collect())
 }
 
-/// Offsets and neighbours with METIS's indices.
+/// Offsets and neighbours as METIS indices.
 fn metis_indices(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
     let too_large = |_| {
         Error::resources(format!(
@@ -205,8 +209,8 @@ fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let (mut order, mut inverse) = (vec![0 as idx_t; n], vec![0 as idx_t; n]);
     let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    // SAFETY: the arrays have the lengths METIS asks for (n + 1, offsets[n], n, n, METIS_NOPTIONS), the graph is
-    // symmetric without loops, and no vertex weights are given.
+    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], n, n, METIS_NOPTIONS). The graph is symmetric
+    // without loops, and no vertex weights are given.
     let status = unsafe {
         METIS_SetDefaultOptions(options.as_mut_ptr());
         METIS_NodeND(
@@ -226,7 +230,7 @@ fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
     Ok(order.into_iter().map(|i| i as usize).collect())
 }
 
-/// Parents in the elimination tree of the graph taken in `order`, `usize::MAX` for roots.
+/// Parents in the elimination tree of the graph in `order`; `usize::MAX` for roots.
 fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     let n = order.len();
     let mut position = vec![0; n];
@@ -248,8 +252,9 @@ fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     parent
 }
 
-/// `order` rearranged so that every subtree of its elimination tree is contiguous and precedes its root: columns with
-/// the same pattern then stand side by side, the fill is the same.
+/// Rearranges `order` so that each subtree of its elimination tree is contiguous and precedes its root.
+///
+/// Columns with the same pattern are then adjacent, and the fill does not change.
 ///
 /// # Source
 /// Liu (1990), SIAM J. Matrix Anal. Appl. 11.
@@ -283,7 +288,7 @@ fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Nodes of a k x k x k grid connected in cells of 2 x 2 x 2.
+    /// Node graph of a k x k x k grid of nodes; each element has 2 x 2 x 2 nodes.
     fn grid(k: usize) -> NodeGraph {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut elements: Vec<Vec<usize>> = Vec::new();
@@ -297,7 +302,7 @@ mod tests {
         NodeGraph::from_elements(k * k * k, elements.iter().map(Vec::as_slice))
     }
 
-    /// Number of entries of L by columns, from the elimination tree's definition (row subtrees).
+    /// Number of entries of L, counted by row subtrees of the elimination tree.
     fn fill(graph: &NodeGraph, order: &[usize]) -> usize {
         let n = order.len();
         let parent = elimination_tree(graph, order);
@@ -319,8 +324,8 @@ mod tests {
         count
     }
 
-    /// Truth: nested dissection of an n-node 3D grid fills O(n^(4/3)), the natural (banded) order O(n^(5/3))
-    /// (George 1973); postordering an elimination tree leaves the fill unchanged (Liu 1990).
+    /// Truth: the fill of an n-node 3D grid is O(n^(4/3)) for nested dissection and O(n^(5/3)) for the natural (banded) order
+    /// (George 1973). Postordering an elimination tree does not change the fill (Liu 1990).
     #[test]
     fn nested_dissection_fills_less_than_the_natural_order() {
         let graph = grid(14);
@@ -332,7 +337,7 @@ mod tests {
         assert_eq!(dissected, fill(&graph, &sorted));
     }
 
-    /// Truth: the definition of a postorder: parents follow their children and subtrees are contiguous.
+    /// Truth: the definition of a postorder: parents follow their children, and subtrees are contiguous.
     #[test]
     fn postorder_is_one() {
         let graph = grid(6);
@@ -351,7 +356,7 @@ mod tests {
         }
     }
 
-    /// Truth: an order is a permutation, and the nodes wanted last are last, in their order.
+    /// Truth: the order is a permutation, and the nodes `last` are at its end in their given order.
     #[test]
     fn last_nodes_are_last() {
         let graph = grid(5);

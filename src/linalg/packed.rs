@@ -1,4 +1,4 @@
-//! Dense symmetric matrices of which one triangle is stored, for products that are bound by memory traffic.
+//! Dense symmetric matrices in packed storage (one triangle), for matrix-vector products that are limited by memory bandwidth.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -8,16 +8,16 @@ use rayon::prelude::*;
 use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
-/// Stripes a matrix is worked on in; their number is fixed so that the bits do not depend on the threads.
+/// Number of row ranges (stripes) of a parallel product. It is fixed, so that results have the same bits for any number of threads.
 const N_STRIPES: usize = 16;
-/// Rows taken together.
+/// Rows that the kernels process together.
 const ROWS_PER_BLOCK: usize = 4;
-/// Columns taken together.
+/// Columns that the kernels process together.
 const COLUMNS_PER_BLOCK: usize = 4;
-/// Entries of a vector that are looked at together for zeros, a multiple of [`COLUMNS_PER_BLOCK`].
+/// Length of the chunks of a vector that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
 const ZERO_SCAN_LEN: usize = 16;
 
-/// A dense symmetric matrix `[n, n]`, lower triangle row by row.
+/// Dense symmetric matrix `[n, n]` in packed storage: its lower triangle row by row.
 pub struct PackedSymmetric {
     n: usize,
     lower: Vec<f64>,
@@ -25,21 +25,21 @@ pub struct PackedSymmetric {
     scratch: Mutex<Scratch>,
 }
 
-/// What a product needs besides the matrix.
+/// Buffers of a product.
 struct Scratch {
-    /// One vector per stripe.
+    /// Partial results, one vector per stripe.
     parts: Vec<f64>,
-    /// Where the vector may be other than zero: ranges in steps of [`ZERO_SCAN_LEN`], ascending.
+    /// Ranges of the vector that may contain non-zeros, ascending, in steps of [`ZERO_SCAN_LEN`].
     filled: Vec<Range<usize>>,
 }
 
-/// Position of row `i` in the packed triangle.
+/// Position of the first entry of row `i` in the packed triangle.
 fn start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
 impl PackedSymmetric {
-    /// Packs the lower triangle of the matrix whose entries are `at(i, j)`, i >= j.
+    /// Packs the lower triangle of a matrix with the entries `at(i, j)`, i >= j.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -70,8 +70,9 @@ impl PackedSymmetric {
         self.lower[start(i.max(j)) + i.min(j)]
     }
 
-    /// `y = self x`; overwrites. The same bits for any number of threads; does not allocate. Entries between two zeros of x
-    /// are not read: forces vanish outside the contact.
+    /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
+    ///
+    /// Blocks of entries (i, j) with x_i = x_j = 0 are not read: forces vanish outside the contact.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -89,8 +90,9 @@ impl PackedSymmetric {
         }
     }
 
-    /// The share of the stored rows `rows` (and of their mirror images) in the product, in `part[..rows.end]`; x with
-    /// where it is `filled`.
+    /// Contribution of the stored rows `rows` and of their mirror images to the product, in `part[..rows.end]`.
+    ///
+    /// `filled` are the ranges of x that may contain non-zeros.
     fn multiply_stripe(&self, rows: Range<usize>, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
@@ -107,7 +109,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Rows i..i + ROWS: the common columns together, so that x and y are read once, then the corner.
+    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`]: first their common columns in one pass over x and y, then the remaining triangle.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -136,8 +138,10 @@ impl PackedSymmetric {
         }
     }
 
-    /// Rows i..i + ROWS where x vanishes on them: no mirror images, and only columns where x is `filled`. Sums in the order of
-    /// [`Self::multiply_rows`], so that the bits are the same.
+    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] if x vanishes on these rows: without mirror images, and only with the columns in
+    /// `filled`.
+    ///
+    /// The order of summation is the same as in [`Self::multiply_rows`], so the bits are the same.
     fn dot_rows(&self, i: usize, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -160,7 +164,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Columns `from`..=i of row i, and their mirror images.
+    /// Multiplies columns `from`..=i of row i and their mirror images.
     fn multiply_tail(&self, i: usize, from: usize, x: &[f64], part: &mut [f64]) {
         let row = &self.lower[start(i)..start(i + 1)];
         let mut sum = row[i] * x[i];
@@ -172,7 +176,7 @@ impl PackedSymmetric {
     }
 }
 
-/// Ranges of whole chunks outside which `x` is zero.
+/// Finds the ranges of whole chunks outside which `x` is zero.
 fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
     filled.clear();
     for (chunk, values) in x.chunks(ZERO_SCAN_LEN).enumerate() {
@@ -187,7 +191,7 @@ fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
     }
 }
 
-/// Row ranges of about equal numbers of entries.
+/// Divides the rows into stripes with about equal numbers of entries.
 fn stripes(n: usize) -> Vec<Range<usize>> {
     let end = |s: usize| {
         let share = (s as f64 / N_STRIPES as f64).sqrt();
@@ -200,7 +204,7 @@ fn stripes(n: usize) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    /// Truth: the definition of the product, row by row; 1e-13: rounding of sums of up to 150 terms of order 1.
+    /// Truth: the definition of the product, row by row. Tolerance 1e-13: rounding of sums of up to 150 terms of order 1.
     #[test]
     fn product_is_the_sum_over_columns() {
         for n in [0, 1, 2, 5, 17, 64, 150] {
@@ -217,8 +221,8 @@ mod tests {
         }
     }
 
-    /// Truth: the definition of the product; and the same bits as with the zeros multiplied. Zeros in runs of any length and
-    /// place, all of them, none.
+    /// Truth: the definition of the product, and the same bits as a product that includes the zeros. Cases: runs of zeros of any
+    /// length and position, only zeros, no zeros.
     #[test]
     fn zeros_are_left_out() {
         let n = 150;
@@ -246,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Truth: the same bits with one thread and with several.
+    /// Truth: the same bits with one thread and with several threads.
     #[test]
     fn threads_do_not_change_bits() {
         let matrix = PackedSymmetric::from_lower(333, |i, j| ((i + 7 * j) as f64).cos()).expect("memory");

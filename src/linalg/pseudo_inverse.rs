@@ -1,7 +1,7 @@
-//! Least squares by the singular value decomposition (faer's), for fits of any rank.
+//! Least-squares solutions by the singular value decomposition (by faer), for matrices of any rank.
 //!
-//! nalgebra's decomposition loses ten digits of some well-conditioned matrices: the quadratic polynomials at the 72 points of a patch
-//! of pyramids, for example (compare issue 1172 of dimforge/nalgebra).
+//! The decomposition of nalgebra loses ten digits for some well-conditioned matrices. An example is the quadratic polynomials at
+//! the 72 points of a patch of pyramids (compare issue 1172 of dimforge/nalgebra).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::svd::{self, ComputeSvdVectors};
@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 
 use crate::error::{Error, Result};
 
-/// The Moore-Penrose inverse, `[n_columns, n_rows]`: it maps a right side to the shortest least-squares solution.
+/// Moore-Penrose inverse A⁺ of A, `[n_columns, n_rows]`: A⁺ b is the least-squares solution of A x = b with the smallest norm.
+///
 /// Singular values up to `tolerance` times the largest count as zero.
 ///
 /// # Errors
@@ -53,8 +54,8 @@ pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, tolerance: f64) -> Result<DM
 mod tests {
     use super::*;
 
-    /// Truth: A A⁺ A = A and A⁺ A A⁺ = A⁺ (Penrose 1955) of tall, wide and singular matrices, some with equal singular
-    /// values; nothing of a matrix without rows. Tolerance: rounding.
+    /// Truth: A A⁺ A = A and A⁺ A A⁺ = A⁺ (Penrose 1955). Cases: tall, wide and singular matrices, some with equal singular values,
+    /// and a matrix without rows. Tolerance: rounding.
     #[test]
     fn penrose_conditions() {
         let number = |k: usize| (k as f64 * 0.618_033_988_75).fract() - 0.5;

@@ -1,7 +1,8 @@
-//! Wider registers where the processor has them.
+//! Compilation of kernels for wider vector registers (AVX2) where the processor supports them.
 
-/// Calls a function that is always inlined, with wider registers where the processor has them; the bits are the same. A length may be
-/// a generic parameter of the function.
+/// Calls an `#[inline(always)]` function, compiled for AVX2 if the processor supports it. The bits are the same in both cases.
+///
+/// A length may be a const generic parameter of the function.
 macro_rules! wide {
     ($body:ident$(<$n:ident>)?($($value:expr => $name:ident: $kind:ty),*)) => {{
         #[cfg(target_arch = "x86_64")]
@@ -11,7 +12,7 @@ macro_rules! wide {
                 $body($($name),*);
             }
             if std::arch::is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has the instructions.
+                // SAFETY: the processor supports AVX2.
                 return unsafe { wider($($value),*) };
             }
         }

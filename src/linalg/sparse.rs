@@ -1,15 +1,17 @@
-//! Sparse symmetric matrices, lower triangle by columns.
+//! Sparse symmetric matrices; the lower triangle is stored by columns.
 
 use nalgebra_sparse::CscMatrix;
 
-/// A sparse symmetric matrix `[n, n]` of which the lower triangle is stored by columns (CSC, rows ascending).
+/// Sparse symmetric matrix `[n, n]`; its lower triangle is stored by columns (CSC, ascending rows).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymmetricSparse {
     lower: CscMatrix<f64>,
 }
 
-/// Entries of a small symmetric matrix being summed up; a large one is filled into its pattern
-/// ([`SymmetricSparse::from_pattern`]), which takes a third of the memory.
+/// Triplets (column, row, value) of a small symmetric matrix that are summed up by [`Self::build`].
+///
+/// For a large matrix, add entries to a fixed pattern instead ([`SymmetricSparse::from_pattern`]), which needs a third of the
+/// memory.
 #[derive(Debug, Clone)]
 pub struct SymmetricTriplets {
     n: usize,
@@ -18,12 +20,12 @@ pub struct SymmetricTriplets {
 }
 
 impl SymmetricTriplets {
-    /// No entries yet.
+    /// Creates an empty list for a matrix `[n, n]`.
     pub fn new(n: usize) -> Self {
         Self { n, entries: Vec::new() }
     }
 
-    /// Adds `value` to the entries (i, j) and (j, i), which are one; call once per unordered pair.
+    /// Adds `value` to the entry (i, j), which is also (j, i). Call it once per unordered pair.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -32,9 +34,9 @@ impl SymmetricTriplets {
         self.entries.push((i.min(j), i.max(j), value));
     }
 
-    /// The matrix: equal entries are summed in the order in which they were added.
+    /// Builds the matrix. Values of the same entry are summed in the order in which they were added.
     pub fn build(mut self) -> SymmetricSparse {
-        // Stable: equal entries keep their order.
+        // The sort is stable: values of the same entry keep their order.
         self.entries.sort_by_key(|&(column, row, _)| (column, row));
         let mut pattern: Vec<(usize, usize)> = self.entries.iter().map(|&(j, i, _)| (j, i)).collect();
         pattern.dedup();
@@ -49,21 +51,21 @@ impl SymmetricTriplets {
 }
 
 impl SymmetricSparse {
-    /// A matrix of zeros that stores entries of its lower triangle: column offsets `[n + 1]`, and the rows of each column,
-    /// ascending.
+    /// Creates a zero matrix with a given pattern of its lower triangle: column offsets `[n + 1]`, and ascending row indices of
+    /// each column.
     ///
     /// # Panics
-    /// If rows are not ascending or out of range, or the offsets do not fit them.
+    /// If rows are not ascending or out of range, or if the offsets do not match the rows.
     pub fn from_pattern(offsets: Vec<usize>, rows: Vec<usize>) -> Self {
         let (n, values) = (offsets.len() - 1, vec![0.0; rows.len()]);
         let lower = CscMatrix::try_from_csc_data(n, n, offsets, rows, values);
         Self { lower: lower.expect("a pattern by ascending rows") }
     }
 
-    /// Adds `value` to the entries (i, j) and (j, i), which are one; does not allocate.
+    /// Adds `value` to the entry (i, j), which is also (j, i). Does not allocate.
     ///
     /// # Panics
-    /// If the entry is not stored.
+    /// If the pattern does not contain the entry.
     pub fn add(&mut self, i: usize, j: usize, value: f64) {
         let (offsets, rows, values) = self.lower.csc_data_mut();
         let column = offsets[i.min(j)]..offsets[i.min(j) + 1];
@@ -76,7 +78,7 @@ impl SymmetricSparse {
         self.lower.ncols()
     }
 
-    /// Number of stored entries (of the lower triangle).
+    /// Number of stored entries, which belong to the lower triangle.
     pub fn n_stored(&self) -> usize {
         self.lower.nnz()
     }
@@ -86,7 +88,7 @@ impl SymmetricSparse {
         self.lower.csc_data()
     }
 
-    /// All entries (row, column, value) of both triangles, each once.
+    /// Iterates over the entries (row, column, value) of both triangles, each once.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         self.lower.triplet_iter().flat_map(|(i, j, &v)| {
             let mirrored = (i != j).then_some((j, i, v));
@@ -136,8 +138,8 @@ impl SymmetricSparse {
 mod tests {
     use super::*;
 
-    /// Truth: sums in the order of adding: 1e16 swallows a 1 that comes after it, not two that came before together. The
-    /// other entries keep the sort busy.
+    /// Truth: summation in the order of addition: a 1 added after 1e16 is lost to rounding, two 1s added before 1e16 are not. The
+    /// other entries are present to exercise the sort.
     #[test]
     fn equal_entries_are_summed_in_their_order() {
         let n = 60;
@@ -153,7 +155,7 @@ mod tests {
         assert_eq!(matrix.diagonal(), vec![2.0; n]);
     }
 
-    /// Truth: the product by hand of [[2, 0, 3], [0, 0, 0], [3, 0, 5]], of which a column stores nothing.
+    /// Truth: the product computed by hand of [[2, 0, 3], [0, 0, 0], [3, 0, 5]], a matrix with a column without stored entries.
     #[test]
     fn entries_of_a_pattern() {
         let mut matrix = SymmetricSparse::from_pattern(vec![0, 2, 2, 3], vec![0, 2, 2]);

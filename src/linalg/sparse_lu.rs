@@ -1,4 +1,4 @@
-//! Sparse LU factorisation of unsymmetric systems (faer's, columns in COLAMD order), with its residual checked.
+//! Sparse LU factorisation of unsymmetric matrices (by faer, columns in COLAMD order), with a check of its residual.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::LuError;
@@ -10,18 +10,19 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use super::vector::norm;
 use crate::error::{Error, Result};
 
-/// A relative residual above this is not rounding: the factors are wrong, or the matrix is singular.
+/// Maximum relative residual of a correct factorisation. A larger one is not rounding: the factors are wrong, or the matrix is
+/// singular.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Right-hand sides solved together.
+/// Maximum number of right-hand sides per solve.
 pub const MAX_RHS: usize = 32;
 
-/// A = P^T L U Q^T of a square sparse matrix.
+/// LU factorisation A = Pᵀ L U Qᵀ of a square sparse matrix.
 pub struct SparseLu {
     symbolic: SymbolicLu<usize>,
     numeric: NumericLu<usize, f64>,
 }
 
-/// Memory for [`SparseLu::solve_in_place`], made once.
+/// Workspace of [`SparseLu::solve_in_place`], allocated once.
 pub struct LuWorkspace(MemBuffer);
 
 fn factorisation_error(error: LuError) -> Error {
@@ -40,12 +41,12 @@ fn out_of_memory() -> Error {
 }
 
 impl SparseLu {
-    /// Factorises the matrix of the entries (row, column, value); equal places are summed.
+    /// Factorises the matrix with the entries (row, column, value); repeated entries are summed.
     ///
-    /// The matrix must be regular: faer stops the program at a pivot that is exactly zero.
+    /// The matrix must be regular: faer terminates the program at a pivot of exactly zero.
     ///
     /// # Errors
-    /// If memory does not suffice, the pattern of the entries makes the matrix singular, or the residual of a check is not rounding.
+    /// If memory does not suffice, if the pattern makes the matrix singular, or if the residual of the check exceeds rounding.
     ///
     /// # Panics
     /// If an entry is out of range.
@@ -78,7 +79,7 @@ impl SparseLu {
         self.symbolic.nrows()
     }
 
-    /// Memory for solves of up to [`MAX_RHS`] right-hand sides.
+    /// Allocates the workspace for solves with up to [`MAX_RHS`] right-hand sides.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -87,11 +88,10 @@ impl SparseLu {
         MemBuffer::try_new(request).map(LuWorkspace).map_err(|_| out_of_memory())
     }
 
-    /// Solves A x = rhs in place for `[n_rhs, n]` right-hand sides, one after the other in memory, at most
-    /// [`MAX_RHS`]. Does not allocate.
+    /// Solves A x = rhs in place for right-hand sides `[n_rhs, n]`, at most [`MAX_RHS`]. Does not allocate.
     ///
     /// # Panics
-    /// If `rhs` is not whole vectors or more than [`MAX_RHS`].
+    /// If the length of `rhs` is not a multiple of n, or if there are more than [`MAX_RHS`] right-hand sides.
     pub fn solve_in_place(&self, rhs: &mut [f64], workspace: &mut LuWorkspace) {
         let n = self.n();
         let count = rhs.len() / n;
@@ -104,7 +104,7 @@ impl SparseLu {
         );
     }
 
-    /// A x = A v must give back A v for a fixed vector v without pattern.
+    /// Checks that the solution x of A x = A v gives A x = A v, for a fixed vector v without regular pattern.
     fn check(&self, matrix: &CscMatrix<f64>) -> Result<()> {
         let n = self.n();
         let known: Vec<f64> = (0..n).map(|i| (i as f64 * 12.9898 + 1.0).sin()).collect();
@@ -132,7 +132,7 @@ impl SparseLu {
 mod tests {
     use super::*;
 
-    /// Truth: memory suffices for 20 rows: a matrix with a row or a column without entries is singular.
+    /// Truth: a matrix of 20 rows with an empty row or column is singular. The error kind must not be lack of memory.
     #[test]
     fn empty_rows_are_no_lack_of_memory() {
         let n = 20_usize;
@@ -151,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Truth: A x = b put back into A; an unsymmetric band matrix; 1e-12: rounding.
+    /// Truth: A x equals b for the solution x; an unsymmetric band matrix. Tolerance 1e-12: rounding.
     #[test]
     fn solutions_satisfy_the_equations() {
         let n = 70_usize;

@@ -1,12 +1,12 @@
-//! Products and sums of vectors. The order of summation is part of each name, because it fixes the last bits.
+//! Products and sums of vectors. Each name states the order of summation, because this order determines the last bits.
 
-/// Scalar product, summed in order.
+/// Scalar product aᵀ b, summed sequentially.
 #[inline]
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Scalar product in four partial sums, for the vector units and for smaller rounding.
+/// Scalar product aᵀ b in four partial sums, for vector instructions and smaller rounding errors.
 #[inline]
 pub(crate) fn dot4(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
@@ -20,7 +20,7 @@ pub(crate) fn dot4(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Scalar product in eight partial sums, whose order depends on the length only.
+/// Scalar product aᵀ b in eight partial sums. The order of summation depends only on the length.
 #[inline]
 pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -35,13 +35,13 @@ pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// Euclidean norm, summed in order.
+/// Euclidean norm, summed sequentially.
 #[inline]
 pub(crate) fn norm(x: &[f64]) -> f64 {
     x.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// `y += factor * x`.
+/// Computes `y += factor * x`.
 #[inline]
 pub(crate) fn axpy<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[T]) {
     y.iter_mut().zip(x).for_each(|(y, &x)| *y += factor * Into::<f64>::into(x));

@@ -1,29 +1,30 @@
-//! The pairs of clusters that a matrix over a cluster tree is stored in.
+//! Block partition of a matrix over a cluster tree into pairs of clusters.
 
 use super::cluster_tree::{Cluster, ClusterTree};
 
-/// Rows of one cluster and columns of another, or of the same.
+/// Block of a matrix: the rows of one cluster and the columns of another cluster or of the same one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClusterPair {
-    /// Cluster of the rows.
+    /// Index of the row cluster in the tree.
     pub rows: usize,
-    /// Cluster of the columns; of a symmetric matrix not before that of the rows in the order of the tree.
+    /// Index of the column cluster in the tree. With [`MirrorBlocks::One`] its points do not precede the points of the row cluster.
     pub columns: usize,
-    /// Whether the clusters are far apart for their size, so that the block has a low rank.
+    /// Whether the distance of the clusters is large relative to their size, so that the block has low rank.
     pub is_admissible: bool,
 }
 
-/// Which of two blocks that mirror each other a partition holds.
+/// Which blocks of a mirrored pair a partition contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
-    /// One of them. The blocks hold every pair of places once, those of the diagonal blocks in both orders.
+    /// One block of each pair. The blocks cover each pair of points once; diagonal blocks cover it in both orders.
     One,
-    /// Both. The blocks hold every pair of places once in both orders.
+    /// Both blocks. The blocks cover each ordered pair of points once.
     Both,
 }
 
-/// Blocks over all pairs of places. A block is admissible if the smaller of the two diameters is at most `admissibility` times the
-/// distance.
+/// Divides the matrix over all pairs of points into blocks.
+///
+/// A block is admissible if the smaller of the two diameters is at most `admissibility` times the distance.
 pub fn partition<const D: usize>(
     tree: &ClusterTree<D>,
     admissibility: f64,
@@ -42,7 +43,7 @@ pub fn partition<const D: usize>(
                 }
                 waiting.extend([(first, second), (first, first)]);
             }
-            // The larger one is cut, so that both keep about the same size.
+            // The larger cluster is divided, so that both clusters keep similar sizes.
             (false, Some([first, second]), _) if rows_first => {
                 waiting.extend([(second, columns), (first, columns)]);
             }
@@ -65,8 +66,8 @@ mod tests {
     use super::super::cluster_tree::{BoundingBox, ClusterTree};
     use super::*;
 
-    /// Truth: every pair of places lies in one block and only one of the pair's two orders is stored, but on the
-    /// diagonal; far blocks are as far apart as asked for.
+    /// Truth: the blocks cover each pair of points once, in one order only except on the diagonal. Admissible blocks satisfy the
+    /// distance condition.
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();
@@ -94,7 +95,8 @@ mod tests {
         assert!(n_far > 10 && seen.iter().all(|&count| count == 1));
     }
 
-    /// Truth: every pair of places lies in one block, far ones being as far apart as asked for; here of points on two walls in space.
+    /// Truth: the blocks cover each ordered pair of points once, and admissible blocks satisfy the distance condition. Points on
+    /// two walls in space.
     #[test]
     fn all_blocks_hold_every_pair_once() {
         let at = |k: usize| {

@@ -1,31 +1,32 @@
-//! A binary tree of points in the plane or in space: each cluster is cut in the middle of the longest side of its box.
+//! Binary cluster tree of points in the plane or in space. Each cluster is divided at the middle of the longest side of its
+//! bounding box.
 
 use std::ops::Range;
 
 use crate::geometry::bounds;
 
-/// A rectangle or box along the axes: least and largest coordinates, mm.
+/// Axis-aligned rectangle or box: smallest and largest coordinates, mm.
 pub type BoundingBox<const D: usize = 2> = [[f64; D]; 2];
 
-/// Points that lie together.
+/// Cluster of neighbouring points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cluster<const D: usize = 2> {
-    /// Their places in the order of the tree.
+    /// Range of its points in the order of the tree.
     pub range: Range<usize>,
-    /// The smallest rectangle or box around what belongs to them.
+    /// Bounding box of the extents of its points.
     pub extent: BoundingBox<D>,
-    /// The two halves; `None` of a leaf.
+    /// Indices of the two child clusters; `None` for a leaf.
     pub children: Option<[usize; 2]>,
 }
 
 impl<const D: usize> Cluster<D> {
-    /// Diagonal of the extent.
+    /// Diagonal of the bounding box, mm.
     pub fn diameter(&self) -> f64 {
         let [low, high] = self.extent;
         length::<D>(|axis| high[axis] - low[axis])
     }
 
-    /// Distance of two extents, zero where they touch.
+    /// Distance of the bounding boxes, mm; zero if they touch or overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         let apart = |axis: usize| {
             let gap = self.extent[0][axis] - other.extent[1][axis];
@@ -39,18 +40,19 @@ fn length<const D: usize>(along: impl Fn(usize) -> f64) -> f64 {
     (0..D).fold(0.0, |length: f64, axis| length.hypot(along(axis)))
 }
 
-/// The clusters, the root first and halves after their whole, and the order of the points in which each is a range.
+/// Cluster tree and the order of the points in which each cluster is a contiguous range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClusterTree<const D: usize = 2> {
-    /// All clusters.
+    /// All clusters; the root is first, and children follow their parent.
     pub clusters: Vec<Cluster<D>>,
-    /// Index of the point at each place, `[N]`.
+    /// Index of the point at each position of the tree order, `[N]`.
     pub order: Vec<usize>,
 }
 
 impl<const D: usize> ClusterTree<D> {
-    /// Leaves have `leaf` points at most, unless those lie in one place. `points` `[N]` are what is cut by, `extents`
-    /// `[N]` what belongs to each.
+    /// Builds the tree. Leaves have at most `leaf` points, unless the points coincide.
+    ///
+    /// `points` `[N]` determine the division. `extents` `[N]` are the bounding boxes of the objects at the points.
     pub fn new(points: &[[f64; D]], extents: &[BoundingBox<D>], leaf: usize) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut clusters = vec![cluster(&order, extents, 0..points.len())];
@@ -71,7 +73,7 @@ impl<const D: usize> ClusterTree<D> {
         Self { clusters, order }
     }
 
-    /// Ranges of clusters with `size` points at most, as large as there are; they hold every place once, ascending.
+    /// Ranges of the largest clusters with at most `size` points (or leaves); ascending, and each point belongs to one range.
     pub fn clusters_of_size(&self, size: usize) -> Vec<Range<usize>> {
         let (mut parts, mut waiting) = (Vec::new(), vec![0]);
         while let Some(index) = waiting.pop() {
@@ -94,8 +96,9 @@ fn cluster<const D: usize>(order: &[usize], extents: &[BoundingBox<D>], range: R
     Cluster { range, extent, children: None }
 }
 
-/// Puts the points on one side of the cut before those on the other; how many those are, `None` if all are in one
-/// place.
+/// Reorders points so that the points on the lower side of the cut are first; returns their number.
+///
+/// `None` if all points coincide.
 fn cut<const D: usize>(points: &[[f64; D]], order: &mut [usize]) -> Option<usize> {
     let bounds: [[f64; 2]; D] =
         std::array::from_fn(|axis| bounds(order.iter().map(|&point| points[point][axis])));
@@ -103,7 +106,7 @@ fn cut<const D: usize>(points: &[[f64; D]], order: &mut [usize]) -> Option<usize
     let longest = (1..D).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
     let [low, high] = bounds[longest];
     let middle = 0.5 * (low + high);
-    // Stable, so that the order depends on the points only.
+    // The partition is stable, so that the order depends only on the points.
     let (mut before, after): (Vec<usize>, Vec<usize>) =
         order.iter().partition(|&&point| points[point][longest] < middle);
     let size = before.len();
@@ -122,8 +125,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Truth: what a tree is: halves make up their whole, every point has one place, extents hold what belongs to the
-    /// points.
+    /// Truth: the definition of a tree: children make up their parent, each point has one position, and extents contain the extents
+    /// of their points.
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);
@@ -155,7 +158,7 @@ mod tests {
         assert!(parts.iter().cloned().flatten().eq(0..500));
     }
 
-    /// Truth: distances of rectangles by hand; points in one place cannot be cut.
+    /// Truth: distances of rectangles computed by hand. Coinciding points cannot be divided.
     #[test]
     fn distances_and_points_in_one_place() {
         let of = |low: [f64; 2], high: [f64; 2]| Cluster { range: 0..1, extent: [low, high], children: None };

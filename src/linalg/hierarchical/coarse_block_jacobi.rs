@@ -1,4 +1,5 @@
-//! Approximate inverses of matrices in blocks: dense ones between neighbours, and one of rigid motions of groups of neighbours.
+//! Two-level preconditioner for [`CollocationMatrix`]: dense inverses of diagonal blocks, and a coarse correction by rigid motions
+//! of groups of nodes.
 
 use std::ops::Range;
 
@@ -14,50 +15,52 @@ use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::norm;
 
-/// Nodes of a cluster whose inverse is made, at most.
+/// Maximum number of nodes of a diagonal block.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Nodes of a group that moves as a whole, at most, unless there were more than so many groups.
+/// Maximum number of nodes of a rigid group. If the number of nodes divided by [`MAX_GROUPS`] is larger, that value applies.
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
-/// A motion that is this small beside what it was is a sum of those before it.
+/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
-/// x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b): P has orthonormal motions of groups, D the dense blocks of larger groups on its diagonal.
+/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b).
+///
+/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of larger groups.
 pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
     groups: Vec<RigidGroup>,
-    /// Inverse of Pᵀ A P with what borders it.
+    /// Inverse of Pᵀ A P with its border rows and columns.
     coarse_inverse: DenseMatrix,
 }
 
-/// Rows that move together.
+/// Group of rows with common motions: translations, and rotations of the displacements.
 pub(super) struct RigidGroup {
     pub places: Range<usize>,
-    /// Number of its first motion.
+    /// Index of its first motion.
     pub first_motion: usize,
-    /// Orthonormal, one after the other.
+    /// Orthonormal motions, stored one after the other.
     pub motions: Vec<f64>,
 }
 
-/// What a matrix in blocks lacks: more entries between the unknowns of each node, and rows and columns that border it.
+/// Additions to a collocation matrix: 3 x 3 blocks on the diagonal, and a border of further rows and columns.
 pub struct DiagonalAndBorder<'a> {
-    /// More entries of node i, rows and columns 3 i + c.
+    /// Additional 3 x 3 block of each node i, rows and columns 3 i + c.
     pub blocks: &'a [Matrix3<f64>],
-    /// Further columns `[n + border, border]`.
+    /// Border columns `[n + border, border]`.
     pub columns: &'a DenseMatrix,
-    /// Further rows, as columns `[n, border]`.
+    /// Border rows, stored as columns `[n, border]`.
     pub rows: &'a DenseMatrix,
 }
 
-/// What is known of the unknowns.
+/// Positions and kinds of the unknowns of a collocation matrix.
 #[derive(Clone, Copy)]
 pub struct CollocationUnknowns<'a> {
-    /// Where their nodes lie, mm.
+    /// Positions of the nodes, mm.
     pub positions: &'a [Vector3<f64>],
-    /// Whether they are no displacements, which do not move rigidly.
+    /// Whether each unknown is a traction. Otherwise it is a displacement, which takes part in rigid rotations.
     pub is_traction: &'a [bool],
 }
 
@@ -95,12 +98,12 @@ impl RigidGroup {
         Self { places, first_motion, motions }
     }
 
-    /// Number of motions.
+    /// Number of motions of the group.
     pub fn n_motions(&self) -> usize {
         self.motions.len() / self.places.len()
     }
 
-    /// Motions in some of its places, `[places, motions]`.
+    /// Motions of the rows `places` of the group, `[places, motions]`.
     pub fn motions_at(&self, places: &Range<usize>) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
             .subrows(places.start - self.places.start, places.len())
@@ -108,7 +111,7 @@ impl RigidGroup {
 }
 
 impl CoarseBlockJacobi {
-    /// Of a matrix with additions.
+    /// Builds the preconditioner of `matrix` with `additions`.
     ///
     /// # Errors
     /// If memory does not suffice, or a block is singular.
@@ -166,7 +169,9 @@ impl CoarseBlockJacobi {
         Ok(Self { n, block_inverses, groups, coarse_inverse: inverse(means, Par::rayon(0))? })
     }
 
-    /// Bytes that it takes while it is made on a layout, and that it holds: blocks counted, six motions for each group.
+    /// Expected memory [peak during construction, kept afterwards] for a layout, bytes.
+    ///
+    /// Blocks are counted exactly; six motions per group are assumed.
     pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
         let nodes = layout.groups().n_nodes();
         let locals: usize =
@@ -176,14 +181,14 @@ impl CoarseBlockJacobi {
         [held + 16 * coarse * coarse, held + 8 * coarse * coarse]
     }
 
-    /// Bytes that it holds.
+    /// Memory of the stored inverses and motions, bytes.
     pub fn bytes(&self) -> usize {
         let locals: usize = self.block_inverses.iter().map(|(_, values)| 4 * values.len()).sum();
         let motions: usize = self.groups.iter().map(|group| 8 * group.motions.len()).sum();
         locals + motions + 8 * self.coarse_inverse.values().len()
     }
 
-    /// x about A⁻¹ b of each of `count` columns, one after the other; overwrites.
+    /// Computes x ≈ A⁻¹ b for `count` columns, stored one after the other; overwrites `x`.
     pub fn apply(&self, b: &[f64], x: &mut [f64], count: usize) {
         let (n, n_rows, size) = (self.n, b.len() / count, self.coarse_inverse.n_rows());
         let motions = size - (n_rows - n);
@@ -250,7 +255,7 @@ fn inverse(matrix: DenseMatrix, par: Par) -> Result<DenseMatrix> {
     Ok(inverse)
 }
 
-/// Rows of clusters with `nodes` nodes at most, as large as there are; ascending.
+/// Row ranges of the largest clusters with at most `nodes` nodes (or leaves); ascending.
 fn dof_clusters(layout: &CollocationLayout, nodes: usize) -> Vec<Range<usize>> {
     let (tree, groups) = (layout.tree(), layout.groups());
     let (mut parts, mut waiting) = (Vec::new(), vec![0]);

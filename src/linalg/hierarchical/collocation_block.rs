@@ -1,37 +1,40 @@
-//! Blocks of matrices whose entries come together: three rows of a node and the columns of an element.
+//! Lazily computed blocks of collocation matrices. The kernel is evaluated for the three rows of a node and all columns of an
+//! element together.
 
 use std::ops::Range;
 
 use super::cross_approximation::{LazyMatrix, index_at_share};
 
-/// Rows of a node.
+/// Number of rows per node: one per direction.
 pub const ROWS_PER_NODE: usize = 3;
 
-/// Places, as shares of the rows and columns, of those that are computed to begin with.
+/// Positions of the initial rows and columns of a cross approximation, as shares of the numbers of nodes and elements.
 const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
 const FIRST_COLUMN: f64 = 0.5;
 
 const NOT_COMPUTED: u32 = u32::MAX;
 
-/// A matrix of a collocation method: its rows belong to nodes, its columns to elements, the places of a cluster tree.
+/// Kernel of a collocation matrix: rows belong to nodes, columns to elements, both in the order of a cluster tree.
 pub trait CollocationKernel: Sync {
-    /// Writes what element `element` does at node `node`: its columns one after the other, three rows each; after those of the matrix
-    /// the ones that are only summed up.
+    /// Writes the entries of element `element` at node `node`, column by column with three rows each.
+    ///
+    /// The columns of the matrix are first; the summed columns follow ([`ElementNumbering::n_sum_columns`]).
     fn entries(&self, node: usize, element: usize, values: &mut [f64]);
 }
 
-/// How rows and columns are grouped.
+/// Numbering of nodes, rows and columns by elements in the order of the cluster tree.
 #[derive(Debug, Clone)]
 pub struct ElementNumbering {
-    /// First node of each element in the order of the tree, and their number.
+    /// First node of each element in tree order, followed by the total number of nodes.
     first: Vec<usize>,
     element_of: Vec<u32>,
     n_sum_columns: usize,
 }
 
 impl ElementNumbering {
-    /// `nodes` of each element in the order of the tree, three columns for each, and `n_sum_columns` columns of each element that are only
-    /// summed up.
+    /// Creates the numbering for elements with the numbers of nodes `nodes`, in tree order. Each node has three columns.
+    ///
+    /// Each element has `n_sum_columns` further columns, of which only the sum over all elements is kept.
     pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());
         for (element, count) in nodes.enumerate() {
@@ -46,40 +49,39 @@ impl ElementNumbering {
         self.element_of.len()
     }
 
-    /// Columns of each element that are only summed up.
+    /// Number of summed columns of each element: only the sum of such a column over all elements is kept.
     pub fn n_sum_columns(&self) -> usize {
         self.n_sum_columns
     }
 
-    /// Nodes of some elements.
+    /// Nodes of a range of elements.
     pub fn nodes(&self, elements: &Range<usize>) -> Range<usize> {
         self.first[elements.start]..self.first[elements.end]
     }
 
-    /// Rows, or columns of the matrix, of some elements.
+    /// Rows of a range of elements, which are also its matrix columns.
     pub fn dofs(&self, elements: &Range<usize>) -> Range<usize> {
         let nodes = self.nodes(elements);
         ROWS_PER_NODE * nodes.start..ROWS_PER_NODE * nodes.end
     }
 
-    /// Columns of an element with the others.
+    /// Number of columns of an element, including the summed columns.
     fn n_columns(&self, element: usize) -> usize {
         ROWS_PER_NODE * (self.first[element + 1] - self.first[element]) + self.n_sum_columns
     }
 }
 
-/// A block whose lines are computed when they are first asked for, those of a node or element together. The columns that are only summed
-/// up come last.
+/// Block with rows and columns that are computed on first use, together for each node or element. The summed columns are last.
 pub(super) struct CollocationBlock<'k, K> {
     kernel: &'k K,
     groups: &'k ElementNumbering,
     nodes: Range<usize>,
     elements: Range<usize>,
-    /// Columns of the matrix, and all.
+    /// Number of matrix columns; `n_columns` also counts the summed columns.
     n_matrix_columns: usize,
     n_columns: usize,
     values: Vec<f64>,
-    /// Where among the known lines those of a node or an element begin.
+    /// Index of the first known row of each node and of the first known column of each element, or [`NOT_COMPUTED`].
     first_row_of_node: Vec<u32>,
     first_column_of_element: Vec<u32>,
     row_places: Vec<usize>,
@@ -114,7 +116,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         }
     }
 
-    /// With the lines that crosses begin with.
+    /// Computes the rows and columns with which a cross approximation starts.
     pub fn with_initial_lines(mut self) -> Self {
         let (nodes, elements) = (self.nodes.len(), self.elements.len());
         for share in FIRST_ROWS {
@@ -124,12 +126,12 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self
     }
 
-    /// Columns of the matrix.
+    /// Number of matrix columns, without the summed columns.
     pub fn n_matrix_columns(&self) -> usize {
         self.n_matrix_columns
     }
 
-    /// The columns of an element, each its place in the block and its three rows at a node.
+    /// Evaluates an element at a node. For each column, returns its position in the block and its three rows.
     fn evaluate(&mut self, node: usize, element: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let (groups, place) = (self.groups, self.elements.start + element);
         self.values.resize(ROWS_PER_NODE * groups.n_columns(place), 0.0);
@@ -162,7 +164,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.first_row_of_node[node] as usize
     }
 
-    /// The columns of an element become known.
+    /// Computes all columns of an element, unless they are known.
     fn compute_element_columns(&mut self, element: usize) {
         if self.first_column_of_element[element] != NOT_COMPUTED {
             return;
@@ -185,7 +187,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.column_places.extend(others..others + groups.n_sum_columns);
     }
 
-    /// All entries, column by column.
+    /// All entries including the summed columns, column by column.
     pub fn everything(&mut self) -> Vec<f64> {
         let m = ROWS_PER_NODE * self.nodes.len();
         let mut values = vec![0.0; m * self.n_columns];
@@ -201,7 +203,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
 }
 
 impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
-    /// All columns of an element become known together, which takes longer than a cross more.
+    /// A new column requires all columns of its element, which costs more than an additional cross. Hence a low share.
     const KNOWN_COLUMN_SHARE: f64 = 0.1;
 
     fn size(&self) -> (usize, usize) {

@@ -1,4 +1,4 @@
-//! Matrices of collocation methods in blocks of low rank: not symmetric, products with many vectors side by side.
+//! Hierarchical matrices of collocation methods: unsymmetric, with products for several vectors at once.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// A block, in single precision.
+/// Block of the matrix in single precision.
 struct StoredBlock {
     rows: Range<usize>,
     columns: Range<usize>,
@@ -24,9 +24,9 @@ struct StoredBlock {
 }
 
 enum BlockContent {
-    /// Column by column.
+    /// Dense entries, column by column.
     Near(Vec<f32>),
-    /// Terms u vᵀ, u before v for each, in single precision.
+    /// Low-rank approximation Σ u vᵀ in single precision; each term stores u, then v.
     Far(Vec<f32>),
 }
 
@@ -39,33 +39,34 @@ impl StoredBlock {
     }
 }
 
-/// The blocks of a matrix of nodes and elements.
+/// Block structure of a collocation matrix: cluster tree of the elements, numbering, and block partition.
 pub struct CollocationLayout {
     tree: ClusterTree<3>,
     groups: ElementNumbering,
     blocks: Vec<ClusterPair>,
 }
 
-/// A matrix of nodes and elements in blocks.
+/// Hierarchical collocation matrix A, `[n, n]`, with blocks in single precision.
 pub struct CollocationMatrix {
     layout: CollocationLayout,
     blocks: Vec<StoredBlock>,
 }
 
 impl CollocationLayout {
-    /// Blocks of elements (`tree`) with so many nodes; far apart means that the smaller diameter is at most `admissibility` times the
-    /// distance.
+    /// Divides the matrix into blocks over the cluster tree of the elements.
+    ///
+    /// A block is admissible if the smaller diameter is at most `admissibility` times the distance.
     pub fn new(tree: ClusterTree<3>, groups: ElementNumbering, admissibility: f64) -> Self {
         let blocks = partition(&tree, admissibility, MirrorBlocks::Both);
         Self { tree, groups, blocks }
     }
 
-    /// The tree of the elements.
+    /// Cluster tree of the elements.
     pub fn tree(&self) -> &ClusterTree<3> {
         &self.tree
     }
 
-    /// Nodes and columns of the elements.
+    /// Numbering of the nodes and columns by elements.
     pub fn groups(&self) -> &ElementNumbering {
         &self.groups
     }
@@ -74,7 +75,7 @@ impl CollocationLayout {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
-    /// Entries of the near blocks, and rows and columns of the far ones.
+    /// Numbers for memory estimates: entries of the near blocks, and sum of rows and columns of the far blocks.
     pub fn storage_counts(&self) -> [usize; 2] {
         self.blocks.iter().fold([0; 2], |[near, far], block| {
             let [m, n] = self.elements(block).map(|elements| self.groups.dofs(&elements).len());
@@ -82,8 +83,9 @@ impl CollocationLayout {
         })
     }
 
-    /// A block, the root of the mean square of the errors of its entries being `error` at most but for rounding, and the sums of the
-    /// columns that are only summed up, `[extra][row]`.
+    /// Computes a block and the sums of its summed columns, `[extra][row]`.
+    ///
+    /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision.
     fn build_block(
         &self,
         block: &ClusterPair,
@@ -134,17 +136,18 @@ impl CollocationLayout {
         (stored(BlockContent::Near(near)), sums)
     }
 
-    /// The matrix, the root of the mean square of the errors of the entries of a block being `error` at most but for rounding to single
-    /// precision, and the sums of the columns that are only summed up.
+    /// Computes the matrix and the summed columns, `[n, n_sum_columns]`.
+    ///
+    /// The root-mean-square error of the entries of each block is at most `error`, except for rounding to single precision.
     ///
     /// # Errors
-    /// If memory does not suffice, or a stop is wished.
+    /// If memory does not suffice, or the run is cancelled.
     pub fn fill(
         self,
         kernel: &impl CollocationKernel,
         error: f64,
     ) -> Result<(CollocationMatrix, DenseMatrix)> {
-        // Large blocks take long: each is a task of its own.
+        // Large blocks take long, so each block is a separate task.
         let of = |block: &ClusterPair| self.build_block(block, kernel, error);
         let filled: Vec<(StoredBlock, Vec<f64>)> = self.blocks.par_iter().with_max_len(1).map(of).collect();
         cancel::check()?;
@@ -163,23 +166,25 @@ impl CollocationLayout {
 }
 
 impl CollocationMatrix {
-    /// Number of rows and of columns.
+    /// Number of rows, which equals the number of columns.
     pub fn n(&self) -> usize {
         3 * self.layout.groups.n_nodes()
     }
 
-    /// The tree and the groups.
+    /// Block structure, with the cluster tree and the numbering.
     pub fn layout(&self) -> &CollocationLayout {
         &self.layout
     }
 
-    /// Bytes of all blocks.
+    /// Memory of all blocks, bytes.
     pub fn bytes(&self) -> usize {
         self.blocks.iter().map(StoredBlock::bytes).sum()
     }
 
-    /// Adds the product with the first rows of `x` to those of `y`, in one thread. In single precision that of the numbers is rounded
-    /// as the blocks are; in double precision they are taken as exact.
+    /// Adds A x to the first n rows of `y`, where x is the first n rows of `x`. Uses one thread.
+    ///
+    /// The type `T` is the precision of the arithmetic. In single precision, products are rounded like the blocks; in double
+    /// precision, the stored entries count as exact.
     pub fn add_product<T: BlockScalar>(&self, x: MatRef<T>, mut y: MatMut<T>) {
         let (mut wide, mut between) = (Vec::new(), Vec::new());
         for block in &self.blocks {
@@ -206,7 +211,7 @@ impl CollocationMatrix {
         }
     }
 
-    /// Adds the entries among the rows and columns `places` to a matrix of them.
+    /// Adds the entries in the rows and columns `places` to `values`, the diagonal block of `places`.
     pub(super) fn add_diagonal_block(&self, places: &Range<usize>, values: &mut DenseMatrix) {
         let inside = |range: &Range<usize>| places.start <= range.start && range.end <= places.end;
         for block in self.blocks.iter().filter(|block| inside(&block.rows) && inside(&block.columns)) {
@@ -230,9 +235,9 @@ impl CollocationMatrix {
         }
     }
 
-    /// Adds the products of the motions of each pair of groups with the matrix.
+    /// Adds the coarse matrix Pᵀ A P to `values`; the columns of P are the motions of `groups`.
     pub(super) fn add_coarse_products(&self, groups: &[RigidGroup], values: &mut DenseMatrix) {
-        // Groups are ascending: those that lie in a range follow each other.
+        // Groups are ascending, so the groups that overlap a range are consecutive.
         let of = |range: &Range<usize>| -> Vec<(usize, Range<usize>)> {
             let first = groups.partition_point(|group| group.places.end <= range.start);
             let there = groups.iter().enumerate().skip(first);
@@ -284,14 +289,14 @@ impl CollocationMatrix {
     }
 }
 
-/// Numbers that products are made of.
+/// Scalar type of products, `f32` or `f64`.
 pub trait BlockScalar: faer::traits::ComplexField {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
 
-    /// Those of a block, widened into `wide` if need be.
+    /// Returns values of a block in this type. A conversion uses the buffer `wide`.
     fn widen<'v>(values: &'v [f32], wide: &'v mut Vec<Self>) -> &'v [Self];
 }
 
@@ -322,7 +327,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Elements of two nodes on two walls, and a kernel of blocks that is not symmetric; a further column is the sum of the others.
+    /// Elements of two nodes on two walls, with an unsymmetric 3 x 3 kernel. One summed column per direction is the sum of the
+    /// matrix columns.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {
@@ -348,8 +354,8 @@ mod tests {
         }
     }
 
-    /// Truth: sums over the kernel, to the error asked for its entries, in double and in single precision; further columns are the
-    /// products with ones; blocks of neighbours and sums over groups are those of the matrix.
+    /// Truth: sums over the kernel, to the requested error of the entries, in double and in single precision. Summed columns are
+    /// products with ones. Diagonal blocks equal the entries of the full matrix.
     #[test]
     fn products_are_sums_over_the_kernel() {
         let at = |k: usize| {
@@ -381,7 +387,7 @@ mod tests {
         let mut image = vec![0.0f32; 2 * n];
         let to = MatMut::from_column_major_slice_mut(&mut image[..], n, 2);
         matrix.add_product(MatRef::from_column_major_slice(&single, n, 2), to);
-        // Random errors of the entries of a row, and those in step.
+        // Limits for random errors of the entries of a row, and for errors of equal sign.
         for (j, allowed) in [(0, 5.0 * error * (n as f64).sqrt()), (1, 0.3 * error * n as f64)] {
             for i in 0..n {
                 let found = [y.at(i, j), f64::from(image[j * n + i])];

@@ -1,7 +1,7 @@
-//! Adaptive cross approximation with partial pivoting: a block of low rank from some of its rows and columns.
+//! Adaptive cross approximation with partial pivoting: approximates a block by outer products u vᵀ of some of its rows and columns.
 //!
-//! A kernel gives several components at once, each a matrix of its own. Rows and columns that one of them has asked for
-//! are kept for the others.
+//! A kernel evaluates several components at once, and each component is a separate matrix. Rows and columns that were computed for
+//! one component are stored and reused for the others.
 //!
 //! # Source
 //! Bebendorf 2000, "Approximation of boundary element matrices".
@@ -10,41 +10,41 @@ use std::ops::Range;
 
 use crate::linalg::vector::{axpy, norm};
 
-/// Entries of matrices over the places of a cluster tree: `entries(i, j, values)` writes entry (i, j) of each
-/// component.
+/// Entries of the components of a kernel in tree order: `entries(i, j, values)` writes entry (i, j) of each component to `values`.
 pub trait KernelEntries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 
-/// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
+/// Share of the error bound of a block for the remainder of the cross approximation. The rest is for the subsequent truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
-/// Crosses below the bound, one after the other, after which a component is taken to be complete.
+/// Number of consecutive crosses below the bound after which a component counts as complete.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// A row says that a component is not complete if its largest entry exceeds the mean of the bound so many times.
+/// A check row continues the approximation if its largest residual entry exceeds this multiple of the mean allowed error.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// No cross is taken through a row whose entries are below this share of the mean of the bound.
+/// No cross is added through a row if all residual entries are below this share of the mean allowed error.
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
-/// Places, as shares of the rows, of the first row and of those that are looked at to begin with and in the end.
+/// Position of the first row and column as a share of the number of rows or columns; below, of further initial rows and of the
+/// check rows.
 const FIRST_LINE_SHARE: f64 = 0.5;
 const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
 const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
 
-/// A matrix whose rows and columns are computed when they are first asked for, and kept.
+/// Matrix with rows and columns that are computed on first use and stored.
 pub(super) trait LazyMatrix {
-    /// Share of the largest entry of a row from which on a column that is there already is taken as the pivot's.
+    /// A known column becomes the pivot column if its residual entry is at least this share of the largest entry of the row.
     const KNOWN_COLUMN_SHARE: f64 = 0.3;
 
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     fn size(&self) -> (usize, usize);
 
-    /// Rows that are known, in the order in which they became so.
+    /// Indices of the known rows, in the order of their computation.
     fn known_rows(&self) -> &[usize];
 
-    /// Columns that are known.
+    /// Indices of the known columns.
     fn known_columns(&self) -> &[usize];
 
     /// Row `i`.
@@ -54,7 +54,7 @@ pub(super) trait LazyMatrix {
     fn column(&mut self, j: usize) -> &[f64];
 }
 
-/// A component of a block of entries.
+/// One component of a kernel block as a [`LazyMatrix`].
 pub(super) struct ComponentLines<'l, 'k, K> {
     pub lines: &'l mut KernelBlock<'k, K>,
     pub component: usize,
@@ -86,7 +86,7 @@ impl<K: KernelEntries> LazyMatrix for ComponentLines<'_, '_, K> {
     }
 }
 
-/// A block whose rows and columns are computed entry by entry.
+/// Block of a kernel with rows and columns that are computed on first use, for all components together.
 pub(super) struct KernelBlock<'k, K> {
     entries: &'k K,
     rows: Range<usize>,
@@ -124,12 +124,12 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         lines
     }
 
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     fn size(&self) -> (usize, usize) {
         (self.rows.len(), self.columns.len())
     }
 
-    /// Frobenius norm of all components together, by the lines that are known.
+    /// Frobenius norm of all components together, estimated from the known rows and columns.
     pub fn norm(&self) -> f64 {
         let (m, n) = self.size();
         let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
@@ -137,7 +137,7 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         ((squares(&self.row_values) + squares(&self.column_values)) / known as f64 * (m * n) as f64).sqrt()
     }
 
-    /// Where among the known rows row `i` of the block is.
+    /// Position of row `i` of the block among the known rows; computes the row if it is unknown.
     fn row(&mut self, i: usize) -> usize {
         if let Some(known) = self.row_places.iter().position(|&place| place == i) {
             return known;
@@ -154,7 +154,7 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         self.row_places.len() - 1
     }
 
-    /// Where among the known columns column `j` of the block is.
+    /// Position of column `j` of the block among the known columns; computes the column if it is unknown.
     fn column(&mut self, j: usize) -> usize {
         if let Some(known) = self.column_places.iter().position(|&place| place == j) {
             return known;
@@ -172,10 +172,10 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
     }
 }
 
-/// Most components of a kernel.
+/// Maximum number of components of a kernel.
 pub const MAX_COMPONENTS: usize = 9;
 
-/// A sum of products u vᵀ.
+/// Low-rank matrix Σ u vᵀ `[m, n]`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct OuterProducts {
     /// `[rank][m]`
@@ -185,17 +185,17 @@ pub(super) struct OuterProducts {
     pub rank: usize,
 }
 
-/// A cross approximation on its way.
+/// State of a cross approximation.
 struct CrossApproximation<L> {
     lines: L,
     terms: OuterProducts,
     used: Vec<bool>,
-    /// What is left of a row and of a column.
+    /// Residual entries of the current row and column.
     row: Vec<f64>,
     column: Vec<f64>,
 }
 
-/// A matrix, the Frobenius norm of what is left being about `bound`.
+/// Approximates a matrix by Σ u vᵀ. The remainder has a Frobenius norm of about `bound`.
 pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let (m, n) = lines.size();
     let (row, column) = (vec![0.0; n], vec![0.0; m]);
@@ -204,7 +204,7 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let mean = bound / ((m * n) as f64).sqrt();
     let (mut known, mut late, mut quiet) = (0, 0, 0);
     while cross.terms.rank < m.min(n) {
-        // Rows that are there, then those that the last column points at, then some to look whether all is done.
+        // First the known rows, then rows chosen by the largest entry of the last column, finally the check rows.
         let (i, least) = if known < cross.lines.known_rows().len() {
             known += 1;
             (cross.lines.known_rows()[known - 1], mean)
@@ -231,14 +231,15 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
 }
 
 impl<L: LazyMatrix> CrossApproximation<L> {
-    /// The row in which the last column is largest, of those that are not used.
+    /// Unused row in which the last column is largest.
     fn largest_unused_row(&self) -> Option<usize> {
         let free = (0..self.used.len()).filter(|&i| !self.used[i]);
         free.max_by(|&a, &b| self.column[a].abs().total_cmp(&self.column[b].abs()))
     }
 
-    /// Adds the cross through row `i` if some entry of what is left of it exceeds `least`: the Frobenius norm of what
-    /// was added.
+    /// Adds the cross through row `i` if the largest residual entry of the row exceeds `least`.
+    ///
+    /// Returns the Frobenius norm of the added term, or `None` if no cross was added.
     fn add(&mut self, i: usize, least: f64) -> Option<f64> {
         let (m, n) = self.lines.size();
         self.used[i] = true;
@@ -264,7 +265,7 @@ impl<L: LazyMatrix> CrossApproximation<L> {
     }
 }
 
-/// The largest of the values at some places, and its place.
+/// Index and value of the entry of largest magnitude among `places`.
 fn largest(values: &[f64], places: impl Iterator<Item = usize>) -> (usize, f64) {
     places
         .map(|place| (place, values[place]))

@@ -1,21 +1,21 @@
-//! Blocks of low rank with no more terms than a tolerance asks for, most of them in single precision.
+//! Low-rank blocks Σ u vᵀ with the smallest number of terms for a tolerance, most terms in single precision.
 //!
-//! The terms are orthogonal and ordered by size, so that the small ones bear a relative error of single precision.
+//! The terms are orthogonal and ordered by size. Small terms tolerate the relative error of single precision.
 
 use super::cross_approximation::OuterProducts;
 use crate::linalg::vector::dot8;
 
-/// Relative error of a term in single precision: both factors are rounded, at random.
+/// Relative error of a term in single precision. Both factors are rounded; the rounding errors are random.
 const SINGLE_PRECISION_ERROR: f64 = 5e-8;
 
-/// Shares of the bound for the terms that are left out and for the rounding of those in single precision.
+/// Shares of the error bound for the omitted terms and for the rounding of terms in single precision.
 const TRUNCATION_SHARE: f64 = 0.7;
 const ROUNDING_SHARE: f64 = 0.5;
 
-/// A column that is this small beside what it was is a sum of those before it.
+/// A vector is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
-/// The terms u vᵀ of a block, u before v for each.
+/// Low-rank block Σ u vᵀ; each term stores u, then v. Large terms are in double, small terms in single precision.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct LowRank {
     pub double: Vec<f64>,
@@ -23,7 +23,7 @@ pub(super) struct LowRank {
 }
 
 impl LowRank {
-    /// The fewest terms whose sum differs from that of `terms` (of an `m` x `n` block) by `bound` at most, in the
+    /// Reduces `terms` (of an `m` x `n` block) to the smallest number of terms whose sum differs by at most `bound` in the
     /// Frobenius norm.
     ///
     /// # Source
@@ -39,7 +39,7 @@ impl LowRank {
             let p = free.swap_remove(most);
             let size = sizes[p].sqrt();
             let u: Vec<f64> = w[p * m..(p + 1) * m].iter().map(|value| value / size).collect();
-            // What the others share with u moves to its own term.
+            // The components of the other terms along u move to the term of u.
             let mut v: Vec<f64> = q[p * n..(p + 1) * n].iter().map(|value| value * size).collect();
             for &other in &free {
                 let rest = &mut w[other * m..(other + 1) * m];
@@ -60,13 +60,13 @@ impl LowRank {
         shrunk
     }
 
-    /// Bytes of the terms.
+    /// Memory of the terms, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.double.as_slice()) + size_of_val(self.single.as_slice())
     }
 }
 
-/// Orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ.
+/// Computes orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ.
 fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let rank = terms.rank;
     let (mut q, mut w) = (terms.v.clone(), vec![0.0; rank * m]);
@@ -100,7 +100,7 @@ mod tests {
     use super::super::cross_approximation::{ComponentLines, KernelBlock, approximate};
     use super::*;
 
-    /// The sum of the terms at (i, j).
+    /// Entry (i, j) of the sum of the terms.
     fn entry(block: &LowRank, (m, n): (usize, usize), (i, j): (usize, usize)) -> f64 {
         let double: f64 = block.double.chunks_exact(m + n).map(|t| t[i] * t[m + j]).sum();
         let single: f64 =
@@ -112,8 +112,8 @@ mod tests {
         (block.double.len() + block.single.len()) / (m + n)
     }
 
-    /// Truth: a sum of five products has rank five, and crosses find it again with all of its components, one of which
-    /// is zero and one of which has a rank of its own. Tolerance: the bound.
+    /// Truth: a sum of five outer products has rank five. The approximation finds the rank of each component; one component is
+    /// zero, and one has rank one. Tolerance: the bound.
     #[test]
     fn sums_of_products_have_their_rank() {
         let (m, n) = (40, 57);
@@ -144,8 +144,8 @@ mod tests {
         }
     }
 
-    /// Truth: the kernel 1 / r between two squares at a distance of their diagonal; the error is the bound, the rank
-    /// grows with the logarithm of it, and the terms that may be are in single precision.
+    /// Truth: the kernel 1 / r between two squares at a distance of about their diagonal. The error is at most the bound, the rank
+    /// grows with the logarithm of the tolerance, and small terms are in single precision.
     #[test]
     fn error_follows_the_bound() {
         let m = 144;

@@ -1,4 +1,4 @@
-//! Matrices in blocks: what is stored, and how much of it there will be.
+//! Hierarchical matrices of kernels with several components: block structure, memory estimates, assembly.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -14,27 +14,27 @@ use super::low_rank::LowRank;
 use crate::cancel;
 use crate::error::Result;
 
-/// Finest tolerance of a block, unless less is asked for.
+/// Smallest tolerance of a block, unless the requested tolerance is smaller.
 const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
 
-/// Far blocks of like size of which the ranks are found to tell the memory of all.
+/// Number of sampled far blocks per size class in [`BlockLayout::sampled_bytes`].
 const SAMPLED_BLOCKS_PER_SIZE: usize = 3;
 
-/// Parts a product is made in; their number is fixed so that the bits do not depend on the threads.
+/// Number of parts of a parallel product. It is fixed, so that results have the same bits for any number of threads.
 pub(super) const N_PRODUCT_PARTS: usize = 16;
 
-/// A block of all components.
+/// Block of the matrix with all components.
 pub(super) struct StoredBlock {
     pub rows: Range<usize>,
     pub columns: Range<usize>,
     pub content: BlockContent,
 }
 
-/// The values of a block.
+/// Values of a block: dense or low-rank.
 pub(super) enum BlockContent {
-    /// `[component][row][column]`
+    /// Dense entries, `[component][row][column]`.
     Near(Vec<f64>),
-    /// `[component]`
+    /// Low-rank approximations, `[component]`.
     Far(Vec<LowRank>),
 }
 
@@ -50,7 +50,7 @@ impl BlockContent {
 }
 
 impl BlockContent {
-    /// What its entries of a component are sums of: `with(row, column, value)`.
+    /// Calls `with(row, column, value)` for each summand of the entries of a component. A low-rank entry has one summand per term.
     fn for_each_term(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Near(values) => {
@@ -72,30 +72,30 @@ impl BlockContent {
 }
 
 impl StoredBlock {
-    /// Whether rows and columns are the same.
+    /// Whether rows and columns are the same cluster.
     pub fn is_diagonal(&self) -> bool {
         self.rows == self.columns
     }
 }
 
-/// The blocks of matrices over a cluster tree.
+/// Block structure of hierarchical matrices over a cluster tree.
 pub struct BlockLayout {
     tree: ClusterTree,
     blocks: Vec<ClusterPair>,
-    /// Share of the tolerance that each cluster is given.
+    /// Factor of the tolerance for each cluster.
     tolerance_shares: Vec<f64>,
 }
 
 impl BlockLayout {
-    /// See [`partition`] for `admissibility`.
+    /// Divides the matrix into blocks. See [`partition`] for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
         let blocks = partition(&tree, admissibility, MirrorBlocks::One);
         let tolerance_shares = vec![1.0; tree.clusters.len()];
         Self { tree, blocks, tolerance_shares }
     }
 
-    /// With shares of the tolerance for the points, `[N]` in their own order; a block gets the least one of its rows and
-    /// columns.
+    /// Sets factors of the tolerance for the points, `[N]` in their original order. A block uses the smallest factor of its rows
+    /// and columns.
     pub fn with_tolerance_shares(self, shares: &[f64]) -> Self {
         let of = |range: Range<usize>| {
             self.tree.order[range].iter().map(|&point| shares[point]).fold(f64::INFINITY, f64::min)
@@ -104,30 +104,32 @@ impl BlockLayout {
         Self { tolerance_shares, ..self }
     }
 
-    /// The tolerance of a block.
+    /// Tolerance of a block, including its tolerance factor.
     fn tolerance_of(&self, block: &ClusterPair, tolerance: f64) -> f64 {
         (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns]))
             .max(MIN_BLOCK_TOLERANCE.min(tolerance))
     }
 
-    /// The tree.
+    /// Cluster tree of the points.
     pub fn tree(&self) -> &ClusterTree {
         &self.tree
     }
 
-    /// Rows and columns of a block.
+    /// Ranges of the rows and columns of a block.
     fn ranges(&self, block: &ClusterPair) -> [Range<usize>; 2] {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
-    /// Numbers in the blocks that are stored as they are, per component.
+    /// Number of entries of all near blocks, per component.
     pub fn near_entries(&self) -> usize {
         let near = self.blocks.iter().filter(|block| !block.is_admissible).map(|block| self.ranges(block));
         near.map(|[rows, columns]| rows.len() * columns.len()).sum()
     }
 
-    /// Bytes of [`Self::fill`]: near blocks counted, far ones by the bytes that a row or column usually takes per component
-    /// and square of the digits.
+    /// Estimates the memory of the matrix from [`Self::fill`], bytes, without evaluating the kernel.
+    ///
+    /// Near blocks are counted. A far block needs `per_line` bytes per row or column, per component and per squared number of
+    /// decimal digits of its tolerance.
     pub fn estimated_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
         let far = self.blocks.iter().filter(|block| block.is_admissible).map(|block| {
             let [m, n] = self.ranges(block).map(|range| range.len());
@@ -137,7 +139,8 @@ impl BlockLayout {
         components * (far.sum::<f64>() as usize + size_of::<f64>() * self.near_entries())
     }
 
-    /// Bytes of [`Self::fill`]: near blocks counted, far ones by the ranks of some of each size.
+    /// Estimates the memory of the matrix from [`Self::fill`], bytes. Near blocks are counted, far blocks extrapolated from samples
+    /// of each size.
     pub fn sampled_bytes(&self, entries: &impl KernelEntries, components: usize, tolerance: f64) -> usize {
         let mut of_size: Vec<Vec<&ClusterPair>> = Vec::new();
         for block in self.blocks.iter().filter(|block| block.is_admissible) {
@@ -198,12 +201,12 @@ impl BlockLayout {
         StoredBlock { rows, columns, content: BlockContent::Near(values) }
     }
 
-    /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far
-    /// block differs from what it should be by its share of `tolerance` times its norm (Frobenius, all components
-    /// together) at most.
+    /// Computes the matrices of a kernel. Entry (j, i) of a component equals its entry in `signs` (1 or -1) times entry (i, j).
+    ///
+    /// The error of a far block is at most its share of `tolerance` times its norm (Frobenius, all components together).
     ///
     /// # Errors
-    /// If a stop is wished.
+    /// If the run is cancelled.
     pub fn fill(
         self,
         entries: &impl KernelEntries,
@@ -211,7 +214,7 @@ impl BlockLayout {
         tolerance: f64,
     ) -> Result<HierarchicalMatrix> {
         let of = |block: &ClusterPair| self.build_block(block, entries, signs.len(), tolerance);
-        // Large blocks take long: each is a task of its own.
+        // Large blocks take long, so each block is a separate task.
         let blocks: Vec<StoredBlock> = self.blocks.par_iter().with_max_len(1).map(of).collect();
         cancel::check()?;
         let parts = parts(&blocks);
@@ -219,7 +222,7 @@ impl BlockLayout {
     }
 }
 
-/// Ranges of blocks of about equal numbers of bytes.
+/// Divides the blocks into [`N_PRODUCT_PARTS`] ranges with about equal memory.
 fn parts(blocks: &[StoredBlock]) -> Vec<Range<usize>> {
     let all: usize = blocks.iter().map(|block| block.content.bytes()).sum();
     let (mut ends, mut seen) = (vec![0], 0);
@@ -234,35 +237,35 @@ fn parts(blocks: &[StoredBlock]) -> Vec<Range<usize>> {
     ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
-/// The matrices of the components of a kernel over the places of a cluster tree.
+/// Hierarchical matrices `[N, N]` of the components of a kernel over the points of a cluster tree.
 pub struct HierarchicalMatrix {
     pub(super) tree: ClusterTree,
     pub(super) blocks: Vec<StoredBlock>,
-    /// Sign of the mirrored entries of each component.
+    /// Sign of the mirrored entries for each component, 1 or -1.
     pub(super) signs: Vec<f64>,
-    /// The blocks of each part of a product.
+    /// Range of blocks for each part of a product.
     pub(super) parts: Vec<Range<usize>>,
-    /// One result per part.
+    /// Partial results of a product, one vector per part.
     pub(super) scratch: Mutex<Vec<f64>>,
 }
 
 impl HierarchicalMatrix {
-    /// Number of places N.
+    /// Number of points N.
     pub fn n(&self) -> usize {
         self.tree.order.len()
     }
 
-    /// The tree.
+    /// Cluster tree of the points.
     pub fn tree(&self) -> &ClusterTree {
         &self.tree
     }
 
-    /// Bytes of all blocks.
+    /// Memory of all blocks, bytes.
     pub fn bytes(&self) -> usize {
         self.blocks.iter().map(|block| block.content.bytes() + size_of::<StoredBlock>()).sum()
     }
 
-    /// The entries between the places of each group (clusters of the tree), `[group][component][place][place]`.
+    /// Diagonal blocks of groups of points (clusters of the tree), `[group][component][place][place]`.
     pub fn diagonal_blocks(&self, groups: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
         let mut of = vec![0; self.n()];
         groups.iter().enumerate().for_each(|(group, places)| of[places.clone()].fill(group));
@@ -288,9 +291,9 @@ impl HierarchicalMatrix {
         values
     }
 
-    /// Σ w_i w_j entry (i, j) over the places of each pair of `groups` (ascending ranges of all places),
-    /// `[component][group][group]`;
-    /// `weights` `[N]`.
+    /// Weighted sums Σ w_i w_j a_ij over the points i, j of each pair of groups, `[component][group][group]`.
+    ///
+    /// `groups` are ascending ranges that cover all points; `weights` are `[N]`.
     pub fn group_sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();
         let of: Vec<usize> = groups
@@ -336,7 +339,7 @@ impl HierarchicalMatrix {
     }
 }
 
-/// Weighted sums of the values at some places by group.
+/// Weighted sums of `values` at `places` for each group: pairs of group and sum.
 fn grouped((values, places): (&[f64], &Range<usize>), of: &[usize], weights: &[f64]) -> Vec<(usize, f64)> {
     let mut sums: Vec<(usize, f64)> = Vec::new();
     for (value, place) in values.iter().zip(places.clone()) {

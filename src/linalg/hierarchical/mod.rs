@@ -1,9 +1,9 @@
-//! Matrices of smooth kernels over points in blocks of low rank: a tree of clusters, pairs of clusters
-//! that are far apart for their size, and the approximation of each such block by some of its rows and columns.
+//! Hierarchical matrices of smooth kernels: a cluster tree of points, dense blocks between near clusters, low-rank blocks `Σ u vᵀ`
+//! between distant clusters. [`ClusterTree`] and [`partition`] define the blocks, adaptive cross approximation computes the
+//! low-rank ones.
 //!
-//! What the kernel is does not matter here. Over points in the plane it may have several components, each a matrix that is symmetric or
-//! antisymmetric; one of each pair of mirrored blocks is stored ([`HierarchicalMatrix`]). Over elements in space its entries come together for
-//! a node and an element, without symmetry ([`CollocationMatrix`]).
+//! [`HierarchicalMatrix`]: points in the plane, several symmetric or antisymmetric components; one block of each mirrored pair is
+//! stored. [`CollocationMatrix`]: elements in space, unsymmetric; the kernel is evaluated for a node and an element at a time.
 //!
 //! # Source
 //! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical

@@ -1,30 +1,31 @@
-//! Products with matrices in blocks: the same bits for any number of threads, and nothing is allocated but the first
-//! time.
+//! Products of hierarchical matrices with vectors. The bits are the same for any number of threads; only the first product
+//! allocates.
 
 use rayon::prelude::*;
 
 use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
 use crate::linalg::vector::{axpy, dot8};
 
-/// What one component does in a product of several planes of vectors.
+/// Term `y_target += sign C_component x_source` of a product with several planes of vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComponentProduct {
-    /// The component.
+    /// Index of the component.
     pub component: usize,
-    /// The plane it is multiplied with.
+    /// Plane of x that the component is multiplied with.
     pub source_plane: usize,
-    /// The plane that the product is added to.
+    /// Plane of y that the product is added to.
     pub target_plane: usize,
-    /// Factor of the product.
+    /// Factor of the term.
     pub sign: f64,
 }
 
-/// Numbers of a plane that are summed up together.
+/// Number of entries that one parallel task sums over all parts.
 const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
-    /// `y = Σ sign C_component x`, planes of x and y `[planes, N]` as `uses` says, in the order of the tree;
-    /// overwrites.
+    /// Computes `y = Σ sign C_component x` over the terms `uses`; overwrites `y`.
+    ///
+    /// x and y are `[planes, N]` in the order of the tree.
     pub fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         if scratch.len() < N_PRODUCT_PARTS * y.len() {
@@ -50,14 +51,14 @@ impl HierarchicalMatrix {
         });
     }
 
-    /// Adds the share of a block and of its mirror image.
+    /// Adds the contribution of a block and of its mirror image.
     fn axpy(&self, block: &StoredBlock, one: &ComponentProduct, x: &[f64], y: &mut [f64]) {
         let n = self.n();
         let (x, y) = (
             &x[one.source_plane * n..(one.source_plane + 1) * n],
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
-        // Entries that meet zeros only are not read: tractions vanish outside the contact.
+        // Blocks are skipped if x vanishes on them: tractions vanish outside the contact.
         let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
@@ -91,7 +92,7 @@ impl HierarchicalMatrix {
     }
 }
 
-/// A far block, the vectors on its two sides, and the factors of the block and of its mirror image.
+/// Product of a far block: the block, x on its columns and rows, the result, and the factors of the block and its mirror image.
 struct FarBlockProduct<'b> {
     block: &'b StoredBlock,
     x_of_columns: Option<&'b [f64]>,
@@ -124,7 +125,7 @@ mod tests {
 
     type Points = Vec<[f64; 2]>;
 
-    /// Points with gaps and a cluster, and a kernel with a symmetric and an antisymmetric component.
+    /// Points with gaps and a dense cluster, and a kernel with a symmetric and an antisymmetric component.
     fn example() -> (Points, impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
         let at = |k: usize| {
             let (i, j) = ((k % 30) as f64, (k / 30) as f64);
@@ -156,7 +157,7 @@ mod tests {
         (matrix, ordered)
     }
 
-    /// Two planes: the first gets C_0 x_0 + C_1 x_1, the second -C_1 x_0.
+    /// Two planes: y_0 = C_0 x_0 + C_1 x_1 and y_1 = -C_1 x_0.
     const USES: [ComponentProduct; 3] = [
         ComponentProduct { component: 0, source_plane: 0, target_plane: 0, sign: 1.0 },
         ComponentProduct { component: 1, source_plane: 1, target_plane: 0, sign: 1.0 },
@@ -167,7 +168,7 @@ mod tests {
         (0..2 * n).map(|k| ((k * 7919 % 1000) as f64 * 0.37).sin()).collect()
     }
 
-    /// Truth: the sum over all entries of the kernel. The error follows the tolerance; zeros may be left out.
+    /// Truth: the sum over all entries of the kernel, for full and partly zero vectors. The error is proportional to the tolerance.
     #[test]
     fn products_are_sums_over_the_kernel() {
         for tolerance in [1e-4, 1e-8] {
@@ -198,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Truth: the same bits with one thread and with several.
+    /// Truth: the same bits with one thread and with several threads.
     #[test]
     fn threads_do_not_change_bits() {
         let product = |threads: usize| {
@@ -214,7 +215,7 @@ mod tests {
         assert!(product(2) == one && product(3) == one);
     }
 
-    /// Truth: sums over groups are products with vectors that are constant on them. Tolerance: rounding of 600 terms.
+    /// Truth: group sums equal products with vectors that are constant on a group. Tolerance: rounding of 600 terms.
     #[test]
     fn sums_over_groups() {
         let (matrix, _) = matrix(1e-6);

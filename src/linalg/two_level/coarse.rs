@@ -1,4 +1,4 @@
-//! The coarse space: the six rigid motions of each of many small parts.
+//! Coarse space of the two-level solver: the six rigid motions of each of many small parts.
 
 use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 
@@ -9,23 +9,26 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Motions of a part whose mean square is below this share of the largest are none: a part of few nodes, or of nodes
-/// on a line, has fewer than six.
+/// Smallest eigenvalue of the Gram matrix of the motions of a part, scaled to unit diagonal, that counts as a motion.
+///
+/// A part with few nodes, or with nodes on a line, has fewer than six motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
 
-/// Blocks of A Z below this share of the diagonal are rounding: a rigid motion of all its neighbours moves no node.
+/// Blocks of A Z below this share of the diagonal block times the motions are rounding and are dropped.
+///
+/// A rigid motion of a node with all its neighbours causes no force at the node.
 const MIN_FORCE_SHARE: f64 = 1e-12;
 
-/// Motions of a part at a node.
+/// Six motions of a part at a node, `[3, 6]` row by row.
 type NodeMotions = [f64; 18];
 
-/// Z: displacements of all nodes by rigid motions of the parts; and the factor of Zᵀ A Z.
+/// Coarse space: Z, the displacements of all nodes by rigid motions of the parts, and the factor of Zᵀ A Z.
 pub(super) struct CoarseSpace {
-    /// Part of each node.
+    /// Part of each node, `[n]`.
     part_of_node: Vec<u32>,
-    /// Rigid motions at each node, `[3, 6]` row by row, orthonormal over the part.
+    /// Z: rigid motions at each node, `[3, 6]` row by row, orthonormal over each part.
     motions: Vec<NodeMotions>,
-    /// A Z: where the blocks of each node begin, `[n + 1]`, their parts and values.
+    /// A Z: offsets of the blocks of each node, `[n + 1]`, then the part and the values of each block.
     offsets: Vec<usize>,
     part_of_block: Vec<u32>,
     force_blocks: Vec<NodeMotions>,
@@ -33,13 +36,13 @@ pub(super) struct CoarseSpace {
 }
 
 impl CoarseSpace {
-    /// Of `matrix`, with parts of about `nodes_per_part` nodes.
+    /// Builds the coarse space of `matrix` with parts of about `nodes_per_part` nodes.
     ///
     /// # Errors
     /// If memory does not suffice, or Zᵀ A Z is not positive definite.
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
-        // Parts follow the strong connections, so that weak directions are left to the coarse space.
+        // Strongly coupled nodes share a part, so that the coarse space represents the weak directions.
         let weight = |a: usize, b: usize| 1 + (1e3 * matrix.coupling_strength(a, b)) as i32;
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);
@@ -61,7 +64,9 @@ impl CoarseSpace {
         self.factor.n()
     }
 
-    /// `y += Z (Zᵀ A Z)⁻¹ (Zᵀ x - (A Z)ᵀ y)`, both `[3 n]`: what rigid motions of the parts can take of the error is gone.
+    /// Computes `y += Z (Zᵀ A Z)⁻¹ (Zᵀ x - (A Z)ᵀ y)`, both `[3 n]`.
+    ///
+    /// This removes the error that rigid motions of the parts can represent.
     ///
     /// # Errors
     /// If memory for the workspace of the factor does not suffice.
@@ -80,20 +85,20 @@ impl CoarseSpace {
     }
 }
 
-/// Coarse unknowns of all lanes, row by row and lane by lane.
+/// Coarse unknowns of all lanes, stored row by row (`lanes`) and lane by lane (`columns`).
 pub(super) struct CoarseVectors {
     lanes: Vec<Lanes>,
     columns: Vec<f64>,
 }
 
 impl CoarseVectors {
-    /// Room for those of `space`.
+    /// Allocates vectors for the coarse unknowns of `space`.
     pub fn new(space: &CoarseSpace) -> Self {
         Self { lanes: vec![[0.0; LANES]; space.n()], columns: vec![0.0; LANES * space.n()] }
     }
 }
 
-/// `c = Zᵀ x - (A Z)ᵀ y`.
+/// Computes `c = Zᵀ x - (A Z)ᵀ y`.
 fn restrict(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
     wide!(restrict_in(
         space => space: &CoarseSpace,
@@ -124,7 +129,7 @@ fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lane
     }
 }
 
-/// `c += sign Mᵀ x`.
+/// Computes `c += sign Mᵀ x` at a node.
 #[inline(always)]
 fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
     for (m, coarse) in coarse.iter_mut().enumerate() {
@@ -135,13 +140,13 @@ fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse:
     }
 }
 
-/// The motions of a part.
+/// Coarse unknowns of a part.
 #[inline(always)]
 fn rows_of_part(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
     &mut coarse[6 * part as usize..6 * part as usize + 6]
 }
 
-/// `y += Z c`.
+/// Computes `y += Z c`.
 fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
     for (node, &part) in space.part_of_node.iter().enumerate() {
         let coarse = &coarse[6 * part as usize..6 * part as usize + 6];
@@ -154,7 +159,7 @@ fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
     }
 }
 
-/// Rigid motions at each node, orthonormal over the nodes of a part.
+/// Rigid motions at each node, orthonormal over the nodes of each part.
 fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotions> {
     let (mut centre, mut count) = (vec![[0.0; 3]; n_parts], vec![0.0; n_parts]);
     for (&part, point) in part.iter().zip(&matrix.points) {
@@ -186,16 +191,16 @@ fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotio
     rigid.iter().zip(part).map(|(motions, &part)| row_by_row(motions * turn[part])).collect()
 }
 
-/// T with Tᵀ G T = 1 on the motions that there are; columns of the others are zero.
+/// Transformation T with Tᵀ G T = 1, which makes the motions with Gram matrix G orthonormal. Columns of dependent motions are zero.
 fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
-    // Turns and shifts have different units.
+    // The scaling compensates for the different units of rotations and translations.
     let scale = Matrix6::from_diagonal(&gram.diagonal().map(|g| if g > 0.0 { 1.0 / g.sqrt() } else { 0.0 }));
     let eigen = SymmetricEigen::new(scale * gram * scale);
     let factor = eigen.eigenvalues.map(|v| if v > MIN_MOTION_SHARE { 1.0 / v.sqrt() } else { 0.0 });
     scale * eigen.eigenvectors * Matrix6::from_diagonal(&factor)
 }
 
-/// A Z by nodes: where the blocks of each node begin, their parts and values.
+/// A Z by nodes: offsets of the blocks of each node, then the part and the values of each block.
 fn forces(
     matrix: &NodeMatrix,
     part: &[usize],
@@ -233,7 +238,7 @@ fn forces(
     (offsets, parts, forces)
 }
 
-/// Zᵀ A Z; motions that a part has not are rows of the identity.
+/// Coarse matrix Zᵀ A Z. A motion that does not exist in a part gets a row of the identity.
 fn coarse_matrix(
     part: &[usize],
     motions: &[NodeMotions],
@@ -257,7 +262,7 @@ fn coarse_matrix(
     triplets.build()
 }
 
-/// Pairs of parts that touch, each once.
+/// Pairs of coupled parts, each once.
 fn edges(part: &[usize], offsets: &[usize], parts: &[u32]) -> Vec<(usize, usize)> {
     let others = |node: usize| parts[offsets[node]..offsets[node + 1]].iter().map(|&q| q as usize);
     let pairs = part.iter().enumerate().flat_map(|(node, &p)| others(node).map(move |q| (p, q)));

@@ -1,4 +1,4 @@
-//! Preconditioned conjugate gradients for several right-hand sides, each with its own steps.
+//! Preconditioned conjugate gradients for several right-hand sides at once, each with its own step lengths.
 
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
@@ -6,17 +6,17 @@ use super::{MAX_ENERGY_ERROR, SLOW_OR_SINGULAR, TwoLevelSolver};
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// Most iterations; a preconditioner that needs more is of no use.
+/// Maximum number of iterations. The preconditioner counts as failed if it needs more.
 const MAX_ITERATIONS: usize = 2000;
 
-/// Steps over which the error is estimated.
+/// Number of last steps from which the error is estimated.
 const ERROR_ESTIMATE_STEPS: usize = 5;
 
-/// Vectors of the iteration, `[3 n]` each; those of the next system use the memory again.
+/// Vectors of the iteration, `[3 n]` each. The next system reuses their memory.
 pub(super) struct CgVectors {
-    /// The right-hand sides; the residuals in the end.
+    /// Right-hand sides on entry; residuals on return.
     pub residual: Vec<Lanes>,
-    /// The solutions.
+    /// Solutions.
     pub solution: Vec<Lanes>,
     direction: Vec<Lanes>,
     image: Vec<Lanes>,
@@ -24,12 +24,12 @@ pub(super) struct CgVectors {
     coarse: CoarseVectors,
 }
 
-/// How the iteration went.
+/// Convergence of the iteration.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Convergence {
-    /// Iterations; of several systems the most.
+    /// Number of iterations; for several systems the largest.
     pub iterations: usize,
-    /// Estimated relative error in the energy norm; the largest.
+    /// Estimated relative error in the energy norm; for several systems the largest.
     pub error: f64,
 }
 
@@ -39,7 +39,7 @@ impl CgVectors {
         8 * LANES * (5 * 3 * n + 2 * n_coarse)
     }
 
-    /// Zeros for the systems of `solver`.
+    /// Allocates zero vectors for the systems of `solver`.
     pub fn new(solver: &TwoLevelSolver) -> Self {
         let zeros = || vec![[0.0; LANES]; 3 * solver.matrix.n()];
         Self {
@@ -52,11 +52,12 @@ impl CgVectors {
         }
     }
 
-    /// Solves for the right-hand sides in `residual`. The estimate of the error is the sum of the energies that the last
-    /// steps took from it, against the energy of the solution.
+    /// Solves A x = b for the right-hand sides in `residual`, within `MAX_ENERGY_ERROR`.
+    ///
+    /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
     ///
     /// # Errors
-    /// If it does not converge (kind `NotConverged`).
+    /// If the iteration does not converge (kind `NotConverged`).
     ///
     /// # Source
     /// Hestenes and Stiefel (1952), J. Res. Nat. Bur. Standards 49; Strakoš and Tichý (2002), ETNA 13.
@@ -92,7 +93,8 @@ impl CgVectors {
         Err(not_converged(MAX_ITERATIONS, error))
     }
 
-    /// |A x - b| / |b| of the solutions, the largest, computed afresh; `subtract` takes the right-hand sides away.
+    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides from a
+    /// vector.
     pub fn true_residual(&mut self, solver: &TwoLevelSolver, subtract: impl Fn(&mut [Lanes])) -> f64 {
         solver.matrix.multiply(&self.solution, &mut self.image);
         subtract(&mut self.image);
@@ -102,7 +104,7 @@ impl CgVectors {
         (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, largest).sqrt()
     }
 
-    /// Starts from the best of the coarse space, which the preconditioner relies on; its energy.
+    /// Starts from the best solution in the coarse space, as the preconditioner requires; returns its energy.
     fn begin(&mut self, solver: &TwoLevelSolver) -> Result<Lanes> {
         self.solution.fill([0.0; LANES]);
         self.direction.fill([0.0; LANES]);
@@ -113,7 +115,7 @@ impl CgVectors {
         Ok(energy)
     }
 
-    /// One smoothing, then the coarse correction of what it left.
+    /// Applies one smoothing step, then the coarse correction of the remaining residual.
     fn precondition(&mut self, solver: &TwoLevelSolver) -> Result<()> {
         let Self { residual, preconditioned, image, coarse, .. } = self;
         solver.smoother.apply(&solver.matrix, residual, preconditioned, image);
@@ -128,12 +130,12 @@ fn not_converged(iterations: usize, error: f64) -> Error {
     ))
 }
 
-/// The larger number; NaN if one of them is.
+/// Larger of two numbers; NaN if either is NaN.
 fn largest(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// `a / b`, 0 for 0 / 0: a lane without a right-hand side, or one that is solved.
+/// `a / b`, or 0 if `a` or `b` is 0: a lane without a right-hand side, or a lane that is already solved.
 fn quotient(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a / b }
 }
@@ -146,14 +148,14 @@ fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
     sum
 }
 
-/// `p = z + ratio p`.
+/// Computes `p = z + ratio p`.
 fn combine(p: &mut [Lanes], z: &[Lanes], ratio: &Lanes) {
     for (p, z) in p.iter_mut().zip(z) {
         (0..LANES).for_each(|l| p[l] = z[l] + ratio[l] * p[l]);
     }
 }
 
-/// `x += step p`.
+/// Computes `x += step p`.
 fn advance(x: &mut [Lanes], p: &[Lanes], step: &Lanes) {
     for (x, p) in x.iter_mut().zip(p) {
         (0..LANES).for_each(|l| x[l] += step[l] * p[l]);

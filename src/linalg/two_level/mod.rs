@@ -1,9 +1,8 @@
-//! Solutions with a stiffness matrix that is too large to be factorised: conjugate gradients with two levels, one
-//! Gauss-Seidel sweep to and fro, and the rigid motions of many small parts of the body.
+//! Preconditioned conjugate gradients ([`TwoLevelSolver`]) for a stiffness matrix A that is too large to be factorised.
 //!
-//! With Z the rigid motions of the parts, E = Zᵀ A Z and M the sweeps, the preconditioner is
-//! `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` (adapted deflation, A-DEF2): stiff motions inside a part are the sweeps', what bends over
-//! many parts is the coarse space's, so that the number of iterations hardly grows with the mesh.
+//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M, symmetric Gauss-Seidel
+//! sweeps, reduces stiff errors inside a part. Z, rigid motions of many small parts of the body, reduces errors that extend over
+//! many parts. Hence the number of iterations hardly grows with the mesh.
 //!
 //! # Source
 //! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
@@ -29,50 +28,51 @@ use smoother::GaussSeidel;
 pub use conjugate_gradients::Convergence;
 pub use node_matrix::NodalUnknowns;
 
-/// Relative error in the energy norm at which the iteration ends.
+/// Relative error in the energy norm at which the iteration stops.
 const MAX_ENERGY_ERROR: f64 = 1e-11;
 
-/// What to do where the iteration fails.
+/// Advice for the user if the iteration fails.
 const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force: look for parts joined by a single node or edge only. \
      Otherwise raise --max-memory or solver.memory_limit: a factorisation is used then, and it names the node where the body is loose";
 
-/// A relative residual above this is not what the estimate of the error promised.
+/// Maximum relative residual of a solution. A larger residual contradicts the error estimate.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 
-/// Bytes per stored entry of the matrix: the entry in its block, and the lists of neighbours while it is made.
+/// Bytes per stored entry of the matrix: the entry in its block, and the neighbour lists during construction.
 const BYTES_PER_ENTRY: usize = 15;
 
-/// Bytes per node: inverse of the diagonal, motions, and forces of the motions of the parts around it.
+/// Bytes per node: inverse of the diagonal block, motions, and forces caused by the motions of the neighbouring parts.
 const BYTES_PER_NODE: usize = 2200;
 
-/// Bytes of the coarse factor and its workspace, for the number of coarse unknowns to the power of 4/3.
+/// Bytes of the coarse factor and its workspace, divided by the number of coarse unknowns to the power of 4/3.
 const COARSE_BYTES_FACTOR: f64 = 500.0;
 
-/// A symmetric positive definite matrix that can be solved with, with no factor of it.
+/// Iterative solver for a symmetric positive definite matrix A, without a factorisation of A.
 pub struct TwoLevelSolver {
     matrix: NodeMatrix,
     smoother: GaussSeidel,
     coarse: CoarseSpace,
 }
 
-/// A block of the inverse, and how it was come by.
+/// Block of the inverse of A, with the convergence of its computation.
 pub struct InverseBlock {
     /// (A⁻¹)_cc, `[n_c, n_c]`.
     pub values: SymmetricDense,
-    /// Iterations and estimated error.
+    /// Number of iterations and estimated error.
     pub convergence: Convergence,
-    /// Largest relative residual of a column, computed afresh.
+    /// Largest relative residual of a column, recomputed from the solution.
     pub residual: f64,
 }
 
-/// Nodes of a part: fewer need fewer iterations, and a larger coarse factor.
+/// Number of nodes of a part. Smaller parts reduce the number of iterations and enlarge the coarse factor.
 fn nodes_per_part(n_nodes: usize) -> usize {
     (1.2 * (n_nodes as f64).cbrt()).max(32.0) as usize
 }
 
 impl TwoLevelSolver {
-    /// Bytes that it takes at its peak for a matrix of `n_stored` entries (of a triangle) on `n_nodes` nodes, with
-    /// `n_batches` times eight right-hand sides; an estimate from above.
+    /// Upper estimate of the peak memory, bytes, including solves with `n_batches` times eight right-hand sides.
+    ///
+    /// The matrix has `n_stored` entries (of one triangle) and `n_nodes` nodes.
     pub fn memory_bytes(n_stored: usize, n_nodes: usize, n_batches: usize) -> usize {
         let n_coarse = 6 * n_nodes.div_ceil(nodes_per_part(n_nodes));
         let side_by_side = n_batches.clamp(1, rayon::current_num_threads());
@@ -82,13 +82,13 @@ impl TwoLevelSolver {
             + side_by_side * CgVectors::bytes(n_nodes, n_coarse)
     }
 
-    /// For `matrix`, whose rows are components of displacement at nodes.
+    /// Builds the solver for `matrix`. Its rows are displacement components of nodes, described by `unknowns`.
     ///
     /// # Errors
-    /// If memory does not suffice, or the matrix is not positive definite on the nodes or the parts.
+    /// If memory does not suffice, or if the blocks of the nodes or the coarse matrix of the parts are not positive definite.
     ///
     /// # Panics
-    /// If `unknowns` are not those of the matrix.
+    /// If the numbers of rows of `unknowns` and `matrix` differ.
     pub fn new(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> Result<Self> {
         assert_eq!(matrix.n(), unknowns.of_row.len(), "a node for every row");
         let matrix = NodeMatrix::new(matrix, unknowns)?;
@@ -97,8 +97,9 @@ impl TwoLevelSolver {
         Ok(Self { matrix, smoother, coarse })
     }
 
-    /// The block of the inverse of `rows`, column by column, several at a time and side by side. The bits are the same
-    /// for any number of threads.
+    /// Block of the inverse for `rows`, (A⁻¹)_cc. Columns are solved in batches, and batches in parallel.
+    ///
+    /// The bits are the same for any number of threads.
     ///
     /// # Errors
     /// If memory does not suffice, or the iteration does not converge (kind `NotConverged`).
@@ -140,12 +141,12 @@ impl TwoLevelSolver {
         Ok(InverseBlock { values, convergence, residual })
     }
 
-    /// Number of right-hand sides that are worked on together.
+    /// Number of right-hand sides per batch.
     pub const fn rhs_per_batch() -> usize {
         LANES
     }
 
-    /// Number of rigid motions in the coarse space.
+    /// Number of coarse unknowns: six rigid motions per part.
     pub fn n_coarse(&self) -> usize {
         self.coarse.n()
     }
@@ -160,7 +161,7 @@ fn check(residual: f64) -> Result<()> {
     )))
 }
 
-/// The mean of both triangles.
+/// Replaces both triangles by their mean.
 fn symmetrise(values: &mut [f64], n: usize) {
     for i in 0..n {
         for j in 0..i {

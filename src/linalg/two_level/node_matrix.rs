@@ -1,5 +1,4 @@
-//! A sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes, and its products with several
-//! vectors at a time.
+//! Sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes, with products for several vectors at once.
 
 use super::super::dense::try_zeroed;
 use super::super::ordering::NodeGraph;
@@ -7,45 +6,44 @@ use super::super::simd::wide;
 use super::super::sparse::SymmetricSparse;
 use crate::error::Result;
 
-/// Vectors worked on at a time.
+/// Number of vectors that are processed together.
 pub(super) const LANES: usize = 8;
 
 /// One row of [`LANES`] vectors.
 pub(super) type Lanes = [f64; LANES];
 
-/// A block, row by row.
+/// Block of 3 x 3 entries, row by row.
 pub(super) type Block3x3 = [f64; 9];
 
-/// Node and component of every row of a matrix, and where the nodes are.
+/// Node and component of each matrix row, and positions of the nodes.
 #[derive(Debug, Clone)]
 pub struct NodalUnknowns {
     /// Node (an index into `points`) and component (0, 1, 2) of each row.
     pub of_row: Vec<(usize, usize)>,
-    /// Places of the nodes.
+    /// Positions of the nodes, mm.
     pub points: Vec<[f64; 3]>,
 }
 
-/// The matrix, its nodes in an order of this module's own. Components that a node does not have are rows of the
-/// identity.
+/// Symmetric block matrix A with nodes in Cuthill-McKee order. Components that a node does not have are rows of the identity.
 pub(super) struct NodeMatrix {
-    /// Place of each row of the matrix among the `3 n` rows here.
+    /// Position of each matrix row among the `3 n` rows of this order.
     pub position_of_row: Vec<usize>,
-    /// Where the nodes are, in the order here.
+    /// Positions of the nodes in this order.
     pub points: Vec<[f64; 3]>,
-    /// Where the blocks left of the diagonal begin, by node, `[n + 1]`.
+    /// Offsets of the blocks left of the diagonal for each node, `[n + 1]`.
     pub offsets: Vec<usize>,
-    /// Their columns, ascending.
+    /// Block columns of these blocks, ascending in each row.
     pub columns: Vec<u32>,
     /// The blocks left of the diagonal.
     pub lower: Vec<Block3x3>,
-    /// The blocks on the diagonal.
+    /// Diagonal blocks.
     pub diagonal: Vec<Block3x3>,
-    /// Which components each node has.
+    /// Which components exist at each node.
     pub has_component: Vec<[bool; 3]>,
 }
 
 impl NodeMatrix {
-    /// `matrix` in blocks.
+    /// Converts `matrix` to blocks.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -96,25 +94,25 @@ impl NodeMatrix {
         self.diagonal.len()
     }
 
-    /// The blocks left of the diagonal in the row of `node`, with their columns.
+    /// Blocks left of the diagonal in the row of `node`, with their column nodes.
     pub fn row(&self, node: usize) -> impl DoubleEndedIterator<Item = (usize, &Block3x3)> {
         let range = self.offsets[node]..self.offsets[node + 1];
         self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.lower[range])
     }
 
-    /// `y = A x`, both `[3 n]`. Does not allocate.
+    /// Computes `y = A x`, both `[3 n]`. Does not allocate.
     pub fn multiply(&self, x: &[Lanes], y: &mut [Lanes]) {
         wide!(multiply(self => matrix: &NodeMatrix, x => x: &[Lanes], y => y: &mut [Lanes]));
     }
 
-    /// Which nodes share a block.
+    /// Graph of the nodes that share a block.
     pub fn graph(&self) -> NodeGraph {
         let pairs: Vec<(usize, usize)> =
             (0..self.n()).flat_map(|i| self.row(i).map(move |(j, _)| (i, j))).collect();
         NodeGraph::from_edges(self.n(), &pairs)
     }
 
-    /// Size of the block that two nodes share, against those on the diagonal.
+    /// Frobenius norm of the block of two nodes, divided by the geometric mean of the norms of their diagonal blocks.
     pub fn coupling_strength(&self, a: usize, b: usize) -> f64 {
         let size = |block: &Block3x3| block.iter().map(|v| v * v).sum::<f64>().sqrt();
         let (i, j) = (a.max(b), a.min(b));
@@ -138,14 +136,14 @@ fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
     }
 }
 
-/// `n` blocks of zeros.
+/// Allocates `n` zero blocks; fails if memory does not suffice.
 pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
-    // The check of `try_zeroed` is wanted, not its numbers.
+    // Only the memory check of `try_zeroed` is needed, not its numbers.
     drop(try_zeroed(9 * n)?);
     Ok(vec![[0.0; 9]; n])
 }
 
-/// Which nodes share an entry of the matrix.
+/// Graph of the nodes that share an entry of the matrix.
 fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     let (offsets, rows, _) = matrix.lower();
     let mut others: Vec<Vec<usize>> = vec![Vec::new(); unknowns.points.len()];
@@ -154,7 +152,7 @@ fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
         for &row in &rows[offsets[column]..offsets[column + 1]] {
             let other = unknowns.of_row[row].0;
             let (from, to) = (node.max(other), node.min(other));
-            // The rows of a node stand side by side, so that repeats are mostly the last one.
+            // The rows of a node are consecutive, so that a repeated neighbour is usually the last one.
             if from != to && others[from].last() != Some(&to) {
                 others[from].push(to);
             }
@@ -169,7 +167,7 @@ fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     NodeGraph::from_edges(unknowns.points.len(), &pairs)
 }
 
-/// The nodes by levels from one with few neighbours: neighbours stand near each other.
+/// Cuthill-McKee order: nodes level by level, starting at nodes with few neighbours. Neighbours get close positions.
 ///
 /// # Source
 /// Cuthill and McKee (1969), Proc. 24th ACM National Conference.
@@ -199,19 +197,19 @@ fn cuthill_mckee(graph: &NodeGraph) -> Vec<usize> {
     order
 }
 
-/// The three rows of a node.
+/// Three rows of a node.
 #[inline(always)]
 pub(super) fn rows_of_node(x: &[Lanes], node: usize) -> &[Lanes; 3] {
     x[3 * node..3 * node + 3].try_into().expect("three rows")
 }
 
-/// The three rows of a node.
+/// Three rows of a node, mutable.
 #[inline(always)]
 pub(super) fn rows_of_node_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] {
     (&mut x[3 * node..3 * node + 3]).try_into().expect("three rows")
 }
 
-/// `y += B x`.
+/// Computes `y += B x`.
 #[inline(always)]
 pub(super) fn add(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {
@@ -221,7 +219,7 @@ pub(super) fn add(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     }
 }
 
-/// `y += B^T x`.
+/// Computes `y += Bᵀ x`.
 #[inline(always)]
 pub(super) fn add_transposed(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {

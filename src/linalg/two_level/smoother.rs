@@ -1,4 +1,4 @@
-//! Symmetric Gauss-Seidel sweeps over the nodes: what the coarse space does not see.
+//! Symmetric Gauss-Seidel smoother: reduces errors that the coarse space does not represent.
 
 use nalgebra::Matrix3;
 
@@ -9,16 +9,16 @@ use super::node_matrix::{
 use crate::error::{Error, Result};
 use crate::geometry::format_point;
 
-/// The inverses of the diagonal blocks.
+/// Inverses of the diagonal blocks, for symmetric block Gauss-Seidel sweeps.
 pub(super) struct GaussSeidel {
     inverse: Vec<Block3x3>,
 }
 
 impl GaussSeidel {
-    /// For `matrix`.
+    /// Inverts the diagonal blocks of `matrix`.
     ///
     /// # Errors
-    /// If a diagonal block is not positive definite: its node.
+    /// If a diagonal block is not positive definite; the message contains the position of its node.
     pub fn new(matrix: &NodeMatrix) -> Result<Self> {
         let inverse = matrix.diagonal.iter().enumerate().map(|(node, block)| {
             let inverse = Matrix3::from_row_slice(block).cholesky().map(|factor| factor.inverse());
@@ -33,7 +33,7 @@ impl GaussSeidel {
         Ok(Self { inverse: inverse.collect::<Result<_>>()? })
     }
 
-    /// `y = ((D + L) D^-1 (D + L)^T)^-1 x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate.
+    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate.
     pub fn apply(&self, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
         wide!(sweeps(
             self => smoother: &GaussSeidel,
