@@ -1,4 +1,4 @@
-//! What the variants of a scene have in common and where they differ: `compare.json`, `compare.csv`.
+//! Results of the variants of a scene and their differences: `compare.json`, `compare.csv`.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use crate::error::{Error, Result, warning};
 use crate::evolution::records::IncrementRecord;
 use crate::output::summary::{Status, Summary, Units};
 
-/// The variants of one scene: the fields of `compare.json` (docs/results.md).
+/// Comparison of the variants of one scene: the fields of `compare.json` (docs/results.md).
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
     /// Name of the program.
@@ -15,41 +15,41 @@ pub struct Comparison {
     pub version: &'static str,
     /// Title of the scene.
     pub title: String,
-    /// SHA-256 of the scene file and of what `--set` changed in it.
+    /// SHA-256 of the scene file and of its changes by `--set`.
     pub scene_sha256: String,
     /// Units of all numbers.
     pub units: Units,
-    /// The variants; the others are compared with the first.
+    /// Results of the variants. The first computed variant is the reference of all differences.
     pub variants: Vec<VariantResult>,
-    /// Things the user should know.
+    /// Warnings and notes for the user.
     pub warnings: Vec<String>,
 }
 
-/// One variant.
+/// Result of one variant.
 #[derive(Debug, Clone, Serialize)]
 pub struct VariantResult {
-    /// What body 1 and body 2 are: "FE-BE".
+    /// Discretisations of body 1 and body 2, for example "FE-BE".
     pub name: String,
-    /// How it ended; `None` if it was not computed.
+    /// Status at the end of the run; `None` if the variant was not computed.
     pub status: Option<Status>,
-    /// Why it was not computed, did not converge or failed.
+    /// Reason why the variant was not computed, did not converge or failed.
     pub reason: Option<String>,
-    /// Folder of its results, beside `compare.json`.
+    /// Name of its folder of results, next to `compare.json`.
     pub folder: Option<String>,
-    /// Seconds for everything, writing included.
+    /// Total time, s, with the writing of results.
     pub seconds: f64,
-    /// Largest resident memory while it was computed, bytes; 0 where unknown.
+    /// Peak resident memory during the run, bytes; 0 if unknown.
     pub peak_memory_bytes: u64,
-    /// The last entry of each step.
+    /// Result of the last increment of each step.
     pub steps: Vec<StepResult>,
 }
 
-/// The result of a step of a variant.
+/// Result of a variant at the end of a step.
 #[derive(Debug, Clone, Serialize)]
 pub struct StepResult {
     /// Name of the step.
     pub name: String,
-    /// Motion of body 2 towards body 1 from first touch.
+    /// Motion of body 2 towards body 1 from the first touch.
     pub approach: f64,
     /// Force on body 1, compression positive.
     pub normal_force: f64,
@@ -57,29 +57,30 @@ pub struct StepResult {
     pub tangential_force: [f64; 2],
     /// Area in contact.
     pub contact_area: f64,
-    /// Area that sticks.
+    /// Contact area in stick.
     pub stick_area: f64,
     /// Largest pressure of a cell.
     pub peak_pressure: f64,
-    /// Worn volume of both bodies since the start.
+    /// Wear volume of both bodies since the start of the run.
     pub worn_volume: f64,
-    /// Fretting cycles done at its end.
+    /// Fretting cycles completed at the end of the step.
     pub cycles_done: u64,
     /// Natural residual of the certificate.
     pub natural_residual: f64,
-    /// Seconds spent on all entries of the step.
+    /// Computing time of all increments of the step, s.
     pub seconds: f64,
-    /// Differences from the first variant that was computed; `None` for that itself, or where it did not end the step after as many cycles.
+    /// Differences from the first computed variant. `None` for that variant itself, and where it did not end the step after the
+    /// same number of cycles.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the first variant that was computed, percent of its value; `None` where that is 0.
+/// Differences from the first computed variant, percent of its value; `None` if that value is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
     pub approach: Option<f64>,
     pub normal_force: Option<f64>,
-    /// Length of the difference of the two forces.
+    /// Magnitude of the difference of the two force vectors.
     pub tangential_force: Option<f64>,
     pub contact_area: Option<f64>,
     pub stick_area: Option<f64>,
@@ -88,7 +89,7 @@ pub struct Difference {
 }
 
 impl VariantResult {
-    /// One that an interrupt came before.
+    /// Result of a variant that was not computed because of an interrupt.
     pub fn not_started(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -103,7 +104,8 @@ impl VariantResult {
 }
 
 impl Comparison {
-    /// Adds what was said of the variants (name, words), each once: of which variants, unless it is said of the scene anyway.
+    /// Adds the warnings of variants, given as (variant, text), each text once. A text is preceded by the names of its variants,
+    /// unless all computed variants share it. Texts that [`Comparison::warnings`] contains are not added again.
     pub fn add_variant_warnings(&mut self, told: Vec<(String, String)>) {
         let mut said: Vec<(String, Vec<String>)> = Vec::new();
         for (variant, words) in told.into_iter().filter(|(_, words)| !self.warnings.contains(words)) {
@@ -119,7 +121,7 @@ impl Comparison {
         self.warnings.extend(said.into_iter().map(named));
     }
 
-    /// The differences there are: name of the step, of the variant, and of that which it differs from.
+    /// Lists the available differences: names of the step, of the variant and of the reference variant.
     pub fn compared_steps(&self) -> Vec<(String, String, String)> {
         let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
             return Vec::new();
@@ -131,13 +133,13 @@ impl Comparison {
         self.variants.iter().flat_map(of).collect()
     }
 
-    /// Index of the variant that the others are compared with: the first that was computed.
+    /// Index of the reference variant: the first that was computed.
     pub fn reference(&self) -> Option<usize> {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Fills in the differences from the first variant that was computed, in the steps that both ended at the same number of cycles; says where that
-    /// is not so.
+    /// Computes the differences from the first computed variant. It compares steps that both variants ended after the same number
+    /// of cycles, and adds warnings for the others. Another warning is added if the first variant was not computed.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -163,7 +165,7 @@ impl Comparison {
         }
     }
 
-    /// The JSON text.
+    /// Serialises the comparison as JSON.
     ///
     /// # Errors
     /// Numerical, if a number is not finite.
@@ -176,7 +178,7 @@ impl Comparison {
         Ok(text + "\n")
     }
 
-    /// A table with a row for each variant and step.
+    /// Table in CSV format with one row per variant and step.
     pub fn to_csv(&self) -> String {
         let mut text = format!("{}\n", COLUMNS.join(","));
         for variant in &self.variants {
@@ -218,7 +220,7 @@ const COLUMNS: [&str; 20] = [
 ];
 
 impl StepResult {
-    /// Results of the steps of a run: the last entry of each, with the seconds of all.
+    /// Results of the last increment of each step of a run, with the computing time of all increments of the step.
     pub fn last_entries(summary: &Summary) -> Vec<Self> {
         let mut steps: Vec<Self> = Vec::new();
         for record in &summary.steps {
@@ -267,7 +269,7 @@ impl StepResult {
     fn difference_from(&self, first: &Self) -> Difference {
         let percent = |a: f64, b: f64| (b != 0.0).then(|| 100.0 * (a - b) / b.abs());
         let [[qx, qy], [rx, ry]] = [self.tangential_force, first.tangential_force];
-        // A tangential force that is round-off beside the load has no relative difference.
+        // A tangential force that is rounding error relative to the load has no relative difference.
         let sideways = rx.hypot(ry);
         let sideways = if sideways > 1e-7 * first.normal_force { sideways } else { 0.0 };
         Difference {

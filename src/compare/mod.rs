@@ -1,4 +1,8 @@
-//! The variants of a scene: each body as it is or as what else may stand for it, on the same frame.
+//! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
+//!
+//! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results and
+//! differences in percent, 100 (a - b) / |b|. [`step_ends::VariantStates`] provides fields and pressure profiles at the ends of
+//! steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -17,7 +21,7 @@ use crate::simulation::validate::fit;
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
-/// Two bodies that a scene meshes, in the variants that are computed where it names none, beside the scene as it is.
+/// Pairs of discretisations for two meshed bodies that are compared with the scene as it is, if the scene names no variants.
 const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [FiniteElements, FiniteElements],
     [BoundaryElements, BoundaryElements],
@@ -25,28 +29,31 @@ const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [HalfSpace, HalfSpace],
 ];
 
-/// One way to compute a scene.
+/// A scene with one choice of discretisations of its bodies.
 pub struct Variant {
-    /// What body 1 and body 2 are: "FE-BE".
+    /// Discretisations of body 1 and body 2, for example "FE-BE".
     pub name: String,
-    /// The plan, or why there is none.
+    /// Plan of the variant, or the reason why it cannot be computed.
     pub plan: Result<Plan>,
-    /// What the user should know of it.
+    /// Warnings and notes for the user.
     pub warnings: Vec<String>,
 }
 
 impl Variant {
-    /// Name of its folder: "fe-be".
+    /// Name of its folder of results, for example "fe-be".
     pub fn folder(&self) -> String {
         self.name.to_lowercase()
     }
 }
 
-/// The variants of `plan` on its frame: those that are `wanted`, else those that the scene names, else the scene as it is and the usual
-/// ones. One that cannot be has the reason in place of a plan, unless it is the scene as it is: why that cannot be computed is told by a run.
+/// Builds the contact frame of `plan` and the variants on it.
+///
+/// The variants are `wanted`. If it is empty, they are the variants that the scene names, otherwise the scene as it is and the
+/// default variants. A variant that cannot be computed has the reason in place of a plan. The scene as it is always has its plan; a
+/// run reports why it cannot be computed.
 ///
 /// # Errors
-/// If the frame cannot be made, or the gap of two meshes cannot be taken on it.
+/// If the frame cannot be built, or the gap between two meshes cannot be computed on it.
 pub fn variants(
     plan: &Plan,
     wanted: &[DiscretisationPair],
@@ -80,13 +87,13 @@ pub fn variants(
     Ok((frame, variants))
 }
 
-/// What the scene makes of its bodies.
+/// Discretisations of the bodies in the scene.
 fn own(plan: &Plan) -> DiscretisationPair {
     DiscretisationPair(plan.bodies.each_ref().map(BodyPlan::discretisation))
 }
 
-/// The scene as it is and the usual variants of it: what is not meshed stays what it is, a truncated half-space becomes an exact one with
-/// others.
+/// The scene's own pair of discretisations and the default pairs. Bodies without a mesh keep their discretisation, but a truncated
+/// half-space becomes an exact one where the default pair has a half-space.
 fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     let kind = |own: Discretisation, usual: Discretisation| match (own, usual) {
         (FiniteElements | BoundaryElements, _) | (TruncatedHalfSpace, HalfSpace) => usual,
@@ -102,7 +109,10 @@ fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     pairs
 }
 
-/// The plan with its bodies as a variant has them, if it can be computed.
+/// Plan with the discretisations `pair` of the bodies. Adds notes for the user to `notes`.
+///
+/// # Errors
+/// If a body has no such discretisation, or the changed plan cannot be computed on `frame`.
 fn variant_plan(
     plan: &Plan,
     frame: &ContactFrame,
@@ -147,7 +157,7 @@ fn variant_plan(
     Ok(changed)
 }
 
-/// The distance of the meshed surfaces, cell by cell, for bodies that do not have their meshes any more.
+/// Distance of the meshed surfaces per cell, for variants whose bodies do not have the meshes of the scene.
 fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, SceneError> {
     let mut heights = [None, None];
     for (index, (heights, body)) in heights.iter_mut().zip(&plan.bodies).enumerate() {

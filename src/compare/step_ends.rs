@@ -1,4 +1,4 @@
-//! The states at the ends of the steps of the variants of a scene, on each other and against each other.
+//! States at the ends of steps of the variants of a scene: pressure profiles, fields and their differences.
 
 use crate::error::Result;
 use crate::evolution::records::{FrameState, IncrementRecord, Observer};
@@ -11,14 +11,14 @@ use crate::output::plot::{PANEL, arrange_panels};
 use crate::output::summary::Units;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Keeps the state of the frame at the end of each step.
+/// Observer that keeps the state of the frame at the end of each step.
 #[derive(Debug, Clone, Default)]
 pub struct StepEndStates {
     steps: Vec<(String, FrameState)>,
 }
 
 impl StepEndStates {
-    /// The state at the end of a step.
+    /// State at the end of a step; `None` if the run did not compute the step.
     pub fn state(&self, step: &str) -> Option<&FrameState> {
         self.steps.iter().find(|(name, _)| name == step).map(|(_, state)| state)
     }
@@ -43,24 +43,24 @@ impl Observer for StepEndStates {
     }
 }
 
-/// The variants of a scene by name, with their states on its frame.
+/// States of the variants of a scene on their common frame.
 pub struct VariantStates<'a> {
-    /// The frame.
+    /// Common contact frame of the variants.
     pub frame: &'a ContactFrame,
-    /// The variants.
+    /// Name of each variant, and its states at the ends of steps.
     pub ends: &'a [(String, StepEndStates)],
-    /// The variants of which differences are wanted, by step: name of the step, of the variant, and of that which it differs from.
+    /// Differences to compute: names of the step, of the variant and of the reference variant.
     pub differences: &'a [(String, String, String)],
 }
 
 impl VariantStates<'_> {
-    /// Names of the steps of the variant that came farthest.
+    /// Names of the steps of the variant with the most steps.
     pub fn steps(&self) -> Vec<&str> {
         let longest = self.ends.iter().max_by_key(|(_, ends)| ends.steps.len());
         longest.iter().flat_map(|(_, ends)| ends.names()).collect()
     }
 
-    /// Pressure along the frame's x and y at the end of each step, the variants on each other, as one picture.
+    /// Pressure profiles along the frame's x and y at the end of each step, as one SVG picture. Each panel shows all variants.
     pub fn profiles_svg(&self, units: &Units) -> String {
         let n = self.frame.n_cells();
         let axes = [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)];
@@ -84,7 +84,7 @@ impl VariantStates<'_> {
         arrange_panels(&panels, PANEL, 2)
     }
 
-    /// The frame with pressure, traction and worn depth of each variant that has the step, and the differences that are wanted.
+    /// Frame with the pressure, traction and wear depth of each variant that has the step, and with the requested differences.
     ///
     /// # Errors
     /// Numerical, if a field has the wrong length.
@@ -133,13 +133,13 @@ mod tests {
         let tractions = (0..24).map(|k| pressure * if k < 16 { 0.5 } else { (k - 16) as f64 }).collect();
         let state = FrameState { tractions, wear_depth: vec![0.25 * pressure; 8], ..FrameState::default() };
         let record = IncrementRecord { name: "a".into(), ..Default::default() };
-        // Only the last entry of a step counts.
+        // Only the last increment of a step counts.
         ends.increment_done(&record, &FrameState::default()).unwrap();
         ends.increment_done(&record, &state).unwrap();
         ends
     }
 
-    /// Truth: cell by cell the number of one variant less that of the first; a variant without the step is left out.
+    /// Truth: in each cell, the value of one variant minus the value of the first. A variant without the step is omitted.
     #[test]
     fn differences_are_from_the_first() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

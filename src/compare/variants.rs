@@ -1,4 +1,4 @@
-//! A body as something else that may stand for it: finite elements, boundary elements, a half-space.
+//! Replacement of a body by another discretisation: finite elements, boundary elements or a half-space.
 
 use std::sync::Arc;
 
@@ -14,19 +14,20 @@ use crate::scene::spec::body::NearField;
 use crate::scene::variant::Discretisation;
 use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
 
-/// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
+/// Largest angle, degrees, between material axes under the frame and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 
-/// Share of its size by which a group may differ from mesh to mesh.
+/// Largest relative difference of a group between two meshes. It limits the difference of the areas, and the distance of the
+/// centroids over the square root of the area.
 const ALIKE: f64 = 0.05;
 
-/// Angle (degrees) of material axes that is rounding.
+/// Angles between material axes, degrees, up to this limit are rounding.
 const ROUNDING_SPREAD_DEG: f64 = 1e-6;
 
-/// Body `index` as `kind`.
+/// Body `index` of the plan with the discretisation `kind`. Adds notes for the user to `notes`.
 ///
 /// # Errors
-/// If it cannot be that.
+/// If the body cannot have this discretisation.
 pub(super) fn replace_body(
     plan: &Plan,
     index: usize,
@@ -62,7 +63,7 @@ pub(super) fn replace_body(
     }
 }
 
-/// Whether all cells lie in one plane, as a half-space needs it.
+/// Whether all cells lie in one plane, as a half-space requires.
 pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     let (Some(axes), Some(first)) = (frame.triads.first(), frame.centers.first()) else { return false };
     let size = frame.areas.iter().sum::<f64>().sqrt();
@@ -70,7 +71,11 @@ pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     level && frame.centers.iter().all(|centre| axes.normal().dot(&(centre - first)).abs() < 1e-6 * size)
 }
 
-/// The only material of `found` in `place`, whose axes vary by at most `most` degrees, as `what` has it.
+/// The only material of `found`. The error message contains the names of the body, of the `place` of the material and of the model
+/// (`what`).
+///
+/// # Errors
+/// If there are several materials, or the material axes vary by more than `most` degrees.
 fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f64) -> Result<BodyMaterial> {
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
@@ -86,7 +91,11 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
     Ok(found.material)
 }
 
-/// The half-space of the material that a meshed body has under the frame.
+/// Half-space of the material that a meshed body has under the frame. Adds notes about loads, foundations, displacements and
+/// materials that it omits.
+///
+/// # Errors
+/// If the body is unconstrained or has no uniform material under the frame.
 fn half_space(
     plan: &Plan,
     meshed: &MeshedBodyPlan,
@@ -134,7 +143,11 @@ fn half_space(
     Ok(BodyPlan::HalfSpace(Box::new(elastic)))
 }
 
-/// A body of finite elements as one of boundary elements.
+/// Boundary-element body that replaces a body of finite elements.
+///
+/// # Errors
+/// If the body has foundations or no uniform material. If a group is no surface, or the boundary surface of the solids cannot be
+/// oriented.
 fn boundary_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -168,7 +181,7 @@ fn boundary_elements(
     Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
 }
 
-/// Area (mm2) and middle of a group of faces.
+/// Area (mm²) and centroid of a group of faces; `None` if [`group_faces`] fails.
 fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     let faces = group_faces(mesh, group).ok()?;
     let (mut area, mut sum) = (0.0, Point::zeros());
@@ -181,7 +194,8 @@ fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     Some((area, sum / area))
 }
 
-/// What the user should know of groups that lie elsewhere in the other mesh of a body, or are larger; its contact group may be, unless it bears loads.
+/// Warnings about groups whose area or position differs between two meshes of a body. The contact group may differ unless loads or
+/// supports act on it.
 fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<String> {
     let mut told: Vec<&str> = Vec::new();
     let mut notes = Vec::new();
@@ -213,7 +227,10 @@ fn skin(mesh: &Mesh) -> Result<Mesh> {
     closed_surface::orient_outward(&closed_surface::boundary_surface(mesh)).map(|(mesh, _)| mesh)
 }
 
-/// A body of boundary elements as one of finite elements.
+/// Finite-element body that replaces a body of boundary elements.
+///
+/// # Errors
+/// If the body has no solid mesh.
 fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<String>) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {

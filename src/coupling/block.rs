@@ -1,7 +1,7 @@
-//! The assembled system of two bodies and the frame, factored once: the reference path.
+//! Assembled block system of two bodies and the frame, factorised once. It is the reference for the condensed path.
 //!
-//! Unknowns are the displacements x1, x2 of the bodies (free nodal components of a meshed body, displacements at
-//! the cells of a half-space) and the gap k; the tractions are known in the predictor:
+//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. A meshed body has its free
+//! nodal components as unknowns, a half-space its displacements at the cells:
 //!
 //! ```text
 //! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
@@ -9,8 +9,8 @@
 //! | I1  -I2   1 | | k  |   | k_go + C_gn w    |          s1 = -1, s2 = +1
 //! ```
 //!
-//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact:
-//! unknowns x / l0, k / l0; rows of finite elements by 1 / (E0 l0^2), the others by 1 / l0.
+//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact. The scaled
+//! unknowns are x / l0 and k / l0. Rows of finite elements are scaled by 1 / (E0 l0^2), the others by 1 / l0.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -27,10 +27,10 @@ use crate::flexibility::per_cell::PerCell;
 use crate::frame::{ContactFrame, Side};
 use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 
-/// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.
+/// Largest number of unknowns of the block system. The LU factors of larger systems of meshed solids take many GiB.
 const MAX_UNKNOWNS: usize = 60_000;
 
-/// The factored system; as a [`Flexibility`] it gives k for tractions alone.
+/// Factorised block system. As a [`Flexibility`] it computes the gap k that tractions alone cause.
 pub struct BlockSystem {
     n_cells: usize,
     bodies: [BodyRows; 2],
@@ -41,7 +41,7 @@ pub struct BlockSystem {
     work: Mutex<BlockWorkspace>,
 }
 
-/// Scales of docs/theory-coupling.md.
+/// Scales of lengths and stresses (docs/theory-coupling.md).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlockScales {
     /// E0, MPa.
@@ -53,7 +53,7 @@ pub(super) struct BlockScales {
 struct BlockWorkspace {
     rhs: Vec<f64>,
     memory: LuWorkspace,
-    /// Tractions and gaps of the normal path, `[3, N]`.
+    /// Buffers for tractions and gap, `[3, N]` each.
     planes: [Vec<f64>; 2],
 }
 
@@ -92,8 +92,10 @@ impl BlockSystem {
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
-    /// The gap k, `[3, N]` by planes, mm, for tractions on body 2 `[3, N]`, the bodies' own loads and prescribed
-    /// displacements, and the given normal gap and worn depth, `[N]` each; overwrites `gap`.
+    /// Computes the gap k, `[3, N]` by planes, mm; overwrites `gap`.
+    ///
+    /// The gap includes the effects of the tractions on body 2 (`[3, N]`), of the bodies' own loads and of their prescribed
+    /// displacements. The given normal gap and wear depth (`worn`), `[N]` each, mm, are added to its normal component.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;
@@ -105,7 +107,8 @@ impl BlockSystem {
         self.solve(rhs, memory, gap);
     }
 
-    /// Right-hand side of the bodies' rows, and of the frame's rows as far as prescribed displacements go.
+    /// Assembles the right-hand side of the bodies' rows; with [`LoadTerms::All`] also the prescribed displacements in the gap
+    /// rows.
     fn load(&self, tractions: &[f64], forces: LoadTerms, rhs: &mut [f64]) {
         rhs.fill(0.0);
         let (rows, frame_rows) = rhs.split_at_mut(self.first_gap);
@@ -125,7 +128,7 @@ impl BlockSystem {
     }
 }
 
-/// Refuses systems too large for this path before anything is made for them.
+/// Refuses a system with more than [`MAX_UNKNOWNS`] unknowns before anything is assembled.
 fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize) -> Result<()> {
     let rows = |body: &dyn ElasticBody| match body.equations() {
         BodyEquations::FiniteElements(body) => body.condensed().model().n_free(),
@@ -167,7 +170,7 @@ impl Flexibility for BlockSystem {
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
 
-    /// By one solve per cell and component, [`MAX_RHS`] at a time; half-spaces give theirs directly.
+    /// Solves for one unit traction per cell and component, [`MAX_RHS`] at a time. Half-spaces add their blocks without a solve.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];

@@ -1,4 +1,4 @@
-//! The rows that one body brings into the block system.
+//! Equations that one body contributes to the block system.
 
 use std::sync::Mutex;
 
@@ -13,7 +13,7 @@ use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::sparse::SymmetricSparse;
 
-/// Which forces a right-hand side holds.
+/// Terms that a right-hand side includes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LoadTerms {
     /// Contact tractions.
@@ -24,29 +24,29 @@ pub(super) enum LoadTerms {
     All,
 }
 
-/// Rows of a body; `first` is its first row and unknown in the system.
+/// Rows of one body. `first` is the index of its first row and of its first unknown in the system.
 pub(super) enum BodyRows {
     Rigid,
     HalfSpace { first: usize, side: Side, matrix: DenseFlexibility, scratch: Mutex<Vec<f64>> },
     FiniteElements(Box<MeshRows>),
 }
 
-/// Rows of a finite-element body.
+/// Rows of a finite-element body: its stiffness matrix, its map to the cells and its loads.
 pub(super) struct MeshRows {
     first: usize,
     side: Side,
     stiffness: SymmetricSparse,
     map: FaceMap,
-    /// Row of each component of each contact node, `None` where prescribed, `[3 n_c]`.
+    /// Row of each displacement component of the contact nodes, `None` where prescribed, `[3 n_c]`.
     rows: Vec<Option<usize>>,
     /// Prescribed displacement of the same components, 0 where free, mm.
     prescribed: Vec<f64>,
-    /// Loads and -K_fc u_c, `[n_free]`, N.
+    /// Load vector F - K_fc u_c with the prescribed displacements u_c, `[n_free]`, N.
     load: Vec<f64>,
     scratch: Mutex<Vec<f64>>,
 }
 
-/// (row, column, value).
+/// Matrix entry (row, column, value).
 type Entry = (usize, usize, f64);
 
 impl BodyRows {
@@ -81,7 +81,7 @@ impl BodyRows {
         }
     }
 
-    /// Puts the body's rows and unknowns at `start`.
+    /// Sets the index of the body's first row and first unknown to `start`.
     pub(super) fn place(&mut self, start: usize) {
         match self {
             Self::Rigid => {}
@@ -94,7 +94,10 @@ impl BodyRows {
         matches!(self, Self::FiniteElements(_))
     }
 
-    /// Modulus of the body at the contact, MPa, for cells of size `length`; `None` if rigid.
+    /// Modulus of the body at the contact, MPa, for cells of size `length`, mm; `None` if rigid.
+    ///
+    /// It follows from the mean diagonal of the flexibility (half-space) or of the stiffness at the contact nodes (finite
+    /// elements).
     pub(super) fn modulus(&self, length: f64) -> Option<f64> {
         match self {
             Self::Rigid => None,
@@ -131,7 +134,7 @@ impl BodyRows {
         }
     }
 
-    /// Entries of the body's displacement in the frame's rows, k - sum s I x = ..; rows from 0.
+    /// Entries of the body's displacement in the gap rows k - sum s I x = ...; row indices start at 0.
     pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -142,7 +145,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the scaled right-hand side of the body's rows; `rows` are those of both bodies.
+    /// Adds the scaled right-hand side of the body. `rows` covers the rows of both bodies.
     pub(super) fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
         match self {
             Self::Rigid => {}
@@ -158,7 +161,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the share of prescribed displacements of contact nodes to the frame's rows.
+    /// Adds the scaled gap that prescribed displacements of the contact nodes cause to the gap rows.
     pub(super) fn prescribed_gap(&self, scales: BlockScales, frame_rows: &mut [f64]) {
         if let Self::FiniteElements(mesh) = self {
             let mut gap = vec![0.0; frame_rows.len()];
@@ -169,7 +172,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the diagonal blocks that need no solve.
+    /// Adds the diagonal blocks of a half-space, which need no solve.
     pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
         if let Self::HalfSpace { matrix, .. } = self {
             blocks.iter_mut().zip(matrix.diagonal_blocks().iter()).for_each(|(sum, block)| *sum += block);

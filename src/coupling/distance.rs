@@ -1,26 +1,27 @@
-//! The initial gap between two meshed surfaces, and bodies that overlap before they are pressed together.
+//! Initial gap between two meshed surfaces, and checks for bodies that overlap before loading.
 
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, MeshedSurface, edge_sagittas, first_touch};
 use crate::geometry::Point;
 
-/// Cells whose normal has less than this share of the largest component along the frame's n do not say where the
-/// surfaces first touch: there a small error of the meshes is a large motion.
+/// Smallest n_I.n, relative to the largest, of cells that determine the first touch (n_I cell normal, n frame normal). In steeper
+/// cells a small error of the meshes causes a large motion.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// They count where the others alone would leave an overlap, down to this share. A plane has no distance from steeper ones.
+/// Smallest n_I.n, relative to the largest, of cells that determine the first touch if less steep cells alone leave an overlap.
+/// Also the smallest n_I.n of cells that have a distance from a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
+/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Faces differ from the curved surface by less.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Share of the largest sagitta of flat edges by which the curved shape through them may be wrong.
+/// Possible error of the curved shape through flat edges, as a share of their largest sagitta.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
-/// Margin of the interpolation error of curved edges.
+/// Safety factor on the interpolation error of curved edges.
 const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
-/// Overlaps below this share of the cells' mean side are rounding.
+/// Rounding error of overlaps, as a share of the cells' mean side.
 const ROUNDING_SHARE: f64 = 1e-6;
 
 /// The initial gap between two meshed surfaces.
@@ -28,22 +29,25 @@ const ROUNDING_SHARE: f64 = 1e-6;
 pub struct MeshedGap {
     /// Mean distance over each cell, along its normal, with body 2 at the first touch, `[N]`, mm.
     pub distance: Vec<f64>,
-    /// Motion of body 2 towards body 1 along the frame's n, from where it is meshed to the first touch, mm; negative where the meshes
+    /// Motion of body 2 towards body 1 along the frame's n, from its meshed position to the first touch, mm. Negative if the meshes
     /// overlap.
     pub closing_motion: f64,
 }
 
-/// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch;
-/// `None` is the plane through the global origin across the frame's n.
+/// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch. A surface `None` is
+/// the plane through the global origin normal to the frame's n.
 ///
-/// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d / n_I.n,
-/// point by point, in the cells that look along n ([`first_touch`]). The means of a condensed mesh are those of the faces as
-/// they are: the displacement of its contact surface is averaged with the same shape functions, and where it follows a curved
-/// surface its nodes do. Those of a body with the near field of a half-space follow the curvature of the surface ([`MeshedSurface::curved_gap`]).
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n. The first touch is the smallest d / n_I.n over all points
+/// of the cells that face n ([`first_touch`]).
+///
+/// A condensed mesh has the mean heights of its flat faces. The displacement of its contact surface is averaged with the same shape
+/// functions. If the displacement follows a curved surface, its nodes follow that surface. A body with the near field of a
+/// half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
-/// If the bodies overlap by more than the error of curved faces and that motion does not remove the overlap (an interference fit), no
-/// motion along n separates them, or a plane is to meet cells that do not look at it.
+/// If the meshed bodies overlap by more than the error of curved faces. If the motion to the first touch does not remove an overlap
+/// of the curved surfaces (interference fit). If no motion along n separates the bodies, no cell faces n, or a plane is opposite to
+/// cells that do not face it.
 pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<MeshedGap> {
     let n = frame.axes.normal();
     let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
@@ -65,7 +69,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
              frame.normal from body 1 to body 2",
         ));
     }
-    // Overlap that is left on flanks which the first touch did not look at; a level frame has none.
+    // Overlap may remain on flanks that the first touch did not consider. A level frame has no flanks.
     if !frame.has_uniform_axes() {
         let flanks = curved_overlap(frame, (&cosines, first), surfaces);
         if first < 0.0 {
@@ -83,7 +87,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
     Ok(MeshedGap { distance: touching, closing_motion: first })
 }
 
-/// Distances over the cells of surfaces with the given mean heights, `[N]`, mm; `None` is the plane through the global origin.
+/// Distances over the cells between surfaces with the given mean heights, `[N]`, mm. `None` is the plane through the global origin.
 fn distances(frame: &ContactFrame, cosines: &[f64], heights: [Option<&[f64]>; 2]) -> Vec<f64> {
     let n = frame.axes.normal();
     let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
@@ -92,25 +96,25 @@ fn distances(frame: &ContactFrame, cosines: &[f64], heights: [Option<&[f64]>; 2]
     (0..frame.n_cells()).map(|cell| upper(cell) - lower(cell)).collect()
 }
 
-/// The largest overlap among distances, mm; negative where all are open.
+/// Largest overlap among `distances`, mm; negative if no cell overlaps.
 fn deepest(distances: &[f64]) -> f64 {
     -distances.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Overlap of the curved surfaces, as they are meshed and after the motion to the first touch.
+/// Overlap of the curved surfaces in the meshed position and after the motion to the first touch.
 struct CurvedOverlap {
-    /// As meshed, mm; negative if all cells are open.
+    /// In the meshed position, mm; negative if all cells are open.
     meshed: f64,
     /// After the motion, mm.
     left: f64,
     /// Overlaps below this are errors of the curved shapes, mm.
     shape_error: f64,
-    /// Number of cells that overlap as meshed, and of all.
+    /// Number of cells that overlap in the meshed position, and number of all cells.
     cells: [usize; 2],
 }
 
 impl CurvedOverlap {
-    /// Whether more is left after the motion than errors of the curved shapes.
+    /// Whether the overlap after the motion exceeds the error of the curved shapes.
     fn is_certain(&self) -> bool {
         self.left > self.shape_error
     }
@@ -133,8 +137,8 @@ fn curved_overlap(
     }
 }
 
-/// Refuses an overlap of the curved surfaces that the motion to the first touch leaves: surfaces that enclose one another overlap on their flanks, too, and are
-/// pressed together wherever body 2 is.
+/// Refuses curved surfaces that overlap after the motion to the first touch (interference fit). Surfaces that enclose one another
+/// overlap on their flanks, too, in any position of body 2.
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());
@@ -147,13 +151,15 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     )))
 }
 
-/// Possible error of a curved surface between the nodes of its mesh, mm. Of a circle that is interpolated quadratically over an edge of the length h with the sagitta
-/// s it is 4 s^3 / (3 h^2); curvatures that are fitted to flat faces are less certain.
+/// Possible error of a curved surface between the nodes of its mesh, mm.
+///
+/// A quadratic interpolation of a circle over an edge of length h with sagitta s has the error 4 s^3 / (3 h^2). Curvatures that are
+/// fitted to flat faces are less certain.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
     let point = |node: usize| Point::from(surface.mesh.points[node]);
-    // The edge from corner i has its middle node, if any, at n + i.
+    // The middle node of the edge from corner i, if any, has the index n + i.
     let interpolation = |nodes: &[usize], n: usize, i: usize| {
         let (start, end) = (point(nodes[i]), point(nodes[(i + 1) % n]));
         let sagitta = (point(nodes[n + i]) - 0.5 * (start + end)).norm();
@@ -167,7 +173,7 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// A plane has no distance from cells that are perpendicular to it or look away.
+/// Refuses cells that are perpendicular to a plane or face away from it: they have no distance from the plane.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];
@@ -180,18 +186,18 @@ fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Overlap {
-    /// A motion along n separates the bodies.
+    /// The bodies overlap as meshed, but a motion along n separates them.
     InitialPosition,
-    /// None does.
+    /// No motion along n separates the bodies.
     EveryPosition,
 }
 
-/// Overlap that is taken for the difference between faces and the curved surface, mm.
+/// Overlap that is attributed to the difference between faces and the curved surface, mm.
 fn tolerance(frame: &ContactFrame) -> f64 {
     OVERLAP_TOLERANCE_CELLS * frame.mean_cell_side()
 }
 
-/// Refuses a `depth` of penetration beyond what curved faces explain.
+/// Refuses a penetration `depth`, mm, above [`tolerance`].
 fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Overlap) -> Result<()> {
     let tolerance = tolerance(frame);
     if depth <= tolerance {

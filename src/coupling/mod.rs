@@ -1,4 +1,9 @@
-//! The two bodies tied to one frame: g = g_free + S P + w.
+//! Coupling of two bodies on one contact frame: g = g_free + S P + w n.
+//!
+//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth. [`couple`] computes S and
+//! the part of g_free that loads and prescribed displacements cause ([`CoupledBodies`]). [`surface_distance`] computes the other
+//! part of g_free, the distance of the undeformed surfaces; for meshes it uses [`mesh_distance`]. [`BlockSystem`] is the reference
+//! implementation of S.
 
 pub mod block;
 mod block_rows;
@@ -37,15 +42,15 @@ pub enum Coupling {
     Block,
 }
 
-/// Two bodies tied to a frame.
+/// Flexibility and free gap of two bodies on a frame.
 pub struct CoupledBodies {
-    /// S: gap change per traction on body 2.
+    /// S: gap change (mm) per traction (MPa) on body 2.
     pub flexibility: Arc<dyn Flexibility>,
     /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
     pub free_gap: Vec<f64>,
-    /// Motions in which the bodies float.
+    /// Unconstrained rigid-body modes of the bodies.
     pub floating: Vec<UnconstrainedModes>,
-    /// What was skipped.
+    /// Work that was omitted, with the reasons.
     pub skipped: Vec<OmittedWork>,
 }
 
@@ -60,23 +65,23 @@ impl CoupledBodies {
     }
 }
 
-/// How the operators of half-spaces are made.
+/// Options of the half-space operators.
 #[derive(Clone, Copy)]
 pub struct HalfSpaceOperators {
-    /// What happens to vanishing blocks of each.
+    /// Treatment of vanishing blocks between normal and tangential components.
     pub cross: CrossBlocks,
-    /// Whether two of them are one operator of their summed Green's functions.
+    /// Whether two half-spaces share one operator of their summed Green's functions.
     pub summed: bool,
 }
 
 impl From<CrossBlocks> for HalfSpaceOperators {
-    /// Summed where work is left out.
+    /// Sums the Green's functions if vanishing blocks are skipped.
     fn from(cross: CrossBlocks) -> Self {
         Self { cross, summed: cross == CrossBlocks::SkipVanishing }
     }
 }
 
-/// Ties two bodies to `frame`.
+/// Couples two bodies on `frame`: computes their flexibility, free gap and unconstrained rigid-body modes.
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be made.
@@ -94,7 +99,8 @@ pub fn couple(
     Ok(constrained(coupled, frame))
 }
 
-/// The bodies without tractions and gaps across planes of symmetry in the cells on them; as they are where no cell lies on one.
+/// Sets tractions and gaps across planes of symmetry to zero in the cells on these planes. Returns `coupled` unchanged if no cell
+/// lies on one.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -159,8 +165,8 @@ fn sum_of_bodies(
     Ok(CoupledBodies { flexibility, free_gap, floating, skipped })
 }
 
-/// S = S_1 + S_2, and which bodies are rigid; two half-spaces go into one operator of their summed Green's function
-/// where that is wanted.
+/// S = S_1 + S_2, and for each body whether it is rigid. If `summed`, two half-spaces share one operator of their summed Green's
+/// functions.
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -182,7 +188,7 @@ fn sum_of_flexibilities(
     Ok((flexibility, rigid))
 }
 
-/// The operator of two half-spaces with the far fields of those bodies that have one.
+/// Operator of two half-spaces, corrected by the far fields of hybrid bodies if the frame is a grid.
 fn with_far_fields(
     green: &SurfaceGreen,
     bodies: [&mut dyn ElasticBody; 2],
@@ -202,8 +208,10 @@ fn with_far_fields(
     }
 }
 
-/// What summing the flexibilities leaves out: those of `rigid` bodies, one of two half-space operators where they
-/// are `summed` into one, and products between normal and tangential components unless the sum `couples` them.
+/// Work that is omitted when the flexibilities are summed.
+///
+/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. Unless the sum `couples`
+/// normal and tangential components, their products are omitted, too.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
@@ -226,13 +234,13 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
     skipped
 }
 
-/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm, zero where they first touch.
+/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm; zero at the first touch.
 ///
-/// A shape "mesh" takes it from the bodies ([`mesh_distance`]). Flat faces are bowed as the curved surface they stand for where the
-/// near field is that of a half-space, whose displacements do not follow the faces.
+/// For the shape "mesh", [`mesh_distance`] computes it from the meshes. If a body has the near field of a half-space, its flat
+/// faces are replaced by the curved surface that they approximate: half-space displacements do not follow the faces.
 ///
 /// # Errors
-/// If the shape is not admissible, or is "mesh" and neither body has one or they overlap.
+/// If the shape is not admissible. If it is "mesh", and the bodies overlap or neither has a mesh.
 pub fn surface_distance(
     gap: &InitialGap,
     frame: &ContactFrame,

@@ -1,4 +1,7 @@
-//! What a run of a plan would compute, skip and need, without doing it.
+//! Estimates what a run of a plan computes, omits and requires, without running it.
+//!
+//! [`estimate`] returns the memory and time of the run ([`RunEstimate`]) and of its bodies ([`BodyEstimate`]). Times are numbers of
+//! operations divided by typical rates, or times typical costs: the constants of this module.
 
 mod time;
 
@@ -29,92 +32,94 @@ use crate::simulation::validate::flat_faces::max_curvature_correction;
 /// Floating-point operations per second that factorisations reach on one core.
 const FLOPS_PER_SECOND: f64 = 2.8e10;
 
-/// Seconds per unknown of ordering and analysis.
+/// Seconds of ordering and symbolic analysis per unknown.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Iterations of conjugate gradients, and seconds of each per entry of the matrix.
+/// Expected number of conjugate gradient iterations; seconds per iteration and matrix entry.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
-/// Bytes per second in which kept factors are read and checked.
+/// Bytes per second at which cached factors are read and checked.
 const READING: f64 = 6e8;
 
-/// Seconds per unknown of assembly.
+/// Seconds of assembly per unknown.
 const ASSEMBLY: f64 = 1e-5;
 
-/// Bytes per second that operators stream from memory, a cautious figure.
+/// Bytes per second that operator products stream from memory; a cautious value.
 const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 
-/// Seconds per point of the zero-padded grid and application of a half-space operator.
+/// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// Seconds per unknown and column of a far field, and of the table of an anisotropic material.
+/// Seconds of a far field per unknown and column; seconds for the table of an anisotropic material.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Seconds per quadrature point in other materials and force, by closed forms and by a table, and per pair of columns.
+/// Seconds per unit force and quadrature point in elements of other materials, by closed forms and by a table. `PER_PAIR`: seconds
+/// per pair of columns and quadrature point.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
-/// Seconds per node and element of their integrals, by closed forms and by a table.
+/// Seconds of the influence integrals per pair of node and element, by closed forms and by a table.
 const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
 
-/// Of compressed boundary elements: share of the integrals that are computed and entries per row that are kept, at 10 000 unknowns and
-/// their powers with more of them, and products for a right side.
+/// Scaling of compressed boundary elements: value at 10 000 unknowns, and exponent of the number of unknowns. The first row is the
+/// share of the integrals that are computed, the second row the number of entries kept per row. `PRODUCTS` is the number of
+/// products per right-hand side.
 const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
 
-/// What a cache is expected to have of a body.
+/// Expected content of the cache for a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum CacheContent {
-    /// Not all that is needed.
+    /// Not everything that the body needs.
     #[default]
     Insufficient,
-    /// The flexibility, and no more is needed.
+    /// The flexibility, which is all that the body needs.
     Flexibility,
-    /// The flexibility and the factor that loads or fields need.
+    /// The flexibility, and the factor for loads or fields.
     FlexibilityAndFactor,
 }
 
-/// What one body is and needs.
+/// Description, memory and time of one body.
 #[derive(Debug, Clone, Default)]
 pub struct BodyEstimate {
-    /// What it is.
+    /// Short description: type, material and size.
     pub description: String,
-    /// Memory while it is made ready, bytes.
+    /// Peak memory during construction, bytes.
     pub memory_bytes: f64,
-    /// Memory that it keeps, bytes.
+    /// Memory kept after construction, bytes.
     pub resident_bytes: usize,
-    /// What the user should know of how it is made ready.
+    /// Warning about the method of construction, if any.
     pub warning: Option<String>,
-    /// Seconds to make it ready.
+    /// Time of construction, s.
     pub seconds: f64,
-    /// Seconds per application of its flexibility.
+    /// Time per application of its flexibility, s.
     pub seconds_per_product: f64,
-    /// What is expected in the cache, so that nothing is factorised.
+    /// Expected content of the cache. With sufficient content nothing is factorised.
     pub cached: CacheContent,
 }
 
-/// Expectations of a run.
+/// Estimated size, memory and time of a run.
 #[derive(Debug, Clone)]
 pub struct RunEstimate {
-    /// Cells of the frame.
+    /// Number of cells of the frame.
     pub n_cells: usize,
     /// Axes of the frame.
     pub frame_axes: Triad,
-    /// The bodies.
+    /// Estimates of body 1 and body 2.
     pub bodies: [BodyEstimate; 2],
-    /// Contact problems to be solved: increments, and strokes of cycle jumps.
+    /// Number of contact problems to solve: increments, and path points of the solved cycles.
     pub n_contact_problems: usize,
-    /// Work that the scene does not need.
+    /// Work that the scene does not need and the run omits.
     pub skipped: Vec<OmittedWork>,
     /// Peak memory, bytes.
     pub memory_bytes: f64,
-    /// Run time, seconds; right within a factor of a few.
+    /// Run time, s; accurate within a factor of a few.
     pub seconds: f64,
 }
 
-/// The forecast of a plan; builds finite-element bodies and the structure of their factors, but does not factorise.
+/// Estimates a run of `plan`. Builds finite-element models and the structure of their factors, but does not factorise.
 ///
 /// # Errors
 /// If a mesh, support, material or frame of the plan is wrong.
@@ -122,7 +127,7 @@ pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
     estimate_on_frame(plan, contact_frame(plan)?)
 }
 
-/// As [`estimate`], on a frame that may have been made for another plan.
+/// As [`estimate`], on a frame that may belong to another plan.
 pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
     refuse_impossible_controls(plan, &frame)?;
     memory::ensure_points_fit(plan, &frame).at("output.inside")?;
@@ -202,12 +207,12 @@ fn estimate_body(
     })
 }
 
-/// Seconds for the matrix of a half-space's operator on `n_cells` polygons.
+/// Seconds to compute the operator matrix of a half-space on `n_cells` polygons.
 fn dense_matrix_seconds(n_cells: usize) -> f64 {
     9.0 * (n_cells as f64).powi(2) * 2e-7
 }
 
-/// A half-space whose surface is meshed.
+/// Estimate of a half-space with a meshed surface.
 fn truncated(
     spec: &TruncatedHalfSpacePlan,
     index: usize,
@@ -239,7 +244,7 @@ fn truncated(
     })
 }
 
-/// A body of boundary elements.
+/// Estimate of a body of boundary elements.
 fn boundary_elements(
     be: &BeBodyPlan,
     index: usize,
@@ -279,7 +284,7 @@ fn boundary_elements(
     })
 }
 
-/// A meshed body that carries what the half-space of `site` lacks.
+/// Estimate of a meshed body with the near field of the half-space `site`, corrected by finite elements.
 fn estimate_hybrid(
     plan: &Plan,
     (fe, index): (&MeshedBodyPlan, usize),
@@ -329,7 +334,7 @@ fn estimate_hybrid(
     })
 }
 
-/// How a body is condensed in words, and seconds.
+/// Description of a condensation method, and its time in seconds.
 fn condensation_cost(
     model: &FeModel,
     analysis: &SymbolicAnalysis,
@@ -350,7 +355,8 @@ fn condensation_cost(
     }
 }
 
-/// A meshed body: the structure of its factor is found, and whether its flexibility is in the cache.
+/// Estimate of a body of finite elements. Analyses the structure of its factor, and checks whether the cache contains its
+/// flexibility.
 fn finite_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -368,7 +374,7 @@ fn finite_elements(
         model.cached_factorisation_bytes(map.nodes(), method, plan.flexibility_cache.as_ref()?)
     };
     let known = expected(CondensationMethod::Factorisation).filter(|&bytes| left.allows(bytes as u128));
-    // Fields and loads need to solve all the same.
+    // Fields and loads require a solve, even if the flexibility is in the cache.
     let solves = model.has_own_loads() || needs_factor_after_condensation(plan, frame);
     let has_factor = solves
         && known.is_some()

@@ -1,4 +1,4 @@
-//! Expected time of contact problems and of what is evaluated after them.
+//! Estimated time of contact problems and of points inside bodies.
 
 use crate::estimate::BodyEstimate;
 use crate::evolution::step::Step;
@@ -12,21 +12,23 @@ use crate::simulation::build::memory::is_compressed;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 
-/// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
+/// Seconds per point inside an isotropic and an anisotropic half-space, and per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
-/// Seconds for the table of the field inside a half-space, over the root of its largest stiffness over the smallest.
+/// Seconds for the table of the field inside a half-space, per square root of the ratio of its largest to its smallest stiffness.
 const INSIDE_TABLE: f64 = 0.5;
 
-/// Products of a contact problem on an operator with an approximate inverse, and on a grid over the sixth root of its cells.
+/// Number of operator products per contact problem. First constant: with an approximate inverse. Second constant: on a grid, per
+/// sixth root of the number of cells.
 const PRODUCTS_WITH_PRECONDITIONER: f64 = 70.0;
 const PRODUCTS_ON_GRID: f64 = 10.0;
 
-/// Of a product on a grid: what windows leave of it, and what is left where only pressures are unknown.
+/// Cost factors of products. First constant: on a window around the contact. Second constant: on a grid with pressures as the only
+/// unknowns.
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
-/// Seconds that the steps of a plan are expected to take, with the work left out that `ledger` says.
+/// Estimated time of all steps of a plan, s, without the omitted work in `ledger`.
 pub(super) fn of_steps(
     plan: &Plan,
     frame: &ContactFrame,
@@ -37,7 +39,7 @@ pub(super) fn of_steps(
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
-    // First-order iterations grow with the number of cells across the contact, those with an approximate inverse hardly.
+    // First-order iterations grow with the number of cells across the contact. Iterations with an approximate inverse hardly grow.
     let products = match on_grid {
         true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
@@ -54,22 +56,23 @@ pub(super) fn of_steps(
     plan.steps.iter().map(of_step).sum()
 }
 
-/// Contact problems of a step.
+/// Number of contact problems of a step.
 pub(super) fn contact_problems(step: &Step) -> usize {
     match &step.cycles {
         None => step.increments,
-        // The ends of a cycle are solved together.
+        // The path points of a cycle are solved together.
         Some(cycles) => cycles.n_path_points() * cycles.expected_solves(step.wear),
     }
 }
 
-/// Seconds of the points inside bodies after each of `n_solves` contact problems, and of the tables for them.
+/// Estimated time of the points inside bodies after each of `n_solves` contact problems and of their tables, s.
 pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     let points: f64 = plan.interior_requests.iter().map(|request| of_points(plan, request)).sum();
     inside_tables(plan) + n_solves as f64 * points
 }
 
-/// Seconds for the tables of the field inside half-spaces, where they are not kept: the more the stiffness varies with direction the longer.
+/// Time for the tables of the field inside half-spaces, s, if they are not cached. It grows with the variation of the stiffness
+/// with direction.
 fn inside_tables(plan: &Plan) -> f64 {
     let of = |index: usize| match &plan.bodies[index] {
         BodyPlan::HalfSpace(elastic)
@@ -84,7 +87,7 @@ fn inside_tables(plan: &Plan) -> f64 {
     of(0) + of(1)
 }
 
-/// Seconds for the points inside a body, once.
+/// Time for one evaluation of the points inside a body, s.
 fn of_points(plan: &Plan, request: &InteriorPointRequest) -> f64 {
     let n = request.points().len() as f64;
     match &plan.bodies[usize::from(request.side == SIDES[1])] {

@@ -66,7 +66,7 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.couples_normal_tangential())
     }
 
-    /// By the first part that can: flexibilities of bodies differ little more than by a factor.
+    /// Uses the first part that has an approximate inverse: the flexibilities of the bodies differ by little more than a factor.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
     }
@@ -75,8 +75,8 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.precondition(gap, tractions))
     }
 
-    /// Parts that have no such sum count by their products, which are then compared with nothing; `None` if all are like
-    /// that.
+    /// Sums over the parts. Parts without a direct sum contribute their products, which are then not verified. `None` if no part
+    /// has a direct sum.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let direct: Vec<_> = self.parts.iter().map(|part| part.direct_sums(cells, tractions)).collect();
         if direct.iter().all(Option::is_none) {

@@ -12,7 +12,7 @@ use crate::flexibility::per_cell::PerCell;
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {
     cell: usize,
-    /// P, the orthogonal projector on the components in the planes; its normal row and column are those of the identity.
+    /// P: orthogonal projector on the components in the planes. Its normal row and column equal those of the identity.
     projector: Matrix3<f64>,
     /// I - P.
     across: Matrix3<f64>,
@@ -20,26 +20,27 @@ struct ConstrainedCell {
     compliance: f64,
 }
 
-/// S' = P S P + c (I - P) of an operator S, where P removes the traction and the gap across planes of symmetry in the cells on them.
+/// S' = P S P + c (I - P) of an operator S. The projector P removes tractions and gaps across planes of symmetry in the cells on
+/// these planes.
 ///
-/// The components across are decoupled: from tractions that vanish there S' gives gaps that vanish there, exactly where P is a
-/// diagonal matrix. S' is symmetric positive definite in the area-weighted inner product as S is, since P is the same for all
-/// components that share a cell's area. c > 0 has the size of the diagonal of S in the cell; it does not influence results.
+/// The components across are decoupled: if the tractions across vanish, the gaps across vanish, exactly if P is diagonal. S' is
+/// symmetric positive definite in the area-weighted inner product, as S is, because P acts within a cell and its components share
+/// one area. c > 0 has the magnitude of the diagonal of S in the cell and does not influence results.
 ///
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
 pub struct ConstrainedFlexibility {
     inner: Arc<dyn Flexibility>,
     cells: Vec<ConstrainedCell>,
-    /// Tractions or gaps with the components across removed, `[3, N]`.
+    /// Tractions or gaps without the components across the planes, `[3, N]`.
     scratch: Mutex<Vec<f64>>,
 }
 
 impl ConstrainedFlexibility {
-    /// Constrains `inner` in some cells (index, P), ascending; P as a matrix of the local components (x, y, n).
+    /// Constrains `inner` in the given cells (index, P), ascending. P acts on the local components (x, y, n).
     ///
     /// # Panics
-    /// If a cell is none of `inner`.
+    /// If an index is not below the number of cells of `inner`.
     pub fn new(inner: Arc<dyn Flexibility>, projectors: &[(usize, Matrix3<f64>)]) -> Self {
         let n = inner.n_cells();
         let blocks = inner.diagonal_blocks();
@@ -51,7 +52,7 @@ impl ConstrainedFlexibility {
         Self { cells: cells.collect(), scratch: Mutex::new(vec![0.0; 3 * n]), inner }
     }
 
-    /// `values` (`[3, N]` by planes) without the components across.
+    /// Projects `values` (`[3, N]` by planes): removes the components across the planes of symmetry.
     fn projected(&self, values: &[f64]) -> MutexGuard<'_, Vec<f64>> {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         scratch.copy_from_slice(values);
@@ -63,7 +64,7 @@ impl ConstrainedFlexibility {
         scratch
     }
 
-    /// Replaces the components across in `into` by the multiple of those in `from` that `factor` gives (`[3, N]` by planes both).
+    /// Replaces the components of `into` across the planes by the components of `from` times `factor(c)`; both `[3, N]` by planes.
     fn replace_across(&self, from: &[f64], into: &mut [f64], factor: impl Fn(f64) -> f64) {
         let n = self.inner.n_cells();
         for held in &self.cells {
@@ -83,7 +84,8 @@ fn set(values: &mut [f64], n: usize, cell: usize, value: nalgebra::Vector3<f64>)
     (0..3).for_each(|plane| values[plane * n + cell] = value[plane]);
 }
 
-/// Compliance of a cell along the tangent in its plane of symmetry; along the normal on two planes, or where the former is none.
+/// Compliance of a cell along the tangent in its plane of symmetry, mm/MPa. If that is not positive, as on two planes, the normal
+/// compliance; otherwise 1.
 fn compliance_in_plane(block: &Matrix3<f64>, projector: &Matrix3<f64>) -> f64 {
     let tangents = projector.fixed_view::<2, 2>(0, 0);
     let along = (tangents * block.fixed_view::<2, 2>(0, 0)).trace();
@@ -122,7 +124,7 @@ impl Flexibility for ConstrainedFlexibility {
         self.inner.precondition_normal(normal_gap, pressure)
     }
 
-    /// P M P + (I - P) / c with the approximate inverse M of the operator inside.
+    /// P M P + (I - P) / c with the approximate inverse M of the inner operator.
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let found = self.inner.precondition(&self.projected(gap), tractions);
         if found {
@@ -210,7 +212,7 @@ mod tests {
             PerCell::Each((0..n).map(block).collect())
         }
 
-        /// Its own transpose with the areas divided out: symmetric in the sense that is asked for.
+        /// Applies S itself, which is symmetric in the area-weighted inner product, as required.
         fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
             self.apply(gap, tractions);
             true
@@ -244,7 +246,8 @@ mod tests {
         nalgebra::DMatrix::from_fn(12, 12, |i, j| AREAS[i % 4] * matrix[(i, j)])
     }
 
-    /// Truth: A S' = (A S')ᵀ > 0, the same of the preconditioner; S' maps what lies in the planes into them. 1e-14: rounding.
+    /// Truth: A S' = (A S')ᵀ > 0, and the same for the preconditioner. S' maps tractions in the planes to gaps in the planes.
+    /// 1e-14: rounding.
     #[test]
     fn it_is_symmetric_positive_definite_and_keeps_to_the_planes() {
         let operator = constrained();
@@ -266,7 +269,7 @@ mod tests {
         assert!([0, 2, 4, 6, 8, 9, 10, 11].into_iter().all(|k| (raw[k] - gap[k]).abs() < 1e-15));
     }
 
-    /// Truth: diagonal blocks are those of the products. 1e-15: rounding.
+    /// Truth: diagonal blocks of the matrix that the products assemble. 1e-15: rounding.
     #[test]
     fn diagonal_blocks_are_those_of_the_products() {
         let operator = constrained();
@@ -277,7 +280,7 @@ mod tests {
         }
     }
 
-    /// Truth: completing a gap that is complete changes nothing. 1e-15: rounding.
+    /// Truth: completing a complete gap changes nothing. 1e-15: rounding.
     #[test]
     fn completion_is_a_projection() {
         let operator = constrained();

@@ -1,7 +1,8 @@
-//! Flexibility operators on the contact frame.
+//! Flexibility operators on the contact frame: gap = S tractions.
 //!
-//! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N,
-//! in the local axes (x, y, n) of each cell.
+//! [`Flexibility`] is the interface of all operators; [`composed`], [`constrained`] and [`subset`] combine or restrict them.
+//! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N, in the local axes
+//! (x, y, n) of each cell.
 
 pub mod composed;
 pub mod constrained;
@@ -17,18 +18,18 @@ use crate::error::Result;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
-/// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
+/// Linear map S from tractions on body 2 (MPa) to the gap change (mm) that they cause.
 ///
 /// Symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`.
 ///
-/// One product at a time: operators hold their work space while their loops run in parallel. Two tasks of one thread pool that apply the
-/// same operator could wait for each other.
+/// Only one task at a time may apply an operator: operators lock their work space while their loops run in parallel. Two tasks of
+/// one thread pool that apply the same operator can deadlock.
 pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;
 
-    /// Its tangential part, of an operator whose normal part and this one can be used each by itself: neither component moves
-    /// the gap of the other.
+    /// Tangential part of the operator, if normal and tangential components are decoupled: neither changes the gap of the other.
+    /// `None` if the two parts cannot be used separately.
     fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
         None
     }
@@ -42,13 +43,13 @@ pub trait Flexibility: Send + Sync {
     /// The 3 x 3 diagonal blocks S_II, `[N]`.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>>;
 
-    /// Whether tractions in the surface move the normal gap at all (S_nt not identically zero).
+    /// Whether tangential tractions change the normal gap (S_nt not identically zero).
     fn couples_normal_tangential(&self) -> bool {
         true
     }
 
-    /// `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`, by a symmetric positive definite approximation
-    /// of the inverse; overwrites. False if the operator has none. Does not allocate but for the first time.
+    /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites. Uses a symmetric positive
+    /// definite approximation of the inverse. Returns false if the operator has none. Allocates only in the first call.
     fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
         false
     }
@@ -58,30 +59,30 @@ pub trait Flexibility: Send + Sync {
         false
     }
 
-    /// S tractions (`[3, N]` by planes) in one cell, mm, summed over the cells without what [`Self::apply`] makes use of; `None`
-    /// if there is no such sum.
+    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]` by planes. It does not use the
+    /// data structures of [`Self::apply`], so that both can be compared. `None` if the operator has no direct sum.
     fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
 
-    /// As [`Self::direct_sum`] in some cells, `[cells.len()]`, without what [`Self::apply`] makes use of; `None` if any has no such sum.
+    /// As [`Self::direct_sum`] for several cells, `[cells.len()]`; `None` if a cell has no direct sum.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }
 
-    /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
+    /// Numbers of cells along x and y of a uniform grid, otherwise `None`. Cell (ix, iy) has the index `ix * cells[1] + iy`.
     fn grid(&self) -> Option<[usize; 2]> {
         None
     }
 
-    /// The operator of the same bodies on a grid of `at_least` so many cells, none of them further apart than on the frame,
-    /// with sides `factor` times as long; `None` if there is none.
+    /// Operator of the same bodies on a smaller grid with at least `at_least` cells along x and y, whose sides are `factor` times
+    /// as long. No two of its cells are further apart than cells of the frame. `None` if there is no such operator.
     fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
-    /// An operator of [`Self::restrict`] with its first cell at the cell `origin` of the frame, where what it says depends on the
-    /// place.
+    /// Places an operator of [`Self::restrict`] on the frame, with its first cell at the cell `origin`. Operators that depend on
+    /// the position need this; the others return `smaller`.
     fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
@@ -91,14 +92,13 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
-    /// no traction may act there.
+    /// Cells whose rows are not formed, ascending. [`Self::apply`] gives an incomplete gap there, and no traction may act there.
     fn unformed_cells(&self) -> Vec<usize> {
         Vec::new()
     }
 
-    /// Adds to `gap`, which [`Self::apply`] gave for `tractions` (both `[3, N]` by planes), what it lacks in the
-    /// unformed cells.
+    /// Adds the missing part of the gap in the unformed cells. `gap` is the result of [`Self::apply`] for `tractions`, both
+    /// `[3, N]` by planes.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -106,7 +106,7 @@ pub trait Flexibility: Send + Sync {
         Ok(())
     }
 
-    /// Forms the rows of some more cells.
+    /// Forms the rows of further cells.
     ///
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.
@@ -114,12 +114,12 @@ pub trait Flexibility: Send + Sync {
         Ok(())
     }
 
-    /// What it has come to hold since it was made.
+    /// Changes that earlier calls made to the operator since its construction.
     fn history(&self) -> OperatorHistory {
         OperatorHistory::default()
     }
 
-    /// Comes to hold the same, if it is as it was made.
+    /// Repeats the changes of another operator of the same bodies on this one, which must be newly built.
     ///
     /// # Errors
     /// As [`Self::form_rows`].
@@ -128,12 +128,12 @@ pub trait Flexibility: Send + Sync {
     }
 }
 
-/// S_tt of a [`Flexibility`] whose normal gap does not depend on tractions in the surface, nor they on pressures.
+/// Tangential part S_tt of a [`Flexibility`] whose normal and tangential components are decoupled.
 pub trait TangentialFlexibility {
     /// `gap = S_tt tractions`, both `[2, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Does not allocate but for the
-    /// first time.
+    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Allocates only in the
+    /// first call.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
 }

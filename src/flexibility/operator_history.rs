@@ -1,16 +1,16 @@
-//! What an operator has come to hold in the course of a run, so that a run that is taken up again has the same one.
+//! History of an operator during a run. A resumed run repeats it to have the same operator.
 
 use serde::{Deserialize, Serialize};
 
-/// What the products of an operator owe to those before them, beyond what it is made of.
+/// Changes that earlier calls made to an operator after its construction.
 ///
-/// An operator made afresh that repeats the course of another gives the same products, bit by bit.
+/// A new operator that repeats the history of another gives the same products, bit by bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OperatorHistory {
-    /// Cells that rows were formed for, call by call.
+    /// Cells whose rows were formed, one list per call.
     pub formed: Vec<Vec<usize>>,
-    /// Whether the rows that are formed were compared with the body solved afresh.
+    /// Whether the formed rows were compared with a new solution of the body.
     pub formed_rows_checked: bool,
-    /// Of the operators that it is the sum of.
+    /// Histories of the parts of a sum of operators.
     pub parts: Vec<OperatorHistory>,
 }

@@ -1,18 +1,18 @@
-//! Values of cells, of which grids need one only.
+//! Values per cell, stored once if all cells have the same value, as on grids.
 
 use std::ops::Index;
 
-/// A value for each of N cells, kept once where it is the same for all.
+/// One value for each of N cells, stored once if it is the same for all.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PerCell<T> {
-    /// One value, and N.
+    /// The common value, and N.
     Same(T, usize),
-    /// `[N]`
+    /// One value per cell, `[N]`.
     Each(Vec<T>),
 }
 
 impl<T> PerCell<T> {
-    /// N.
+    /// Number of cells N.
     pub fn len(&self) -> usize {
         match self {
             Self::Same(_, n) => *n,
@@ -20,17 +20,17 @@ impl<T> PerCell<T> {
         }
     }
 
-    /// Whether there is no cell.
+    /// Whether N is 0.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The value of the first cell.
+    /// Value of the first cell; `None` if N is 0.
     pub fn first(&self) -> Option<&T> {
         (!self.is_empty()).then(|| &self[0])
     }
 
-    /// The values that differ, or may: one where it is the same for all.
+    /// Stored values: one if it is the same for all cells, otherwise N.
     pub fn distinct(&self) -> &[T] {
         match self {
             Self::Same(_, 0) => &[],
@@ -39,7 +39,7 @@ impl<T> PerCell<T> {
         }
     }
 
-    /// Leaves out the cells that are not `kept`.
+    /// Removes the values of cells that are not `kept`, `[N]`.
     pub fn keep(&mut self, kept: &[bool]) {
         let mut flags = kept.iter();
         match self {
@@ -53,7 +53,7 @@ impl<T> PerCell<T> {
         (0..self.len()).map(|cell| &self[cell])
     }
 
-    /// What `of` makes of each value.
+    /// Applies `of` to each stored value.
     pub fn map<U>(&self, of: impl FnMut(&T) -> U) -> PerCell<U> {
         let mut of = of;
         match self {
@@ -64,7 +64,7 @@ impl<T> PerCell<T> {
 }
 
 impl<T: Clone> PerCell<T> {
-    /// A list, `[N]`.
+    /// Values as a list, `[N]`.
     pub fn into_vec(self) -> Vec<T> {
         match self {
             Self::Same(value, n) => vec![value; n],
@@ -94,7 +94,7 @@ impl<T> FromIterator<T> for PerCell<T> {
 mod tests {
     use super::*;
 
-    /// Truth: both kinds stand for the same list.
+    /// Truth: both variants represent the same list.
     #[test]
     fn one_value_stands_for_all() {
         let (same, each) = (PerCell::Same(2, 3), PerCell::Each(vec![2, 2, 2]));

@@ -1,4 +1,4 @@
-//! An operator on some of the cells of another one.
+//! Restriction of an operator to some of its cells.
 
 use std::sync::{Arc, Mutex};
 
@@ -7,27 +7,27 @@ use nalgebra::Matrix3;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 
-/// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
+/// Flexibility of the cells of `whole` that may carry tractions. The other cells carry none, and their gap is not returned.
 pub struct SubsetFlexibility {
     whole: Arc<dyn Flexibility>,
-    /// Index in the whole of each cell.
+    /// Index of each cell in `whole`.
     cells: Vec<usize>,
-    /// Tractions and gap of the whole, `[3, N]` each; tractions are zero outside the places.
+    /// Tractions and gap of `whole`, `[3, N]` each. Tractions outside of `cells` are zero.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 impl SubsetFlexibility {
-    /// The cells `cells` of `whole`, ascending.
+    /// Restricts `whole` to the cells `cells`, ascending.
     ///
     /// # Panics
-    /// If a place lies outside.
+    /// If an index is not below the number of cells of `whole`.
     pub fn new(whole: Arc<dyn Flexibility>, cells: Vec<usize>) -> Self {
         let n = whole.n_cells();
         assert!(cells.iter().all(|&place| place < n), "a cell outside of the operator");
         Self { whole, cells, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
     }
 
-    /// Tractions `[3, M]` of the places as those of the whole, `[3, N]`.
+    /// Expands tractions `[3, M]` of the subset to `[3, N]`, with zeros in the other cells of `whole`.
     fn scattered(&self, tractions: &[f64]) -> Vec<f64> {
         let (n, m) = (self.whole.n_cells(), self.cells.len());
         let mut whole = vec![0.0; 3 * n];
@@ -37,7 +37,8 @@ impl SubsetFlexibility {
         whole
     }
 
-    /// Runs `product` of the whole on scattered `values` and gathers its result, both by `planes`; what it says of itself.
+    /// Applies `product` of `whole` to the expanded `values` and gathers its result in `out`; both have `planes` planes. Returns
+    /// the value that `product` returns.
     fn apply_whole(
         &self,
         planes: usize,
@@ -104,7 +105,7 @@ impl Flexibility for SubsetFlexibility {
         self.whole.direct_sums(&places, &whole)
     }
 
-    /// The part of the inverse of the whole: still symmetric and positive definite.
+    /// Applies the block of the approximate inverse of `whole`, which is symmetric positive definite, too.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
         self.apply_whole(1, (normal_gap, pressure), product)
@@ -144,7 +145,7 @@ impl TangentialFlexibility for SubsetFlexibility {
 mod tests {
     use super::*;
 
-    /// S of three cells by a full matrix, tangential parts twice the normal one.
+    /// S of three cells as a full matrix; the tangential parts are twice the normal one.
     struct Three;
 
     impl Flexibility for Three {
@@ -182,13 +183,14 @@ mod tests {
             gap.copy_from_slice(&all[..6]);
         }
 
-        /// By the diagonal.
+        /// Divides by the diagonal of S_tt, which is 2.
         fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
             tractions.iter_mut().zip(gap).for_each(|(traction, gap)| *traction = 0.5 * gap);
         }
     }
 
-    /// Truth: the normal and the tangential part of an operator that falls apart are parts of its rows and columns as well.
+    /// Truth: the subset of a decoupled operator is decoupled, too. Its tangential part equals the tangential rows and columns of
+    /// its full product.
     #[test]
     fn tangential_part_of_the_whole() {
         let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);
@@ -203,7 +205,7 @@ mod tests {
         assert_eq!(tractions, gap.map(|gap| 0.5 * gap));
     }
 
-    /// Truth: rows and columns of the whole matrix; nothing is left of earlier products.
+    /// Truth: rows and columns of the full matrix. Earlier products leave no values in the work space.
     #[test]
     fn rows_and_columns_of_the_whole() {
         let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);

@@ -1,11 +1,10 @@
-//! A tree of balls that answers which facets a line passes.
+//! Tree of bounding balls that finds the balls of facets near a line.
 
 use crate::geometry::Point;
 
-/// Balls of one leaf.
+/// Largest number of balls in a leaf.
 const LEAF: usize = 8;
 
-/// A ball in space.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ball {
     pub(crate) center: Point,
@@ -13,22 +12,22 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// The ball around the middle of some points.
+    /// Ball around the mean of `points` that contains all of them.
     pub(crate) fn around(points: &[Point]) -> Self {
         let center = points.iter().sum::<Point>() / points.len() as f64;
         Self { center, radius: points.iter().map(|x| (x - center).norm()).fold(0.0, f64::max) }
     }
 
-    /// Whether it is closer than `reach` to the line through `start` along the unit vector `along`.
+    /// Whether the ball is closer than `reach` to the line through `start` along the unit vector `along`.
     fn meets(&self, start: &Point, along: &Point, reach: f64) -> bool {
         let arm = self.center - start;
         let across = arm - along * along.dot(&arm);
-        // Rounding must not lose what touches.
+        // The margin prevents that rounding excludes touching balls.
         across.norm() <= (self.radius + reach) * (1.0 + 1e-9)
     }
 }
 
-/// Balls in a binary tree, halved along the longest extent of their centres.
+/// Binary tree of balls, halved along the longest extent of their centres.
 pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,
@@ -50,7 +49,7 @@ impl BallTree {
         tree
     }
 
-    /// Adds the branch over `items` of the order, and returns its index.
+    /// Adds the branch of the range `items` of `order` with its children. Returns the index of the branch.
     fn grow(&mut self, items: std::ops::Range<usize>) -> usize {
         let (mut low, mut high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
         for &item in &self.order[items.clone()] {
@@ -73,8 +72,8 @@ impl BallTree {
         here
     }
 
-    /// Items closer than `reach` to the line through `start` along the unit vector `along`, ascending, left in
-    /// `found`.
+    /// Finds the balls closer than `reach` to the line through `start` along the unit vector `along`. Overwrites `found` with their
+    /// indices, ascending.
     pub(crate) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
         if !self.branches.is_empty() {

@@ -6,16 +6,16 @@
 pub struct FrictionEllipse {
     /// Coefficients along the principal axes (mu1, mu2).
     pub mu: [f64; 2],
-    /// Angle of the first principal axis from local x.
+    /// Angle of the first principal axis from local x, radians.
     pub angle: f64,
 }
 
-/// Linear interpolation between the in-plane value and the normal one with the fibre's tilt (radians).
+/// Linear interpolation of a coefficient between its in-plane and its normal value, by the tilt of the fibre (radians).
 pub fn tilt_interpolation(in_plane: f64, normal: f64, tilt: f64) -> f64 {
     in_plane + (normal - in_plane) * (tilt.abs() / std::f64::consts::FRAC_PI_2)
 }
 
-/// The friction laws a scene may name.
+/// Friction laws that a scene may name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrictionLaw {
     /// No friction: tangential tractions are not unknowns.
@@ -25,14 +25,14 @@ pub enum FrictionLaw {
         /// Coefficient.
         mu: f64,
     },
-    /// Elliptic with any principal axis.
+    /// Elliptic, with principal axes in any direction.
     Elliptic {
         /// Coefficients along and across the first axis.
         mu: [f64; 2],
         /// Angle of the first axis from the frame's x, radians.
         angle: f64,
     },
-    /// Fibre-reinforced plastic (docs/scene.md): mu_j interpolated between fibre direction, transverse and normal.
+    /// Fibre-reinforced plastic (docs/scene.md): coefficients interpolated between fibre, transverse and normal direction.
     Frp {
         /// Coefficient along fibres in the surface.
         mu_l: f64,
@@ -48,7 +48,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// The ellipse of every cell, or `None` if frictionless (no law, or both coefficients zero).
+    /// Friction ellipse of every cell, or `None` if frictionless (no law, or both coefficients zero).
     pub fn ellipse(&self) -> Option<FrictionEllipse> {
         let ellipse = match *self {
             Self::None => None,

@@ -1,25 +1,25 @@
-//! Wear laws: the worn depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (docs/theory-wear.md).
+//! Wear laws: wear depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (docs/theory-wear.md).
 
 use crate::laws::friction::{FrictionEllipse, tilt_interpolation};
 
-/// Wear intensity of a cell along principal axes turned by `angle` (radians) from local x, 1/MPa.
+/// Specific wear rate of a cell, 1/MPa, along principal axes turned by `angle` (radians) from local x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpecificWearRate {
-    /// Intensities (i1, i2) along the principal axes, 1/MPa.
+    /// Specific wear rates (i1, i2) along the principal axes, 1/MPa.
     pub i: [f64; 2],
-    /// Angle of the first principal axis from local x.
+    /// Angle of the first principal axis from local x, radians.
     pub angle: f64,
 }
 
 impl SpecificWearRate {
-    /// The depth |v|_i that a slip v wears per pressure, mm/MPa.
+    /// Returns the function |v|_i: wear depth per pressure, mm/MPa, that a slip v causes.
     pub fn path_per_slip(&self) -> impl Fn([f64; 2]) -> f64 {
         let (sin, cos) = self.angle.sin_cos();
         let [along, across] = self.i;
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
-    /// Worn volume per friction energy, k = i / mu, if it is the same in all directions of slip.
+    /// Wear volume per friction energy, k = i / mu; `None` if it depends on the direction of slip.
     pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];
@@ -29,45 +29,45 @@ impl SpecificWearRate {
     }
 }
 
-/// The wear laws a scene may name.
+/// Wear laws that a scene may name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WearLaw {
     /// No wear.
     None,
-    /// Archard: volume per load and sliding distance.
+    /// Archard: wear volume per load and sliding distance.
     Archard {
-        /// Intensity, 1/MPa.
+        /// Specific wear rate, 1/MPa.
         i: f64,
     },
-    /// Orthotropic with any principal axis.
+    /// Orthotropic, with principal axes in any direction.
     Orthotropic {
-        /// Intensities along and across the first axis, 1/MPa.
+        /// Specific wear rates along and across the first axis, 1/MPa.
         i: [f64; 2],
         /// Angle of the first axis from the frame's x, radians.
         angle: f64,
     },
     /// Fibre-reinforced plastic (docs/scene.md).
     Frp {
-        /// Intensity along fibres in the surface.
+        /// Specific wear rate along fibres in the surface, 1/MPa.
         i_l: f64,
-        /// Intensity across fibres in the surface.
+        /// Specific wear rate across fibres in the surface, 1/MPa.
         i_t: f64,
-        /// Intensity for fibres along the normal.
+        /// Specific wear rate for fibres along the normal, 1/MPa.
         i_n: f64,
         /// Tilt of the fibre out of the surface, radians.
         tilt: f64,
         /// Azimuth of the fibre from the frame's x, radians.
         azimuth: f64,
     },
-    /// Volume per friction energy: i = k mu, along the friction axes.
+    /// Energy law: wear volume per friction energy, i = k mu along the friction axes.
     Energy {
-        /// Volume per energy, 1/MPa.
+        /// Wear volume per friction energy, 1/MPa.
         k: f64,
     },
 }
 
 impl WearLaw {
-    /// The intensity of every cell, `None` without wear (or, for the energy law, without friction).
+    /// Specific wear rate of every cell. `None` without wear, or for the energy law without friction.
     pub fn specific_rate(&self, friction: Option<FrictionEllipse>) -> Option<SpecificWearRate> {
         match *self {
             Self::None => None,

@@ -1,6 +1,6 @@
 //! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
 //!
-//! Products of Gauss rules collapsed onto the simplex: all weights positive, any degree, no tables.
+//! They are products of Gauss rules collapsed onto the simplex: all weights positive, any degree, no tables.
 
 use super::RulePoint;
 use super::gauss::gauss_legendre;
@@ -10,9 +10,9 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
     gauss_legendre(n).into_iter().map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w)).collect()
 }
 
-/// A rule on the reference triangle, exact to `degree`; weights sum to 1/2.
+/// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
 ///
-/// Degree 1 is the centroid, degree 2 the three-point rule of Strang and Fix (1973), above that the collapsed square.
+/// Degree 1 is the centroid, degree 2 the three-point rule of Strang and Fix (1973). Higher degrees use the collapsed square.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
@@ -28,10 +28,10 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     }
 }
 
-/// A rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
+/// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 has twice four
-/// points, above that the collapsed cube.
+/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight points.
+/// Higher degrees use the collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -58,11 +58,11 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     rule
 }
 
-/// Degree 3 with eight points of equal weight inside the tetrahedron, four each at the shares t and u of the way from the
-/// centroid to the corners.
+/// Rule of degree 3 with eight points of equal weight inside the tetrahedron. Four points each lie at the shares t and u of the way
+/// from the centroid to the corners.
 ///
-/// Degree 2 wants t² + u² = 2/5, degree 3 t³ + u³ = 2/15; so s = t + u solves s³ - 6/5 s + 4/15 = 0, the root that leaves
-/// both points inside by Viète's formula.
+/// Degree 2 requires t² + u² = 2/5, degree 3 t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's formula gives the
+/// root with all points inside.
 fn eight_points() -> Vec<RulePoint<3>> {
     let radius = 2.0 * 0.4f64.sqrt();
     let angle = (-(4.0 / 15.0) / (2.0 * 0.4f64.powf(1.5))).acos() / 3.0;
@@ -103,8 +103,8 @@ mod tests {
         }
     }
 
-    /// Truth: a Gauss rule of n points is exact to degree 2n - 1; the collapse adds two degrees. No rule needs more than the fewest such n points along each
-    /// edge.
+    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule takes the fewest such
+    /// n points along each edge.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {

@@ -4,8 +4,8 @@ use super::RulePoint;
 use super::gauss::{gauss_legendre, quadrilateral};
 use super::simplex::triangle;
 
-/// A rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]): the triangle's rule of `degree` times `n` Gauss
-/// points; weights sum to 1.
+/// Rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]); weights sum to 1. It is the product of the triangle's rule of
+/// `degree` and `n` Gauss points.
 pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     triangle(degree)
@@ -14,8 +14,8 @@ pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
         .collect()
 }
 
-/// A rule on the pyramid with the base [-1, 1]^2 at z = 0 and the tip (0, 0, 1): `n` x `n` Gauss points on each of
-/// `n + 1` sections; exact for polynomials of degree 2n - 1; weights sum to 4/3.
+/// Rule on the pyramid with the base [-1, 1]^2 at z = 0 and the apex (0, 0, 1); weights sum to 4/3. It has `n` x `n` Gauss points
+/// on each of `n + 1` sections and is exact for polynomials of degree 2n - 1.
 pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
     let square = quadrilateral(n);
     // The area of a section adds two degrees along z.
@@ -32,8 +32,8 @@ pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: the integral of x^i y^j z^k over the pyramid is 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) for even i, j
-    /// and 0 otherwise; over the wedge the product of those of the triangle and the line. Tolerance: rounding.
+    /// Truth: the integral of x^i y^j z^k over the pyramid is 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)). This holds for even i, j;
+    /// otherwise it is 0. Over the wedge it is the product of the integrals over the triangle and the line. Tolerance: rounding.
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
