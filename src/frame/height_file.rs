@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::csv::{data_lines, mixed_separators, split_fields};
+use crate::csv::{Separators, data_lines, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
@@ -32,10 +32,9 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
     let (mut values, mut shape) = (Vec::new(), [0, 0]);
+    let mut separators = Separators::default();
     for (number, line) in data_lines(text) {
-        if let Some(problem) = mixed_separators(line) {
-            return Err(Error::input(format!("line {number} {problem}")));
-        }
+        separators.check(line).map_err(|problem| Error::input(format!("line {number} {problem}")))?;
         let start = values.len();
         for cell in split_fields(line) {
             let column = values.len() - start + 1;
@@ -94,6 +93,7 @@ mod tests {
             ("1,inf\n3,4", &["row 1, column 2", "inf"]),
             ("1,2\n3", &["line 2 (row 2) has 1 values, the first row 2"]),
             ("0,5;1,5\n1,0;2,0\n", &["line 1", "decimal commas are not read"]),
+            ("1\t2\n0,5\t1\n", &["line 2", "decimal commas are not read"]),
             ("# only words\n", &["no numbers"]),
         ] {
             std::fs::write(&path, text).unwrap();

@@ -112,7 +112,8 @@ fn a_history_is_its_steps() {
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
-/// Truth: docs/scene.md: a decimal comma is no separator of cells; a row that has one besides semicolons is refused by its line.
+/// Truth: docs/scene.md: a decimal comma is no separator of cells; a row that has one besides semicolons, blanks or tabs is refused by its line. Column "-" would take
+/// the digits before it, or behind it, without a word.
 #[test]
 fn decimal_commas_of_histories_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,6 +127,17 @@ fn decimal_commas_of_histories_are_refused() {
         let words =
             format!("line {line}: the row has commas as well as semicolons: decimal commas are not read");
         assert!(flat.contains(&words), "lacks \"{words}\": {text}");
+    }
+    for (table, columns) in [
+        ("1\t100,5\n", r#"["-", "normal_force"]"#),
+        ("0,001\t3\n", r#"["approach", "-"]"#),
+        ("0.5 0,001\n", r#"["-", "approach"]"#),
+        ("approach;time\n0,001\n", r#"["approach", "-"]"#),
+    ] {
+        fs::write(folder.path().join("loads.csv"), table).unwrap();
+        let history = format!("[[steps]]\nhistory = {{ file = \"loads.csv\", columns = {columns} }}");
+        let (code, text, _) = run(folder.path(), &scene("", SPHERE, &history));
+        assert!(code == Some(2) && text.contains("decimal commas are not read"), "{table:?}: {text}");
     }
 }
 

@@ -194,7 +194,7 @@ fn friction_of_directions_that_vary() {
 #[test]
 fn mistakes_in_tables_and_fields() {
     let commas = folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", "101;0,8;0,6;0,0\n")]);
-    refused(&commas, &["f.csv:1: the line contains both `;` and `,`"]);
+    refused(&commas, &["f.csv:1: the line has commas as well as semicolons"]);
     let table = |text: &str| folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", text)]);
     refused(
         &table("101,1,0,0\n102,0,0,0\n102,1,x,0\n9,1\n999,1,0,0\n"),

@@ -1,7 +1,7 @@
 //! Load histories from CSV files: a row is a load point, reached from the one before.
 
 use super::Resolver;
-use crate::csv::{data_lines, mixed_separators, split_fields};
+use crate::csv::{Separators, data_lines, split_fields};
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
@@ -45,6 +45,11 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     };
     let mut lines: Vec<(usize, &str)> = data_lines(&text).collect();
     let before = r.diagnostics.len();
+    let mut separators = Separators::default();
+    if let Some((_, line)) = lines.first() {
+        // What is wrong with a row is reported with the rows, what is wrong with a header by its names.
+        let _ = separators.check(line);
+    }
     let columns = match &history.columns {
         Some(columns) => {
             // A header that the scene's columns take the place of.
@@ -61,7 +66,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
         let message = format!("{} has no load points", history.file);
         r.report(&format!("{key}.file"), message, "no rows", "add one row of numbers per load point");
     }
-    let points = rows(r, key, &history.file, &columns, &lines);
+    let points = rows(r, key, &history.file, &columns, &lines, separators);
     (r.diagnostics.len() == before).then_some(points)
 }
 
@@ -133,18 +138,24 @@ fn rows(
     file: &str,
     columns: &[LoadColumn],
     lines: &[(usize, &str)],
+    mut separators: Separators,
 ) -> Vec<LoadPoint> {
     let mut points = Vec::with_capacity(lines.len());
     let mut wrong = Vec::new();
     for (line, text) in lines {
-        if let Some(problem) = mixed_separators(text) {
+        if let Err(problem) = separators.check(text) {
             wrong.push(format!("{file}, line {line}: the row {problem}"));
             continue;
         }
         let cells = split_fields(text);
         if cells.len() != columns.len() {
+            let comma = if cells.len() > columns.len() && text.contains(',') {
+                " (a comma separates values; decimal commas are not read)"
+            } else {
+                ""
+            };
             wrong.push(format!(
-                "{file}, line {line}: {} values, but there are {} columns",
+                "{file}, line {line}: {} values, but there are {} columns{comma}",
                 cells.len(),
                 columns.len()
             ));

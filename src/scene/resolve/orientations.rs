@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Resolver;
-use crate::csv::data_lines;
+use crate::csv::{Separators, data_lines};
 use crate::error::Error;
 use crate::geometry::fibre_axes;
 use crate::material::{ElementAxes, Orientation, Winding, WoundLayer};
@@ -205,6 +205,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let mut axes = ElementAxes::new(&path.display().to_string());
     let mut wrong = Vec::new();
     let mut before = false;
+    let mut separators = Separators::default();
     for (number, line) in data_lines(&text) {
         let line = line.split('#').next().unwrap_or("").trim();
         // A first line of names is a heading.
@@ -213,7 +214,8 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
         if heading {
             continue;
         }
-        if let Err(why) = add_line(&mut axes, line, &all, &solids) {
+        let checked = separators.check(line).map_err(|problem| format!("the line {problem}"));
+        if let Err(why) = checked.and_then(|()| add_line(&mut axes, line, &all, &solids)) {
             wrong.push(format!("{}:{}: {why}", path.display(), number));
         }
     }
@@ -236,12 +238,6 @@ fn add_line(
     all: &HashSet<u64>,
     solids: &HashSet<u64>,
 ) -> Result<(), String> {
-    if line.contains(';') && line.contains(',') {
-        return Err(
-            "the line contains both `;` and `,`: use decimal points, and only one of the two as separator"
-                .to_owned(),
-        );
-    }
     let words: Vec<&str> =
         line.split(|c: char| ",;".contains(c) || c.is_whitespace()).filter(|word| !word.is_empty()).collect();
     if ![4, 7].contains(&words.len()) {
