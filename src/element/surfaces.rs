@@ -36,6 +36,11 @@ macro_rules! surfaces {
                     _ => &[],
                 }
             }
+
+            /// Area of the reference element of a surface: a triangle of sides 1, a square of sides 2.
+            pub fn face_reference_area(self) -> f64 {
+                if self.n_corners() == 3 { 0.5 } else { 4.0 }
+            }
         }
     };
 }

@@ -36,8 +36,9 @@ impl BeBody {
             (FaceAverages::new(points.n_points()), FaceAverages::new(points.n_points()));
         for (i, face) in faces.iter().enumerate() {
             let panel = self.elements.panel(i);
-            let areas: Vec<Point> =
-                face.kind.face_reference_nodes().iter().map(|xi| panel.area_vector(*xi)).collect();
+            let reference_area = face.kind.face_reference_area();
+            let nodes = face.kind.face_reference_nodes().iter();
+            let areas: Vec<Point> = nodes.map(|xi| panel.area_vector(*xi) * reference_area).collect();
             let weight = areas.len() as f64 / areas.iter().map(|area| area.norm()).sum::<f64>();
             let touches = in_contact.binary_search(&face.owner).is_ok();
             for ((&point, xi), area) in

@@ -172,7 +172,7 @@ impl FaceSum {
     }
 }
 
-/// Area vector and surface gradient of the displacement at each node of a face.
+/// Area vector, as large as a face with the local metric of the node, and surface gradient of the displacement at each node of a face.
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let at = |xi: [f64; 2]| {
         let tangents = face_tangents(face, xi, |node| mesh.points[node].into());
@@ -181,7 +181,35 @@ fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vecto
         // Dual tangents: g^1 = g_2 x n / |g_1 x g_2|, g^2 = n x g_1 / |g_1 x g_2|.
         let squared = area.norm_squared();
         let dual = [tangents[1].cross(&area) / squared, area.cross(&tangents[0]) / squared];
-        (area, change[0] * dual[0].transpose() + change[1] * dual[1].transpose())
+        (
+            area * face.kind.face_reference_area(),
+            change[0] * dual[0].transpose() + change[1] * dual[1].transpose(),
+        )
     };
     face.kind.face_reference_nodes().iter().map(|xi| at(*xi)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::ElementKind;
+    use crate::mesh::faces::outer_faces;
+    use crate::mesh::gmsh;
+
+    /// Truth: a square of sides 2 mm has an area of 4 mm^2, its half 2: faces of both kinds at a node count by the inverse of their areas.
+    #[test]
+    fn faces_of_both_kinds_count_by_their_areas() {
+        let square = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n$EndNodes\n";
+        for (element, kind, area) in
+            [("1 3 2 1 1 1 2 3 4", ElementKind::Quad4, 4.0), ("1 2 2 1 1 1 2 3", ElementKind::Tri3, 2.0)]
+        {
+            let text = format!("{square}$Elements\n1\n{element}\n$EndElements\n");
+            let mesh = gmsh::parse(text.as_bytes(), "square").unwrap();
+            let faces = outer_faces(&mesh);
+            assert_eq!(faces[0].kind, kind);
+            for (found, _) in face_gradients(&mesh, &faces[0], &[[0.0; 3]; 4]) {
+                assert!((found.norm() - area).abs() < 1e-15, "{found}");
+            }
+        }
+    }
 }
