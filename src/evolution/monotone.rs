@@ -393,8 +393,15 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
+        // A path that begins in the air has the message once, not at each of its increments.
+        let follows_same = self.result.records.last().is_some_and(|last| {
+            last.name == record.name
+                && last.contact_area == 0.0
+                && (last.approach > 0.0) == (record.approach > 0.0)
+        });
         if record.contact_area == 0.0
             && record.converged
+            && !follows_same
             && let Some(note) =
                 self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap)
             // Strokes have no entry of their own.

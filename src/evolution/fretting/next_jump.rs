@@ -146,12 +146,12 @@ impl Run<'_> {
             && length > critical * (1.0 + 1e-9)
             && cycling.jumps_done == 0
         {
-            self.result.warnings.push(format!(
-                "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear swing from \
-                 cell to cell, and mean nothing",
+            self.result.warnings.push(warning(&format!(
+                "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear depths oscillate from \
+                 cell to cell and are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
                 self.step().name,
                 cycling.length_unit()
-            ));
+            )));
         }
     }
 
@@ -165,13 +165,19 @@ impl Run<'_> {
         if length <= critical {
             return Ok(());
         }
+        let jumps = (cycles.count / critical * (1.0 - 1e-9)).ceil();
+        let shorter = if matches!(cycling.slip_source, SlipSource::ClosedPath(_)) && jumps > cycles.count {
+            "A jump covers at least one cycle, which is too long: take".to_owned()
+        } else {
+            format!(
+                "Take {jumps} jumps or more, or leave `jumps` out (they are then as short as is stable), or take"
+            )
+        };
         Err(Error::input(format!(
             "step \"{}\": explicit jumps of {length:.6} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
-             on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
-             integrator",
+             on, 2 λ_min(S_nn) / D. {shorter} an implicit integrator: wear.integrator = \"sdirk2\"",
             self.step().name,
-            cycling.length_unit(),
-            (cycles.count / critical * (1.0 - 1e-9)).ceil()
+            cycling.length_unit()
         )))
     }
 

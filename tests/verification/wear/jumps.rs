@@ -12,7 +12,7 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
 use super::sliding::{half_space, press, slide_to};
-use crate::common::{fretting, indent, relative, solve, sphere, step};
+use crate::common::{Silent, fretting, indent, relative, solve, sphere, step};
 
 const MU: f64 = 0.4;
 
@@ -88,6 +88,33 @@ fn fretting_without_contact_converges_without_wear() {
             result.warnings
         );
     }
+}
+
+/// Truth: the increments of a step that begins in the air have one note.
+#[test]
+fn steps_in_the_air_are_noted_once() {
+    let step = Step { increments: 4, ..indent(-0.001) };
+    let result = solve(&rubbed_sphere(1e-8, (0.4, 16), 10.0), &[step]);
+    assert_eq!(result.records.len(), 4);
+    assert_eq!(result.warnings.iter().filter(|note| note.contains("nothing is in contact")).count(), 1);
+}
+
+/// Truth: docs/theory-wear.md: explicit jumps are stable up to 2 λ_min(S_nn) / D. With i = 1e-3 that is less than a cycle, which no number of jumps undercuts.
+#[test]
+fn a_cycle_may_be_too_long_for_an_explicit_jump() {
+    let run_with = |jumps: JumpPolicy| {
+        let mut step = controlled(10, 0.01, 1e-3);
+        let cycles = step.cycles.as_mut().expect("cycles");
+        (cycles.jumps, cycles.integrator) = (jumps, Integrator::Explicit);
+        let steps = [indent(0.005), step];
+        let model = rubbed_sphere(1e-3, (1.0, 16), 50.0);
+        run(&model, &steps, &SolverOptions::default(), None, &mut Silent)
+    };
+    let error = run_with(JumpPolicy::Number(2)).expect_err("unstable").to_string();
+    assert!(error.contains("at least one cycle") && !error.contains("jumps or more"), "{error}");
+    let result = run_with(JumpPolicy::Tolerance(1e-3)).expect("a run of jumps of a cycle");
+    let unstable = |note: &&String| note.contains("longer than is stable") && note.starts_with("WARNING");
+    assert!(result.warnings.iter().any(|note| unstable(&note)), "{:?}", result.warnings);
 }
 
 /// Truth: docs/theory-wear.md: a jump is tried again, shorter, while its error is above what the tolerance allows; where trials run out before, a warning says by
