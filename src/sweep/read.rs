@@ -145,9 +145,8 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let mut reader = SceneReader::new(&document, &scene, &meshes);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
-    let SceneReader {
-        study_diagnostics: mistakes, scene_diagnostics, first, jumping: curve_abscissa, ..
-    } = reader;
+    let scene_diagnostics = reader.scene_diagnostics();
+    let SceneReader { study_diagnostics: mistakes, first, jumping: curve_abscissa, .. } = reader;
     let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
         let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
         return Err(study.map(reworded_for_study).into_iter().chain(scene_diagnostics).collect());

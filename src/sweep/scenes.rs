@@ -20,7 +20,11 @@ pub(super) struct SceneReader<'a> {
     /// What is wrong with the study file.
     pub study_diagnostics: Vec<Diagnostic>,
     /// What is wrong with the scene itself.
-    pub scene_diagnostics: Option<Diagnostics>,
+    scene_diagnostics: Option<Diagnostics>,
+    /// By mistake of the scene, the runs that have it, from 0, and the values of the first of them.
+    runs_of_mistakes: Vec<(Vec<usize>, String)>,
+    /// Number of runs read.
+    n_runs: usize,
     /// The plan of the first run.
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
@@ -38,6 +42,8 @@ impl<'a> SceneReader<'a> {
             meshes,
             study_diagnostics: Vec::new(),
             scene_diagnostics: None,
+            runs_of_mistakes: Vec::new(),
+            n_runs: 0,
             first: None,
             steps,
             jumping,
@@ -46,6 +52,7 @@ impl<'a> SceneReader<'a> {
 
     /// Reads the scene of a run: the memory that it may take, or `None` if the scene is wrong.
     pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
+        self.n_runs += 1;
         match scene::read_with_meshes(self.scene, overrides, self.meshes) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
@@ -123,19 +130,33 @@ impl<'a> SceneReader<'a> {
                 None => remaining.list.push(mistake),
             }
         }
-        if remaining.list.is_empty() {
-            return;
-        }
-        match &mut self.scene_diagnostics {
-            None => self.scene_diagnostics = Some(remaining),
-            Some(known) => {
-                for mistake in remaining.list {
-                    if !known.list.contains(&mistake) {
-                        known.list.push(mistake);
-                    }
-                }
+        let run = self.n_runs - 1;
+        for mistake in std::mem::take(&mut remaining.list) {
+            let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
+            let index = known.iter().position(|other| *other == mistake).unwrap_or_else(|| {
+                let values = axes.iter().zip(choice);
+                let values = values.map(|(axis, &value)| format!("{} = {}", axis.name, axis.label(value)));
+                self.runs_of_mistakes.push((Vec::new(), values.collect::<Vec<_>>().join(", ")));
+                known.push(mistake);
+                known.len() - 1
+            });
+            let runs = &mut self.runs_of_mistakes[index].0;
+            if runs.last() != Some(&run) {
+                runs.push(run);
             }
         }
+    }
+
+    /// What is wrong with the scene itself; what only some runs are refused for names the first of them.
+    pub fn scene_diagnostics(&self) -> Option<Diagnostics> {
+        let mut diagnostics = self.scene_diagnostics.clone()?;
+        for (mistake, (runs, values)) in diagnostics.list.iter_mut().zip(&self.runs_of_mistakes) {
+            if runs.len() < self.n_runs {
+                let of = if runs.len() == 1 { "the run" } else { "first" };
+                mistake.message += &format!(" ({} of {} runs; {of} with {values})", runs.len(), self.n_runs);
+            }
+        }
+        Some(diagnostics)
     }
 
     /// The key in the study file that made a mistake of a scene, if one did.

@@ -449,6 +449,12 @@ colect = []
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
     told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
+    // A value makes another key of the scene wrong: the message names the run.
+    let pulled = SOUND.replace("approach = 0.02", "approach = 0.02\ntangential_force = [1.0, 0.0]");
+    fs::write(folder.path().join("scene.toml"), pulled).unwrap();
+    let laws = axis("[\"friction\"]", "[{ law = \"coulomb\", mu = 0.3 }, { law = \"none\" }]");
+    let run = "(1 of 2 runs; the run with friction = { \"law\" = \"none\" })";
+    told(&one(&laws), &[], &["steps.0.tangential_force", run]);
 }
 
 /// Truth: docs/results.md explains every field of study.json and every fixed column of study.csv.
