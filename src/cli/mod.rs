@@ -158,8 +158,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(line) => line.command,
         Err(error) => {
             // Help and version are no errors; a closed pipe is none of ours.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::INPUT));
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            let code = u8::try_from(error.exit_code()).unwrap_or(exit::INPUT);
+            return ExitCode::from(if is_lost(&printed) { exit::worse(code, exit::RESOURCES) } else { code });
         }
     };
     report_large_files_as_errors();
@@ -224,7 +225,7 @@ fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult
         && let Some(cause) = error.source()
     {
         let message = format!(
-            "the threads cannot be started: {cause}; give fewer with --threads, or raise the limits of the shell (ulimit)"
+            "the threads cannot be started: {cause}; raise the limits of the shell (ulimit), or give fewer with --threads if there are more than one"
         );
         return Err(print_error(&Error::resources(message)));
     }
@@ -251,15 +252,23 @@ fn with_severity(message: &str) -> String {
 /// Whether standard output could not be written, as on a full disk.
 static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
-/// Prints to standard output; a reader that has gone is no failure, a disk that is full is told once and decides the exit code.
+/// Prints to standard output; a full disk is reported once and decides the exit code.
 fn to_stdout(text: &str) {
     let mut out = std::io::stdout().lock();
-    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
-        && error.kind() != std::io::ErrorKind::BrokenPipe
-        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
-    {
+    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if !OUTPUT_LOST.load(Ordering::Relaxed) {
+        OUTPUT_LOST.store(is_lost(&printed), Ordering::Relaxed);
+    }
+}
+
+/// Whether standard output cannot be written, which is reported; a reader that has gone is no failure.
+fn is_lost(printed: &std::io::Result<()>) -> bool {
+    let Err(error) = printed else { return false };
+    let lost = error.kind() != std::io::ErrorKind::BrokenPipe;
+    if lost {
         to_stderr(&format!("error: standard output cannot be written: {error}\n"));
     }
+    lost
 }
 
 /// Prints to standard error; a reader that has gone is no failure.

@@ -31,7 +31,7 @@ use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::ActiveControls;
 pub use crate::evolution::model::Model;
 use crate::evolution::model::PreparedModel;
-use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
+use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work, quoted_names};
 use crate::evolution::records::{
     CheckpointEvent, FrameState, FrettingLoop, IncrementRecord, Observer, Outcome,
 };
@@ -393,7 +393,7 @@ fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<Str
         format!(
             "friction depends on the load path: step {} is taken in one increment; more increments may move the \
              tangential force by a few percent{tilted}",
-            single.join(", ")
+            quoted_names(&single)
         )
     })
 }

@@ -51,7 +51,7 @@ pub fn omitted_contact_work(
     if !bare.is_empty() && options.skip.allows(OmittableWork::TangentialUnknowns) {
         skipped.push(OmittedWork::new(
             OmittableWork::TangentialUnknowns,
-            format!("tangential unknowns in step {}", bare.join(", ")),
+            format!("tangential unknowns in step {}", quoted_names(&bare)),
             "without friction and wear only pressures are unknown",
         ));
     }
@@ -86,7 +86,7 @@ pub fn omitted_contact_work(
     if !in_jumps.is_empty() {
         skipped.push(OmittedWork::new(
             None,
-            format!("cycles one by one in step {}", in_jumps.join(", ")),
+            format!("cycles one by one in step {}", quoted_names(&in_jumps)),
             "wear changes slowly: it is integrated over jumps of many cycles (steps.cycles.jumps, wear.tolerance)",
         ));
     }
@@ -99,4 +99,9 @@ fn jumps(step: &Step) -> bool {
         let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));
         closed && cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count
     })
+}
+
+/// Names of steps in quotes, separated by commas.
+pub(super) fn quoted_names(names: &[&str]) -> String {
+    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }

@@ -133,7 +133,9 @@ impl CondensedBody {
         if method != CondensationMethod::Factorisation
             && let Some(entry) = find(method)?
         {
-            return Self::build(model, from_cache(contact_nodes, entry, method), None);
+            let mut condensed = from_cache(contact_nodes, entry, method);
+            condensed.origin.cache_warning = damage;
+            return Self::build(model, condensed, None);
         }
         let factorisation_bytes = analysis.factorisation_peak_bytes();
         let mut condensed = compute(&model, analysis, method, kept.as_ref())?;

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::error::{Error, Result};
+use crate::output::atomic_file::write_error;
 
 /// The numbers of a data array.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +158,7 @@ impl UnstructuredGrid {
             ("CellData", &self.cell_data),
         ];
         write_file(out, &head(&sections, self.points.len(), self.types.len()), &sections)
-            .map_err(|reason| Error::resources(reason.to_string()))
+            .map_err(|reason| write_error(&reason))
     }
 }
 

@@ -282,9 +282,15 @@ pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> 
 
 /// Index of the element of this `name` in a list of tables; of several the last, whose result the name stands for.
 pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
-    items.iter().rposition(
-        |item| matches!(item.child("name"), Some((_, TomlNode { value: TomlValue::String(n), .. })) if n == name),
-    )
+    items.iter().rposition(|item| name_of(item) == Some(name))
+}
+
+/// The `name` of an element of a list of tables.
+pub(super) fn name_of(item: &TomlNode) -> Option<&str> {
+    match item.child("name") {
+        Some((_, TomlNode { value: TomlValue::String(name), .. })) => Some(name),
+        _ => None,
+    }
 }
 
 /// Whether a float holds an integer exactly.

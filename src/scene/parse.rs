@@ -9,8 +9,9 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Diagnostics, Location};
 use super::document::{
     Document, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, index_of_name, key_segments,
-    node_from_toml, table_from_toml,
+    name_of, node_from_toml, table_from_toml,
 };
+use crate::scene::suggest::quoted_list;
 
 /// Most parts of a key that an override names; a file has at most so many, too.
 const MAX_KEY_DEPTH: usize = 80;
@@ -197,7 +198,15 @@ fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) 
             }
             match element_index(items, segment).and_then(|i| items.get_mut(i)) {
                 Some(item) => set(item, rest, value, index),
-                None => Err(format!("the list has no element `{segment}` (it has {n}, counted from 0)")),
+                None => {
+                    let names: Vec<&str> = items.iter().filter_map(name_of).collect();
+                    let names = if names.is_empty() {
+                        String::new()
+                    } else {
+                        format!("; their names are {}", quoted_list(&names, "\""))
+                    };
+                    Err(format!("the list has no element `{segment}` (it has {n}, counted from 0{names})"))
+                }
             }
         }
         _ => Err(format!("`{segment}` cannot be set: the key before it holds a value, not a table")),

@@ -216,9 +216,10 @@ impl<'a> SchemaWalk<'a> {
         let known: Vec<&str> = names(schema);
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
         let owner = variant.and_then(|(tag, branches)| {
-            let owner =
-                branches.iter().map(|b| self.dereference(b)).find(|b| names(b).contains(&name.as_str()))?;
-            Some(format!("it belongs to {tag} = \"{}\"", tag_word(owner, tag)?))
+            let owners = branches.iter().map(|b| self.dereference(b));
+            let owners = owners.filter(|b| names(b).contains(&name.as_str()));
+            let words: Vec<&str> = owners.filter_map(|owner| tag_word(owner, tag)).collect();
+            (!words.is_empty()).then(|| format!("it belongs to {tag} = {}", quoted_list(&words, "\"")))
         });
         let mut mend = format!("allowed keys: {}", quoted_list(&known, "`"));
         if let Some(owner) = owner {

@@ -95,6 +95,12 @@ const TABLE: &[Row] = &[
     ("title = \"sound\"", "title = \"sound", 0, &["not valid TOML"]),
     ("[body2]", "[body1]", 0, &["duplicate key"]),
     ("E = 210e3", "E = 210.e3", 0, &["not valid TOML"]),
+    (
+        "[frame]",
+        "[frame]\ncenter = [1e13, 0.0]",
+        0,
+        &["the frame lies 1e13 mm from the global origin, where coordinates are rounded to 0.00222 mm"],
+    ),
     // Unknown keys and words.
     ("radius = 50.0", "raduis = 50.0", 0, &["gap.raduis", "did you mean `radius`"]),
     ("[solver]", "[slover]", 0, &["no key `slover`", "did you mean `solver`"]),
@@ -354,7 +360,7 @@ fn overrides_are_checked_like_the_file() {
         ("gap..radius=3", &["is not a valid key"]),
         ("gap.radius=3,5", &["not a TOML value"]),
         ("steps.7.approach=0.1", &["no element `7`"]),
-        ("steps.indnt.approach=0.1", &["no element `indnt`"]),
+        ("steps.indnt.approach=0.1", &["no element `indnt`", "their names are \"indent\", \"fretting\""]),
         ("gap.radius.x=1", &["not a table"]),
         ("solver.method=newtn", &["\"newtn\"", "\"bb\""]),
     ] {

@@ -417,6 +417,13 @@ fn maps_of_heights() {
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }
 
+/// Truth: as above; with a clearance of 0.1 mm and an approach of 0.0001 mm nothing touches, which the flat faces explain.
+#[test]
+fn flat_faces_that_touch_nothing() {
+    let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0001"]);
+    assert!(code == Some(0) && text.contains("of the approach of 0.0001"), "{text}");
+}
+
 /// Truth: around the bore two cells lie over each other as seen along n, so that lines along the frame's axes zigzag between both sides; a rectangle would be
 /// a wrong drawing.
 #[test]

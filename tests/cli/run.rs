@@ -331,7 +331,7 @@ fn check_tells_the_plan() {
         ),
         (
             "hertz.toml",
-            &["rigid", "half-space, steel", "normal force 1000", "tangential unknowns in step press"],
+            &["rigid", "half-space, steel", "normal force 1000", "tangential unknowns in step \"press\""],
         ),
         ("cattaneo-mindlin.toml", &["tangential force (270, 0)"]),
         ("sphere-on-cfrp-halfspaces.toml", &["64 x 64 = 4096 cells", "ellipse 0.45000 x 0.51667"]),

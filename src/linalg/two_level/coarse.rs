@@ -53,8 +53,10 @@ impl CoarseSpace {
         let graph = NodeGraph::from_edges(n_parts, &pairs);
         let order = nested_dissection(&graph, &(0..n_parts).collect::<Vec<_>>(), &[])?;
         let order: Vec<usize> = order.into_iter().flat_map(|p| 6 * p..6 * p + 6).collect();
-        let factor = SymbolicCholesky::new(&coarse, &order, 0)?
-            .factorise(&coarse, |row| format!("a part of the mesh (motion {row})"))?;
+        let factor = SymbolicCholesky::new(&coarse, &order, 0)?.factorise(&coarse, |row| {
+            let nodes = part.iter().filter(|&&p| p == row / 6).count();
+            format!("a part of the mesh of {nodes} nodes, moved as a rigid body")
+        })?;
         let part_of_node = part.into_iter().map(|p| p as u32).collect();
         Ok(Self { part_of_node, motions, offsets, part_of_block, force_blocks, factor })
     }

@@ -191,7 +191,10 @@ fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
         .take(MAX_NAMED_ELEMENTS)
         .map(|least| format!("{} {}", least.kind.name(), least.tag))
         .collect();
-    let worst = bad.iter().min_by(|a, b| a.inside.scaled.total_cmp(&b.inside.scaled)).expect("at least one");
+    let worst = bad
+        .iter()
+        .reduce(|a, b| if b.inside.scaled < a.inside.scaled || b.inside.scaled.is_nan() { b } else { a })
+        .expect("at least one");
     let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
     let worst = match worst.inside {
         // Only edges have shrunk to points.

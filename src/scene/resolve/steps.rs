@@ -27,7 +27,8 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
         r.notes.push(format!(
-            "step \"{}\" has neither approach nor normal_force: body 2 stays where the surfaces first touch (approach 0)",
+            "step \"{}\" has neither approach nor normal_force: only loads of the bodies themselves can press them together \
+             (approach 0 is where the surfaces first touch)",
             steps[0].name
         ));
     }

@@ -55,6 +55,9 @@ const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
 /// Motions to the first touch of less than this share of the frame's size are rounding, and not reported.
 const MIN_REPORTED_MOTION: f64 = 1e-6;
 
+/// Rounding of coordinates over the side of a cell, at most.
+const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
+
 /// Uncertainty of the distances by the motion to the first touch over the approach, at most.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
@@ -74,6 +77,7 @@ pub(crate) fn check(
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],
 ) -> Result<Vec<String>, SceneError> {
+    refuse_rounded_coordinates(plan, frame)?;
     inside::check(plan, frame)?;
     let mut notes = Vec::new();
     let mut per_node = [None, None];
@@ -129,6 +133,24 @@ pub(crate) fn check(
     }
     notes.extend(check_cell_size(plan, frame, near, (per_node, aligned))?);
     Ok(notes)
+}
+
+/// Refuses a frame so far from the global origin that its coordinates are rounded to a noticeable share of a cell.
+fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    let distance = frame.origin.amax();
+    let side = frame.mean_cell_side();
+    if f64::EPSILON * distance <= MAX_ROUNDING_OF_COORDINATES * side {
+        return Ok(());
+    }
+    let unit = &plan.units.length;
+    Err(Error::input(format!(
+        "the frame lies {} {unit} from the global origin, where coordinates are rounded to {} {unit}; its cells have sides of {} {unit}. Move \
+         the bodies to the origin",
+        format_short(distance),
+        format_short(f64::EPSILON * distance),
+        format_short(side)
+    )))
+    .at("frame")
 }
 
 /// A warning if body 2 is moved far along a curved frame. Distances are measured along the normals of the cells where body 2 is meshed; on a frame of the radius R

@@ -66,8 +66,8 @@ pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[Increm
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should; bodies that
-/// are `bowed` have the rest of it only.
+/// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should, or those over the nearest cells if the
+/// gap of all is larger. Bodies that are `bowed` have the rest of it only.
 ///
 /// # Errors
 /// If frame and faces do not fit.
@@ -78,11 +78,12 @@ pub(in crate::simulation) fn check(
     bowed: [bool; 2],
 ) -> Result<Vec<String>, SceneError> {
     let mut doubts = Vec::new();
+    let reach = gap.iter().copied().fold(f64::INFINITY, f64::min).max(depth);
     for (index, bowed) in bowed.into_iter().enumerate() {
         let Some(fe) = plan.bodies[index].as_meshed().filter(|_| plan.gap.shape == GapShape::Mesh) else {
             continue;
         };
-        let cuts = faceting_errors(fe, index, frame, &|cell| gap[cell] <= depth)?;
+        let cuts = faceting_errors(fe, index, frame, &|cell| gap[cell] <= reach)?;
         let lost = |cut: &EdgeSagitta| if bowed { cut.disagreement() } else { cut.largest() };
         let worst = cuts.into_iter().max_by(|a, b| lost(a).total_cmp(&lost(b)));
         let Some(worst) = worst.filter(|cut| lost(cut) > MAX_FACETING_ERROR_SHARE * depth) else { continue };
