@@ -1,4 +1,4 @@
-//! Field of a point force by polynomials over directions.
+//! Table of the field of a point force: piecewise polynomials of the direction on the faces of a cube.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -10,65 +10,65 @@ use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
 use crate::linalg::simd::wide;
 use crate::material::{Stiffness, voigt_to_tensor};
 
-/// Raised whenever what a table holds, or its arithmetic, changes.
+/// Version of the table. Increase it with every change of the contents or of their arithmetic.
 const FORMAT: u64 = 4;
 
-/// Names of kept tables end so.
+/// File extension of cached tables.
 pub(super) const CACHE_EXTENSION: &str = "directions";
 
 /// Total degree of the polynomials of a patch.
 const DEGREE: usize = 10;
 
-/// Their number.
+/// Number of polynomials of a patch.
 const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
-/// Nodes along a side of a patch at which it is fitted: one more than its polynomials need shows what they leave out.
+/// Number of fitting nodes along a side of a patch. One more than necessary, so that residuals show the truncation error.
 const NODES: usize = DEGREE + 2;
 
-/// Halvings of the side of a cube's face, at most.
+/// Maximum number of halvings of the side of a cube face.
 const MOST_HALVINGS: u32 = 7;
 
-/// Patches of a table, at most: the worst are divided as long as there is room.
+/// Maximum number of patches of a table. The patches with the largest errors are divided first.
 const MAX_PATCHES: usize = 1024;
 
-/// Directions in which a table of three faces is compared with the integrals.
+/// Number of directions in which a table of three faces is compared with the integrals.
 const COMPARED: usize = 2048;
 
-/// Values in front of the coefficients of a kept patch: face, halvings, place.
+/// Number of values stored before the coefficients of a cached patch: face, level, two positions.
 const SQUARE_LEN: usize = 4;
 
-/// Rows and columns of the entries of a matrix, row by row or (xx, yy, zz, yz, xz, xy) of a symmetric one.
+/// Rows and columns of the stored entries of a matrix: row by row, or (xx, yy, zz, yz, xz, xy) for a symmetric matrix.
 const GENERAL: [(usize, usize); 9] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
-/// Entries of a direction if G is symmetric, with two zeros that fill wide registers.
+/// Number of entries per direction for symmetric G, including two zeros for SIMD alignment.
 pub(super) const SYMMETRIC_LEN: usize = 20;
 
-/// Entries of a direction if G is not symmetric, with a zero.
+/// Number of entries per direction for unsymmetric G, including one zero for SIMD alignment.
 pub(super) const GENERAL_LEN: usize = 28;
 
-/// The reflections that leave a field unchanged: a table covers one direction of each set of images.
+/// Reflections that leave a field unchanged. The table covers one direction of each set of equivalent directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DirectionSymmetry {
     /// G(-x) = G(x) in a full space.
     Inversion,
-    /// Those of a half-space z <= 0 across the planes x = 0 and y = 0, each if it is a plane of symmetry.
+    /// Reflections of a half-space z <= 0 across the planes x = 0 and y = 0. `true` marks a plane of material symmetry.
     Planes([bool; 2]),
 }
 
-/// The field on faces of a cube about the force, each divided into patches until polynomials on them suffice.
+/// Field on the faces of a cube around the force. Each face is divided into patches until the polynomials are accurate enough.
 ///
-/// On a face across the axis a the coordinates are x_b / |x_a| and x_c / |x_a|, b and c following a. The entries of a direction are G and
-/// its derivatives along b and c. G is of degree -1: x·∂G = -G gives the derivative along a.
+/// On a face normal to axis a the coordinates are x_b / |x_a| and x_c / |x_a|, where b and c follow a cyclically. The entries of a
+/// direction are G and its derivatives along b and c. G is homogeneous of degree -1; x·∂G = -G gives the derivative along a.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct CubeTable<const LEN: usize> {
     symmetry: DirectionSymmetry,
-    /// Squares along a side of a face that the smallest patches fill.
+    /// Number of smallest-patch squares along a side of a face.
     squares: usize,
-    /// Patch of each square, `[6, squares, squares]`.
+    /// Patch index of each square, `[6, squares, squares]`.
     patch_of: Vec<u32>,
     patches: Vec<ChebyshevPatch<LEN>>,
-    /// Largest difference of displacement or gradient from the integrals, over the largest entry, or their own error if it is larger.
+    /// Largest difference of displacement or gradient from the integrals, over the largest entry; at least their error.
     error: f64,
 }
 
@@ -77,13 +77,13 @@ pub(super) struct CubeTable<const LEN: usize> {
 struct ChebyshevPatch<const LEN: usize> {
     square: FaceSquare,
     middle: [f64; 2],
-    /// 1 over half of its side.
+    /// Reciprocal of half the side.
     inverse_half_side: f64,
-    /// Of T_i(u) T_j(v), i + j up to the degree, `[TERMS]`.
+    /// Coefficients of T_i(u) T_j(v) with i + j up to the degree, `[TERMS]`.
     coefficients: Vec<[f64; LEN]>,
 }
 
-/// A square of a face; face a lies at x_a = 1, face a + 3 at x_a = -1.
+/// Square of a face. Face a lies at x_a = 1, face a + 3 at x_a = -1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FaceSquare {
     face: usize,
@@ -91,7 +91,7 @@ struct FaceSquare {
     place: [usize; 2],
 }
 
-/// The key of the table of a kind of field in a material.
+/// Cache key of the table of a kind of field for a material.
 pub(super) fn cache_key(kind: &str, stiffness: &Stiffness) -> CacheKey {
     let mut hash = CacheKeyBuilder::new(&format!("{kind} {FORMAT}"));
     hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
@@ -108,7 +108,7 @@ fn spread_directions() -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// Places of the entries of one matrix.
+/// Rows and columns of the stored entries of one matrix.
 fn components<const LEN: usize>() -> &'static [(usize, usize)] {
     if LEN == SYMMETRIC_LEN { &SYMMETRIC } else { &GENERAL }
 }
@@ -138,7 +138,7 @@ fn node(k: usize) -> f64 {
 }
 
 impl DirectionSymmetry {
-    /// Signs of the axes in the covered image of a point, whose largest coordinate is that of `axis`.
+    /// Signs that map a point to its equivalent in the table. `axis` is the axis of its largest coordinate.
     #[inline]
     fn signs(self, x: &Vector3<f64>, axis: usize) -> Vector3<f64> {
         let sign = |folds: bool, x: f64| if folds { 1.0_f64.copysign(x) } else { 1.0 };
@@ -148,7 +148,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// Whether a table covers a square of half a side of a face or less.
+    /// Whether a table covers this square, whose side is at most half that of a face.
     fn covers(self, square: &FaceSquare) -> bool {
         let x = square.point([0.0; 2]);
         match self {
@@ -165,13 +165,13 @@ impl DirectionSymmetry {
 }
 
 impl FaceSquare {
-    /// Its middle and half of its side.
+    /// Centre and half side of the square.
     fn extent(&self) -> ([f64; 2], f64) {
         let half = 1.0 / f64::from(1 << self.level);
         (self.place.map(|k| -1.0 + half * (2 * k + 1) as f64), half)
     }
 
-    /// The point of the face at (s, t) of [-1, 1]² in the square.
+    /// Point of the face at (s, t) of [-1, 1]² in the square.
     fn point(&self, [s, t]: [f64; 2]) -> Vector3<f64> {
         let ([u, v], half) = self.extent();
         let (axis, mut x) = (self.face % 3, Vector3::zeros());
@@ -195,7 +195,7 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
         Self { square, middle, inverse_half_side: 1.0 / half, coefficients }
     }
 
-    /// Fitted to the integrals, the largest difference from them at the nodes, of displacement and derivatives, and their largest error.
+    /// Fits a patch. Also returns the largest residuals of displacement and derivatives, and the largest error of the integrals.
     fn fitted(
         square: FaceSquare,
         integral: &impl Fn(&Vector3<f64>) -> Result<(GreenTensor, f64)>,
@@ -237,12 +237,12 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// A table whose error is about `tolerance`; larger only where the smallest or the most patches do not suffice, or where the integrals
-    /// have larger errors. It is compared with the integrals in directions spread evenly and in `others`. `integral` gives the field and an
-    /// estimate of its error, over its largest entries.
+    /// Computes a table with an error of about `tolerance`; more if the limits on patches and halvings are reached or the integrals
+    /// are less accurate. The table is compared with the integrals in evenly spread directions and in `others`. `integral` returns
+    /// the field and an estimate of its error, relative to the largest entries.
     ///
     /// # Errors
-    /// As the integrals, or if a stop is wished.
+    /// As the integrals, and if the run is cancelled.
     pub(super) fn new(
         symmetry: DirectionSymmetry,
         tolerance: f64,
@@ -288,8 +288,8 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok(table)
     }
 
-    /// A table of a `kind` of field in a material from a cache, or computed and put there, and what the user should know of the cache: a
-    /// damaged entry, or one that could not be written.
+    /// Reads the table of a `kind` of field for a material from a cache, or computes it and writes it to the cache. Also returns a
+    /// warning for a damaged entry or a failed write.
     ///
     /// # Errors
     /// As `compute`, and if memory does not suffice.
@@ -317,7 +317,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok((table, note.or(written.err().map(|error| error.to_string()))))
     }
 
-    /// The table of patches that cover its directions.
+    /// Assembles a table from patches that cover its directions.
     fn of(symmetry: DirectionSymmetry, patches: Vec<ChebyshevPatch<LEN>>, error: f64) -> Self {
         let halvings = patches.iter().map(|patch| patch.square.level).max().unwrap_or(0);
         let squares = 1 << halvings;
@@ -333,7 +333,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         Self { symmetry, squares, patch_of, patches, error }
     }
 
-    /// Largest difference from the integrals, over the largest entries.
+    /// Largest difference from the integrals, relative to the largest entries.
     fn measure_error(&self, wanted: &[(Vector3<f64>, GreenTensor)], size: [f64; 2]) -> f64 {
         let apart = wanted.iter().map(|(x, wanted)| {
             let found = self.at(x);
@@ -343,12 +343,12 @@ impl<const LEN: usize> CubeTable<LEN> {
         apart.fold(0.0, f64::max)
     }
 
-    /// Largest difference of displacement or gradient from the integrals that was found, over the largest entry, or their own error if it is larger.
+    /// Largest relative difference of displacement or gradient from the integrals; at least the error of the integrals.
     pub(super) fn error(&self) -> f64 {
         self.error
     }
 
-    /// What a table is restored from: the error, and of each patch face, halvings, place and coefficients.
+    /// Serialised table: the error, then face, level, position and coefficients of each patch.
     pub(super) fn values(&self) -> Vec<f64> {
         let mut values = vec![self.error];
         for patch in &self.patches {
@@ -359,12 +359,12 @@ impl<const LEN: usize> CubeTable<LEN> {
         values
     }
 
-    /// Entries that are not padding.
+    /// Number of entries without the padding.
     fn used() -> usize {
         3 * components::<LEN>().len()
     }
 
-    /// The table of such values; `None` if they are none of a table.
+    /// Table from its serialised values; `None` if the values do not form a table.
     pub(super) fn from_values(symmetry: DirectionSymmetry, values: &[f64]) -> Option<Self> {
         let (&error, rest) = values.split_first()?;
         let of_patch = rest.chunks_exact(SQUARE_LEN + TERMS * Self::used());
@@ -391,7 +391,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         (area == symmetry.squares().count() as f64).then(|| Self::of(symmetry, patches, error))
     }
 
-    /// The field at a point other than the origin.
+    /// Field at a point other than the origin.
     #[inline]
     pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         debug_assert_eq!(LEN == SYMMETRIC_LEN, self.symmetry == DirectionSymmetry::Inversion);
@@ -415,7 +415,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         let pairs = signs * signs.transpose();
         let matrix = |part: usize, factor: f64| {
             if LEN == SYMMETRIC_LEN {
-                // The signs of inversions are all the same.
+                // All signs of an inversion are equal.
                 voigt_to_tensor(&std::array::from_fn(|k| factor * sums[6 * part + k]))
             } else {
                 Matrix3::from_fn(|i, k| factor * pairs[(i, k)] * sums[9 * part + 3 * i + k])
@@ -431,7 +431,7 @@ impl<const LEN: usize> CubeTable<LEN> {
     }
 }
 
-/// The sums of the polynomials of a patch at (s, t) in [-1, 1]².
+/// Evaluates the polynomials of a patch at (s, t) in [-1, 1]².
 fn weigh<const LEN: usize>(coefficients: &[[f64; LEN]], s: f64, t: f64, sums: &mut [f64; LEN]) {
     wide!(weigh_inline<LEN>(
         coefficients => coefficients: &[[f64; LEN]], s => s: f64, t => t: f64, sums => sums: &mut [f64; LEN]
@@ -446,7 +446,7 @@ fn weigh_inline<const LEN: usize>(coefficients: &[[f64; LEN]], s: f64, t: f64, s
     for (i, along) in along.iter().enumerate() {
         for (across, term) in across[..=DEGREE - i].iter().zip(&mut terms) {
             let weight = along * across;
-            // The compiler keeps all sums in registers only if it is shown their groups.
+            // The explicit groups let the compiler keep all sums in registers.
             for (sums, entries) in total.as_chunks_mut::<4>().0.iter_mut().zip(term.as_chunks::<4>().0) {
                 (0..4).for_each(|k| sums[k] += weight * entries[k]);
             }

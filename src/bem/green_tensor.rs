@@ -1,4 +1,4 @@
-//! What a point force does at a point of a body, and the traction that follows from it.
+//! Displacement field of a point force, and the traction that follows from it.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,18 +7,18 @@ use crate::material::Stiffness;
 /// Displacement (rows) per unit force (columns), and its derivatives along x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GreenTensor {
-    /// 1/(MPa mm).
+    /// Displacement per force, 1/(MPa mm).
     pub value: Matrix3<f64>,
-    /// 1/(MPa mm²).
+    /// Derivatives along x, y, z, 1/(MPa mm²).
     pub gradient: [Matrix3<f64>; 3],
 }
 
-/// Tractions on surfaces of one normal, t_i = C_ijkl n_j ∂_l u_k, by the stiffness contracted with the normal once.
+/// Operator for the traction on surfaces of one normal, t_i = C_ijkl n_j ∂_l u_k, with C_ijkl n_j stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TractionOperator([Matrix3<f64>; 3]);
 
 impl TractionOperator {
-    /// For the unit normal `normal` in the axes of `stiffness`.
+    /// Operator for the unit normal `normal` in the axes of `stiffness`.
     pub fn new(stiffness: &Stiffness, normal: &Vector3<f64>) -> Self {
         Self([0, 1, 2].map(|l| {
             Matrix3::from_fn(|i, k| (0..3).map(|j| stiffness.component(i, j, k, l) * normal[j]).sum())
@@ -33,7 +33,7 @@ impl TractionOperator {
 }
 
 impl GreenTensor {
-    /// That at distance 1 at another distance in the same direction.
+    /// Field at a given distance from the field at distance 1 in the same direction.
     pub(super) fn at_distance(self, distance: f64) -> Self {
         let inverse = 1.0 / distance;
         Self { value: self.value * inverse, gradient: self.gradient.map(|part| part * (inverse * inverse)) }
@@ -44,7 +44,7 @@ impl GreenTensor {
         self.gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
     }
 
-    /// Largest difference of an entry of the gradient.
+    /// Largest difference between entries of the gradients.
     pub(crate) fn max_gradient_difference(&self, other: &Self) -> f64 {
         let apart = |k: usize| (self.gradient[k] - other.gradient[k]).amax();
         apart(0).max(apart(1)).max(apart(2))

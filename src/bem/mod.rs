@@ -1,4 +1,4 @@
-//! Boundary-element bodies: what is known of a body from its surface alone.
+//! Boundary-element bodies: half-spaces ([`half_space`]) and finite bodies ([`finite`]), discretised on their surface only.
 
 mod cube_table;
 pub mod finite;
@@ -12,7 +12,7 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::tensor_to_voigt;
 
-/// Displacement at a point, and its gradient: rows the components, columns the directions.
+/// Displacement at a point and its gradient; rows are components, columns are directions.
 #[derive(Debug, Clone, Copy, Default)]
 struct DisplacementGradient {
     displacement: Point,
@@ -22,9 +22,9 @@ struct DisplacementGradient {
 /// Displacement and stress at a point of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState {
-    /// mm.
+    /// Displacement, mm.
     pub displacement: Point,
-    /// MPa.
+    /// Stress, MPa.
     pub stress: Matrix3<f64>,
 }
 
@@ -34,7 +34,7 @@ impl PointState {
         tensor_to_voigt(&self.stress)
     }
 
-    /// In axes that those of this are the columns of `axes` in.
+    /// Transforms the state to new axes. The columns of `axes` are the current axes, in components of the new ones.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
         Self { displacement: axes * self.displacement, stress: axes * self.stress * axes.transpose() }
     }

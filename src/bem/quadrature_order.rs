@@ -1,10 +1,10 @@
-//! How many Gauss points the kernels of a material need over a patch, seen from a point.
+//! Number of Gauss points for the kernels of a material over a patch, seen from a point ([`QuadratureOrder`]).
 //!
-//! On a line x(s) = m + s h, -1 ≤ s ≤ 1, n points err by ρ^(-2n), ρ + 1/ρ = |z - 1| + |z + 1| for the nearest complex z at which the
-//! kernel is singular. That of an isotropic material is where (x - y)·(x - y) = 0. In a stiff direction an anisotropic one varies as if that
-//! were shorter: its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl = C_kjkl of displacements along the axes k of
-//! the material, which this takes for the singularities of the whole. Where shear along other directions is much softer, as along the
-//! diagonals of cubic crystals, displacements along these have their forms, too.
+//! On a line x(s) = m + s h, -1 ≤ s ≤ 1, n points have the error ρ^(-2n). Here ρ + 1/ρ = |z - 1| + |z + 1| for the nearest complex
+//! singularity z of the kernel. The isotropic kernel is singular where (x - y)·(x - y) = 0. Along a stiff direction an anisotropic
+//! kernel varies as if distances were shorter. Its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl = C_kjkl of
+//! displacements along the material axes k. The zeros of these forms approximate all singularities. Directions with much softer
+//! shear, such as the diagonals of cubic crystals, add forms of their own.
 
 use std::f64::consts::PI;
 
@@ -13,24 +13,24 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// A parallelogram: its middle and half of its sides.
+/// Parallelogram: its centre and half sides.
 #[derive(Debug, Clone)]
 pub(super) struct Parallelogram {
     pub middle: Point,
     pub half_sides: [Point; 2],
 }
 
-/// The forms of a material, and what accuracy asks for.
+/// Quadratic forms of a material, and required distances of the singularities.
 #[derive(Debug)]
 pub(super) struct QuadratureOrder {
     /// A⁻¹ of each form.
     metrics: Vec<Matrix3<f64>>,
-    /// (|z - 1| + |z + 1|) / 2 from which on 1, 2, ... points suffice.
+    /// Smallest (|z - 1| + |z + 1|) / 2 for which 1, 2, ... points suffice.
     reach: Vec<f64>,
 }
 
 impl QuadratureOrder {
-    /// For errors of about `accuracy` with up to `most` points.
+    /// Rules with up to `most` points for an error of about `accuracy`.
     pub fn new(stiffness: &Stiffness, accuracy: f64, most: usize) -> Self {
         let reach = |n: usize| {
             let rho = accuracy.powf(-0.5 / n as f64);
@@ -39,7 +39,7 @@ impl QuadratureOrder {
         Self { metrics: metrics(stiffness), reach: (1..=most).map(reach).collect() }
     }
 
-    /// Points along each side of a patch, seen from `y`; `None` if it has to be divided.
+    /// Number of points along each side of a patch, seen from `y`; `None` if the patch must be divided.
     pub fn points(&self, patch: &Parallelogram, y: &Point) -> Option<usize> {
         let away = y - patch.middle;
         let nearest = self.metrics.iter().fold(f64::INFINITY, |nearest, metric| {
@@ -47,7 +47,7 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // Of the lines along one side the one that comes nearest.
+            // Among the lines parallel to one side, the nearest to `y` decides.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -57,7 +57,7 @@ impl QuadratureOrder {
         self.enough(nearest)
     }
 
-    /// Points along a line from `middle` to both sides by `half`, seen from `y`.
+    /// Number of points along the line from `middle` - `half` to `middle` + `half`, seen from `y`; `None` if it must be divided.
     pub fn points_along(&self, middle: &Point, half: &Point, y: &Point) -> Option<usize> {
         let away = y - middle;
         let nearest = self.metrics.iter().map(|metric| {
@@ -72,22 +72,22 @@ impl QuadratureOrder {
     }
 }
 
-/// (|z - 1| + |z + 1|) / 2 of the zeros z of cc - 2 z ca + z² aa.
+/// (|z - 1| + |z + 1|) / 2 for the zeros z of cc - 2 z ca + z² aa.
 fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
     let along = ca / aa;
     let square = (cc / aa - along * along).max(0.0);
     0.5 * (((along - 1.0).powi(2) + square).sqrt() + ((along + 1.0).powi(2) + square).sqrt())
 }
 
-/// Directions between the axes of a material that are looked at.
+/// Number of sampled directions in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
-/// A direction has a form of its own if the ratio of the form's eigenvalues is so many times that of the axes, and at least this share of the
-/// largest of all.
+/// Minimum eigenvalue ratio of the form of an additional direction: relative to that of the axes, and as a share of the largest in
+/// all sampled directions.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
 const MIN_RATIO_SHARE: f64 = 0.5;
 
-/// Cosine of the least angle between such directions, 20 degrees.
+/// Maximum cosine between additional directions (20 degrees).
 const MAX_COSINE: f64 = 0.94;
 
 fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
@@ -119,11 +119,11 @@ fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
             forms.push(form(e));
         }
     }
-    // Positive definite as the stiffness is: C_kjml e_k e_m v_j v_l > 0.
+    // Positive definite like the stiffness: C_kjml e_k e_m v_j v_l > 0.
     forms.iter().filter_map(|form| form.try_inverse()).collect()
 }
 
-/// Directions of half a sphere, evenly: a Fibonacci spiral, and the diagonals between the axes.
+/// Evenly spread directions of a hemisphere: the diagonals between the axes, and a Fibonacci spiral.
 fn directions() -> impl Iterator<Item = Point> {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let spiral = (0..DIRECTIONS).map(move |i| {
@@ -142,8 +142,8 @@ fn directions() -> impl Iterator<Item = Point> {
 mod tests {
     use super::*;
 
-    /// Truth: 1/(x - 2) over [-1, 1] has its pole at z = 2: (1 + 3)/2; seen from beside, 1/√(s² + d²), at ± i d: √(1 + d²). A fibre κ times
-    /// as stiff (κ² in the form) brings a point on its line beside the side across it κ times nearer.
+    /// Truth: 1/(x - 2) over [-1, 1] has its pole at z = 2: (1 + 3)/2. Seen from the side, 1/√(s² + d²) has poles at ± i d: √(1 +
+    /// d²). For a fibre κ times as stiff (κ² in the form), a point along the fibre appears κ times nearer to a side across it.
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

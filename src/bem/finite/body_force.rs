@@ -1,11 +1,11 @@
-//! A force per volume of a body, carried by a displacement that is known everywhere: what is left acts on the surface.
+//! Uniform body force, represented by a particular displacement field; the remaining problem has surface loads only.
 
 use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b.
+/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l (x·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -13,27 +13,27 @@ use crate::material::Stiffness;
 pub struct BodyForceSolution {
     origin: Point,
     direction: Point,
-    /// T⁻¹ b.
+    /// Vector T⁻¹ b.
     curvature: Point,
-    /// σ_p per (x - x0)·n.
+    /// Stress σ_p per (x - x0)·n.
     stress: Matrix3<f64>,
 }
 
-/// The inverse of T_ik = C_ijkl n_j n_l.
+/// Inverse of the acoustic tensor T_ik = C_ijkl n_j n_l.
 pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matrix3<f64> {
     let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
         let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
         pairs.map(|(j, l)| stiffness.component(i, j, k, l) * n[j] * n[l]).sum()
     });
-    // The determinant of very large or small numbers is none.
+    // The determinant of very large or small entries would overflow or underflow.
     let size = acoustic.amax();
     Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite") / size
 }
 
 impl BodyForceSolution {
-    /// Of the force per volume `force` (N/mm³), about the point `origin`.
+    /// Solution for the force per volume `force` (N/mm³), about the point `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
-        // The square of a very large or small force is none.
+        // The square of a very large or small force would overflow or underflow.
         let direction =
             (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
         let curvature = inverse_acoustic_tensor(stiffness, &direction) * force;
@@ -48,17 +48,17 @@ impl BodyForceSolution {
         (x - self.origin).dot(&self.direction)
     }
 
-    /// u_p, mm.
+    /// Displacement u_p, mm.
     pub fn displacement(&self, x: &Point) -> Point {
         -0.5 * self.height(x).powi(2) * self.curvature
     }
 
-    /// Gradient of u_p: rows the components, columns the directions.
+    /// Gradient of u_p; rows are components, columns are directions.
     pub fn gradient(&self, x: &Point) -> Matrix3<f64> {
         -self.height(x) * self.curvature * self.direction.transpose()
     }
 
-    /// σ_p, MPa.
+    /// Stress σ_p, MPa.
     pub fn stress(&self, x: &Point) -> Matrix3<f64> {
         self.stress * self.height(x)
     }
@@ -68,7 +68,7 @@ impl BodyForceSolution {
 mod tests {
     use super::*;
 
-    /// Truth: a column under its weight b along z, held in its plane: u_z = -z² b / (2 C33), σ_zz = -b z, for any size of b.
+    /// Truth: a column under its weight b along z, laterally constrained: u_z = -z² b / (2 C33), σ_zz = -b z, for b of any size.
     #[test]
     fn columns_under_their_weight() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -1,4 +1,4 @@
-//! Collocation equations over a tree of elements: their order, their entries, and what of them is only summed up.
+//! Collocation equations over a cluster tree of elements: order, entries, and summed columns.
 
 use nalgebra::DMatrix;
 
@@ -9,22 +9,22 @@ use crate::linalg::hierarchical::{
     BoundingBox, ClusterTree, CollocationKernel, CollocationLayout, ElementNumbering,
 };
 
-/// Most elements of a leaf of the tree.
+/// Maximum number of elements of a leaf of the tree.
 const LEAF: usize = 8;
 
-/// Clusters are far apart if the smaller diameter is at most so many times their distance.
+/// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
 const ADMISSIBILITY: f64 = 2.0;
 
-/// Elements and nodes in the order of the tree.
+/// Elements and nodes in tree order.
 pub(super) struct TreeOrder {
     pub elements: Vec<usize>,
-    /// Number of the node at each place.
+    /// Node number at each position.
     pub nodes: Vec<usize>,
-    /// Its element and place in it.
+    /// Element and local node index at each position.
     pub node_locations: Vec<(usize, usize)>,
 }
 
-/// What the entries come from.
+/// Kernel of the collocation equations.
 pub(super) struct BoundaryKernel<'a> {
     pub problem: &'a BoundaryValueProblem<'a>,
     pub order: &'a TreeOrder,
@@ -33,14 +33,14 @@ pub(super) struct BoundaryKernel<'a> {
     pub summed_columns: SummedColumns,
 }
 
-/// Columns that are only summed up.
+/// Columns of which only row sums are stored.
 #[derive(Clone, Copy)]
 pub(super) struct SummedColumns {
-    /// Whether the translations of held dofs are.
+    /// Whether the columns of rigid translations of the prescribed dofs are included.
     pub prescribed_translations: bool,
-    /// What is known is divided by this; `None` if it is zero.
+    /// Divisor of the boundary values; `None` if all of them are zero.
     pub boundary_value_scale: Option<f64>,
-    /// Factor of those along the free motions, and their number.
+    /// Scale of the columns of the free motions, and number of motions.
     pub motions: (f64, usize),
 }
 
@@ -53,7 +53,7 @@ impl SummedColumns {
 }
 
 impl TreeOrder {
-    /// The dof at a place.
+    /// Dof at a position.
     pub fn dof(&self, at: usize) -> usize {
         3 * self.nodes[at / 3] + at % 3
     }
@@ -105,7 +105,7 @@ impl CollocationKernel for BoundaryKernel<'_> {
     }
 }
 
-/// The tree over the elements of a body.
+/// Block structure over the cluster tree of the elements of a body. Of `summed` further columns only row sums are stored.
 pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
     let n = elements.n_elements();
     let extent = |i: usize| -> BoundingBox<3> {
@@ -124,7 +124,7 @@ pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationL
     CollocationLayout::new(tree, ElementNumbering::new(counts.into_iter(), summed), ADMISSIBILITY)
 }
 
-/// What element `element` does at a node.
+/// Influence of element `element` at a node.
 pub(super) fn influence(elements: &BoundaryElements, (i, node): (usize, usize), element: usize) -> Influence {
     if i == element {
         return elements.influence_on_element(i, node);

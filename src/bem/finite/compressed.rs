@@ -1,8 +1,8 @@
-//! Collocation equations in blocks of low rank, solved by generalised minimal residuals.
+//! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
 //!
-//! The block of a node on itself follows from rigid translations as in the dense equations: it is what the sum of the compressed others
-//! leaves, so that translations are without traction to rounding. For that, and for what is known, further columns of each element are
-//! approximated with those of the unknowns, and only summed up.
+//! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
+//! off-diagonal blocks, so translations stay stress-free to rounding. The columns of prescribed displacements and of boundary
+//! values are compressed together with those of the unknowns, but only their row sums are stored.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -22,66 +22,66 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// Error of an entry over the tolerance times the root of the number of unknowns: rows of such errors stay below the tolerance beside
-/// the free terms 1/2.
+/// Error of an entry as a multiple of the tolerance over the square root of the number of unknowns. Rows with such errors stay
+/// below the tolerance relative to the free term 1/2.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
-/// Right sides that are solved together.
+/// Number of right-hand sides solved together.
 const RIGHT_SIDES_PER_BLOCK: usize = 24;
 
-/// Vectors kept for each right side before a restart, and products at most.
+/// Number of Krylov vectors per right-hand side before a restart, and maximum number of products.
 const RESTART: usize = 40;
 const MAX_GMRES_PRODUCTS: usize = 400;
 
-/// Products that a right side usually takes.
+/// Typical number of products per right-hand side.
 const TYPICAL_GMRES_PRODUCTS: usize = 12;
 
-/// Loaded elements whose columns are made side by side.
+/// Number of loaded elements whose columns are computed in parallel.
 const BATCH: usize = 16;
 
-/// Residual of the iteration over the tolerance of the compression, and the least that single precision reaches.
+/// Residual of the iteration as a multiple of the compression tolerance, and the smallest residual that single precision reaches.
 const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
 const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
-/// Tolerances that can be asked for: the blocks are kept in single precision.
+/// Admissible tolerances. The blocks are stored in single precision.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
-/// Bytes of a far block per row or column and square of the digits of the tolerance; measured.
+/// Bytes of a far block per row or column and per squared number of decimal digits of the tolerance; measured.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
-/// Equations of a problem in blocks of low rank.
+/// Equations of a problem in low-rank blocks.
 pub struct CompressedEquations {
     tolerance: f64,
     matrix: CollocationMatrix,
     order: TreeOrder,
-    /// More entries of each node.
+    /// Additions to the diagonal blocks of the nodes.
     diagonal_blocks: Vec<Matrix3<f64>>,
-    /// What borders the matrix: columns `[n + motions, motions]` and rows `[n, motions]`.
+    /// Border of the matrix: columns `[n + motions, motions]` and rows `[n, motions]`.
     columns: DenseMatrix,
     rows: DenseMatrix,
-    /// Of what is known.
+    /// Right-hand side of the boundary values.
     boundary_value_side: Vec<f64>,
     preconditioner: CoarseBlockJacobi,
 }
 
-/// What an iteration did.
+/// Report on a compressed solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompressionReport {
     /// Tolerance of the blocks.
     pub tolerance: f64,
-    /// Most products with the matrix for a right side.
+    /// Largest number of matrix products for a right-hand side.
     pub iterations: usize,
-    /// Largest residual of the iteration over that of zero.
+    /// Largest residual of the iteration, relative to that of the zero vector.
     pub residual: f64,
-    /// Bytes of the matrix and its approximate inverse.
+    /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,
 }
 
 impl CompressedEquations {
-    /// The equations of a problem, blocks that are far from each other to `tolerance`.
+    /// Assembles the equations of a problem. Far blocks are compressed to `tolerance`.
     ///
     /// # Errors
-    /// If memory does not suffice, the body is not held, or a stop is wished.
+    /// If memory does not suffice, the tolerance is not admissible, rigid motions are unconstrained, or the run is cancelled.
     pub fn new(problem: &BoundaryValueProblem, tolerance: f64) -> Result<Self> {
         if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
@@ -164,7 +164,7 @@ impl CompressedEquations {
         })
     }
 
-    /// Bytes that making and solving such equations takes, right sides included: near blocks counted, far ones by the ranks that are usual.
+    /// Memory of assembly, right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by typical ranks.
     pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
         let layout = layout(elements, 0);
         let [near, far] = layout.storage_counts();
@@ -178,12 +178,12 @@ impl CompressedEquations {
         parts as u128 + dense_lu::product_buffer_bytes(8 * (n as u128).pow(2))
     }
 
-    /// Bytes that it holds.
+    /// Memory of the equations, bytes.
     pub fn bytes(&self) -> usize {
         self.matrix.bytes() + self.preconditioner.bytes()
     }
 
-    /// Right sides of unit tractions of the loaded nodes, after that of what is known.
+    /// Right-hand sides of the boundary values (first column) and of unit tractions of the loaded nodes.
     fn right_sides(&self, problem: &BoundaryValueProblem) -> Result<DenseMatrix> {
         let mut right = DenseMatrix::zeros(self.boundary_value_side.len(), 1 + 3 * problem.loaded.len())?;
         right.column_mut(0).copy_from_slice(&self.boundary_value_side);
@@ -225,10 +225,10 @@ impl CompressedEquations {
         Ok(right)
     }
 
-    /// The unknowns for what is known and for unit tractions of the loaded nodes, `[n + motions, 1 + 3 loaded nodes]`.
+    /// Unknowns for the boundary values and for unit tractions of the loaded nodes, `[n + motions, 1 + 3 loaded nodes]`.
     ///
     /// # Errors
-    /// If the iteration does not converge, memory does not suffice, or a stop is wished.
+    /// If the iteration does not converge, memory does not suffice, or the run is cancelled.
     pub(super) fn solve(&self, problem: &BoundaryValueProblem) -> Result<(DenseMatrix, CompressionReport)> {
         let mut all = self.right_sides(problem)?;
         let n = all.n_rows();
@@ -259,7 +259,7 @@ impl CompressedEquations {
         };
         for column in reports.iter().flatten() {
             report.iterations = report.iterations.max(column.n_products);
-            // The order of all numbers has what is none above the others.
+            // The total order places NaN above all other values.
             if column.residual.abs().total_cmp(&report.residual).is_gt() {
                 report.residual = column.residual.abs();
             }
@@ -278,7 +278,7 @@ impl CompressedEquations {
         Ok((all, report))
     }
 
-    /// Columns of `n` rows in the order of the nodes.
+    /// Columns of `n` rows, reordered from tree order to node order.
     fn reorder(&self, columns: &[f64], n: usize, values: &mut [f64]) {
         for (from, to) in columns.chunks_exact(n).zip(values.chunks_exact_mut(n)) {
             for at in 0..3 * self.order.nodes.len() {
@@ -289,7 +289,7 @@ impl CompressedEquations {
     }
 }
 
-/// The blocks of displacement that nodes have on themselves: what translations leave.
+/// Diagonal blocks of displacement: the remainder of the row sums under rigid translations.
 fn rigid_translation_blocks(
     matrix: &CollocationMatrix,
     sums: &DenseMatrix,
@@ -316,12 +316,12 @@ fn rigid_translation_blocks(
     Ok((0..n / 3).map(of_node).collect())
 }
 
-/// The equations as a Krylov method sees them.
+/// The equations as the system of a Krylov method.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
-    /// Right sides.
+    /// Number of right-hand sides.
     count: usize,
-    /// A vector and its product, which blocks in single precision take in single precision.
+    /// Buffers in single precision: a vector and its product with the blocks, which are stored in single precision.
     x: Vec<f32>,
     y: Vec<f32>,
 }

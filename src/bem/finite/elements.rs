@@ -1,4 +1,4 @@
-//! The elements of a body's surface with their nodes.
+//! Boundary elements of the surface of a body, with their nodes.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::geometry::Point;
 use crate::geometry::ball_tree::{Ball, BallTree};
 use crate::material::Stiffness;
 
-/// Distance along a ray to a polygon; `None` if it misses.
+/// Distance along a ray to a polygon; `None` if the ray misses it.
 fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
     (1..corners.len() - 1).find_map(|k| {
         let (u, v) = (corners[k] - corners[0], corners[k + 1] - corners[0]);
@@ -27,21 +27,21 @@ fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
     })
 }
 
-/// Elements of a surface with the kernels of the material behind it.
+/// Elements of a surface with the kernels of the material.
 #[derive(Debug)]
 pub struct BoundaryElements {
     kernels: InfluenceIntegrator,
     interpolation: Interpolation,
     prepared: Vec<PreparedElement>,
-    /// Of triangles and quadrilaterals.
+    /// Reference nodes of triangles and of quadrilaterals.
     nodes: [ElementNodes; 2],
-    /// Number of the first node of each element, and of all nodes.
+    /// Number of the first node of each element; the last entry is the number of nodes.
     first: Vec<usize>,
 }
 
 impl BoundaryElements {
-    /// Elements with nodes by `interpolation`, and the field of a point force in their material; the integrals over them are
-    /// accurate to about `accuracy` of their largest values.
+    /// Elements with nodes by `interpolation` and the point-force `field` of the material. The integrals over the elements have an
+    /// error of about `accuracy`, relative to their largest values.
     pub fn new(
         panels: Vec<Panel>,
         interpolation: Interpolation,
@@ -68,12 +68,12 @@ impl BoundaryElements {
         Self { kernels, interpolation, prepared, nodes, first }
     }
 
-    /// How displacement and traction vary over an element.
+    /// Interpolation of displacement and traction over an element.
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// The material.
+    /// Stiffness of the material.
     pub fn stiffness(&self) -> &Stiffness {
         &self.kernels.stiffness
     }
@@ -83,7 +83,7 @@ impl BoundaryElements {
         self.prepared.len()
     }
 
-    /// Element `i`.
+    /// Geometry of element `i`.
     pub fn panel(&self, i: usize) -> &Panel {
         &self.prepared[i].panel
     }
@@ -98,12 +98,12 @@ impl BoundaryElements {
         self.first[i]..self.first[i + 1]
     }
 
-    /// The nodes of element `i` in its reference element.
+    /// Nodes of element `i` in its reference element.
     pub fn reference_nodes_of(&self, i: usize) -> &ElementNodes {
         &self.nodes[usize::from(!self.panel(i).is_triangle())]
     }
 
-    /// All nodes, by `of` their element and place in it.
+    /// Values of `of` for all nodes; its arguments are the element and the local node index.
     fn each_node<T>(&self, of: impl Fn(&Panel, usize, &ElementNodes) -> T) -> Vec<T> {
         let mut all = Vec::with_capacity(self.n_nodes());
         for i in 0..self.n_elements() {
@@ -113,7 +113,7 @@ impl BoundaryElements {
         all
     }
 
-    /// Where the nodes lie, mm.
+    /// Positions of the nodes, mm.
     pub fn positions(&self) -> Vec<Point> {
         self.each_node(|panel, node, nodes| panel.position(nodes.reference_points()[node]))
     }
@@ -123,15 +123,14 @@ impl BoundaryElements {
         self.each_node(|panel, node, nodes| panel.area_vector(nodes.reference_points()[node]).normalize())
     }
 
-    /// Areas of the nodes, ∫ N_a dS by the rule whose points they are, mm².
+    /// Nodal areas ∫ N_a dS, by the quadrature rule whose points are the nodes, mm².
     pub fn areas(&self) -> Vec<f64> {
         self.each_node(|panel, node, nodes| {
             nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm()
         })
     }
 
-    /// The element whose nodes lie farthest apart beside the thickness of the body behind its middle, and distance over thickness; `None`
-    /// for an open surface.
+    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio; `None` for an open surface.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];
@@ -144,7 +143,7 @@ impl BoundaryElements {
             let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
             let (from, area) = (panel.position(middle), panel.area_vector(middle));
             let inward = -area.normalize();
-            // Neighbours at a sharp edge are no thickness.
+            // Adjacent elements at a sharp edge do not count as thickness.
             let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
             let mut passed = Vec::new();
             tree.query(&from, &inward, 0.0, &mut passed);
@@ -163,17 +162,17 @@ impl BoundaryElements {
         ElementView { prepared: &self.prepared[i], nodes: self.reference_nodes_of(i) }
     }
 
-    /// What element `i` does at a point that is not on it.
+    /// Influence of element `i` at a point off the element.
     pub fn influence_off_element(&self, i: usize, y: &Point) -> Influence {
         self.kernels.off_element(self.element(i), y)
     }
 
-    /// Principal value of the integral of the traction kernel over the plane element `i`, seen from its node `node`.
+    /// Principal value of the integral of the traction kernel over the plane element `i`, at its node `node`.
     pub fn principal_value(&self, i: usize, node: usize) -> Matrix3<f64> {
         self.kernels.principal_value(self.element(i), node)
     }
 
-    /// Adds what the `nodal` state of element `i` does at a point that is not on it, with the gradient.
+    /// Adds the displacement and gradient at a point off element `i` due to its `nodal` state.
     pub(super) fn add_field(
         &self,
         i: usize,
@@ -184,8 +183,8 @@ impl BoundaryElements {
         self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
-    /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is
-    /// zero.
+    /// Influence of element `i` at its own node `node`. The traction-kernel block of that node has no value (strongly singular) and
+    /// is set to zero.
     pub fn influence_on_element(&self, i: usize, node: usize) -> Influence {
         self.kernels.on_element(self.element(i), node)
     }

@@ -1,8 +1,8 @@
-//! What unit tractions and displacements of an element do at a point: integrals of the kernels.
+//! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element.
 //!
-//! Off the element by Gauss rules, on quarters of it where the point is near; on it from the point along rays to the rim, whose
-//! length takes 1/r away. The number of points follows from how near the singularities of the kernel come to the element
-//! ([`QuadratureOrder`]).
+//! Points off the element are handled by Gauss rules, with the element divided into quarters for near points. For points on the
+//! element the rules run along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r. The number of
+//! points follows from the distance of the kernel's singularities to the element ([`QuadratureOrder`]).
 
 use nalgebra::Matrix3;
 
@@ -16,16 +16,16 @@ use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
 
-/// Most Gauss points along a side of a part.
+/// Maximum number of Gauss points along a side of a part.
 const MOST_POINTS: usize = 8;
 
-/// Rules with up to so many points along a side are kept ready on whole elements.
+/// Rules with at most this many points per side are precomputed on whole elements.
 const MAX_STORED_POINTS_PER_SIDE: usize = 4;
 
-/// Divisions of an element, one after the other, at most.
+/// Maximum depth of the recursive division of an element.
 const MOST_DIVISIONS: usize = 14;
 
-/// What unit tractions and displacements of the nodes of an element do at a point, rows by the displacement there.
+/// Displacement (rows) at a point due to unit tractions and unit displacements of the nodes of an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Influence {
     /// ∫ U N_a dS, mm/MPa.
@@ -34,43 +34,42 @@ pub struct Influence {
     pub double_layer: [Matrix3<f64>; MOST_NODES],
 }
 
-/// The kernels of a body, and how they are integrated.
+/// Kernels of a body with their integration over elements.
 #[derive(Debug)]
 pub(super) struct InfluenceIntegrator {
-    /// Its material.
     pub stiffness: Stiffness,
-    /// Field of a point force in it.
+    /// Full-space field of a point force.
     field: FullSpaceField,
     /// Gauss rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
     quadrature_order: QuadratureOrder,
 }
 
-/// A plane element as a node of its own sees it.
+/// Collocation point on a plane element, for the principal value of ∫ T dS.
 struct PrincipalValuePoint {
     y: Point,
     traction: TractionOperator,
-    /// Unit of its distances.
+    /// Unit of length for the distances from the point, mm.
     size: f64,
 }
 
-/// A point of an element in a rule.
+/// Quadrature point of an element.
 #[derive(Debug, Clone)]
 struct QuadraturePoint {
     at: Point,
-    /// Its share of the area, mm².
+    /// Quadrature weight times the Jacobian, mm².
     area: f64,
     traction_operator: TractionOperator,
     shape_values: [f64; MOST_NODES],
 }
 
-/// An element, ready for its integrals.
+/// Element with precomputed quadrature points.
 #[derive(Debug)]
 pub(super) struct PreparedElement {
     pub panel: Panel,
-    /// Points of the rules with 1, 2, ... points along a side on all of it; none below `min_points`.
+    /// Quadrature points on the whole element for 1, 2, ... points along a side; empty below `min_points`.
     samples: [Vec<QuadraturePoint>; MAX_STORED_POINTS_PER_SIDE],
-    /// Least number of points along a side.
+    /// Minimum number of points along a side.
     min_points: usize,
     patch: Parallelogram,
 }
@@ -89,10 +88,10 @@ pub(super) struct NodalState {
     pub traction: Point,
 }
 
-/// Step of the differences of the traction kernel over the distance: of order 4, they err by 1e-7 of it.
+/// Step of the fourth-order differences of the traction kernel, relative to the distance; their relative error is 1e-7.
 const STEP: f64 = 0.01;
 
-/// Displacements of one surface element.
+/// Displacement field of a double layer (unit area with a displacement `density`).
 struct DoubleLayer<'a> {
     kernels: &'a InfluenceIntegrator,
     traction_operator: &'a TractionOperator,
@@ -100,12 +99,12 @@ struct DoubleLayer<'a> {
 }
 
 impl DoubleLayer<'_> {
-    /// Its displacement at distance `r`, from y to the element, per area.
+    /// Displacement per area; `r` points from y to the element.
     fn at(&self, r: &Point) -> Point {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
-    /// Adds it times the area, with a traction. Along r the kernel falls like 1/r², across it differences are taken.
+    /// Adds the fields of the layer and of a traction, times the area. The kernel falls like 1/r²; differences give it across r.
     fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
@@ -120,13 +119,13 @@ impl DoubleLayer<'_> {
             let far = self.at(&(r + step * 2.0)) - self.at(&(r - step * 2.0));
             slope += (near * 8.0 - far) / (12.0 * STEP * distance) * axis.transpose();
         }
-        // y moves against r.
+        // The derivative is with respect to y, hence the minus sign.
         let single = Matrix3::from_columns(&field.gradient.map(|part| part * traction));
         sum.gradient += (slope - single) * area;
     }
 }
 
-/// A triangle or parallelogram of the reference element.
+/// Triangle or parallelogram of the reference element.
 #[derive(Clone, Copy)]
 struct ReferencePart {
     first: [f64; 2],
@@ -153,7 +152,7 @@ impl ReferencePart {
         [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
     }
 
-    /// What it is on a panel, to the first order about its middle.
+    /// Linearised image on a panel about the centre of the part.
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
@@ -165,7 +164,7 @@ impl ReferencePart {
         let sides = self.sides.map(|side| side.map(|x| 0.5 * x));
         let part = |place: [f64; 2]| Self { first: self.at(place), sides, ..*self };
         let last = if self.triangle {
-            // The one in the middle is turned over.
+            // The middle triangle has reversed orientation.
             Self { first: self.at([0.5, 0.5]), sides: sides.map(|side| side.map(|x| -x)), ..*self }
         } else {
             part([0.5, 0.5])
@@ -173,7 +172,7 @@ impl ReferencePart {
         [part([0.0, 0.0]), part([0.5, 0.0]), part([0.0, 0.5]), last]
     }
 
-    /// Points and weights of the product of a rule with itself.
+    /// Points and weights of the tensor product of a rule with itself.
     fn points<'a>(&'a self, rule: &'a [(f64, f64)]) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         let [a, b] = self.sides;
         let stretch = (a[0] * b[1] - a[1] * b[0]).abs();
@@ -210,7 +209,7 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // The polynomials, and the collapse or the curvature of the element.
+        // The degree plus one; plus two for triangles (collapsed squares) and for elements that are not affine.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -225,21 +224,21 @@ impl PreparedElement {
 }
 
 impl InfluenceIntegrator {
-    /// Kernels whose integrals over an element are accurate to about `accuracy` of their largest values.
+    /// Kernels whose integrals over an element have an error of about `accuracy`, relative to their largest values.
     pub fn new(stiffness: Stiffness, field: FullSpaceField, accuracy: f64) -> Self {
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
         let quadrature_order = QuadratureOrder::new(&stiffness, accuracy, MOST_POINTS);
         Self { stiffness, field, rules, quadrature_order }
     }
 
-    /// What an element does at a point `y` that is not on it.
+    /// Influence of an element at a point `y` that is not on it.
     pub fn off_element(&self, element: ElementView, y: &Point) -> Influence {
         let mut influence = Influence::zero();
         self.each_sample(element, y, &mut |sample| self.add(element.nodes, y, sample, &mut influence));
         influence
     }
 
-    /// The points of the rule over an element that a point `y` off it needs.
+    /// Calls `visit` for each quadrature point that the integration over an element requires for a point `y` off the element.
     #[inline]
     fn each_sample(&self, element: ElementView, y: &Point, visit: &mut impl FnMut(&QuadraturePoint)) {
         let PreparedElement { panel, samples, min_points, patch } = element.prepared;
@@ -249,7 +248,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds to `sum` what tractions and displacements of the nodes of an element do at a point `y` off it.
+    /// Adds the displacement and gradient at `y` (off the element) due to the nodal tractions and displacements to `sum`.
     pub fn add_field(
         &self,
         element: ElementView,
@@ -272,8 +271,8 @@ impl InfluenceIntegrator {
         });
     }
 
-    /// What an element does at its own node `node`. The block of [`Influence::double_layer`] of that node itself, which has no value, stays
-    /// zero.
+    /// Influence of an element at its own node `node`. The block of that node in [`Influence::double_layer`] has no value (strongly
+    /// singular) and stays zero.
     pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
         let panel = &element.prepared.panel;
@@ -288,10 +287,10 @@ impl InfluenceIntegrator {
         influence
     }
 
-    /// Principal value of ∫ T dS over a plane element, seen from its own node `node`.
+    /// Principal value of ∫ T dS over a plane element at its own node `node`.
     ///
-    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ), so that ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the rim, which does not
-    /// depend on the unit of R; along a side dφ = d / r² dl, d being the distance of its line.
+    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the edge; the
+    /// result does not depend on the unit of R. Along a side dφ = d / r² dl, with the distance d of the line of the side.
     pub fn principal_value(&self, element: ElementView, node: usize) -> Matrix3<f64> {
         let panel = &element.prepared.panel;
         let xi = element.nodes.reference_points()[node];
@@ -310,7 +309,7 @@ impl InfluenceIntegrator {
         sum
     }
 
-    /// Adds the part of a side.
+    /// Adds the contribution of an edge segment.
     fn add_edge_principal_value(
         &self,
         seen: &PrincipalValuePoint,
@@ -319,7 +318,7 @@ impl InfluenceIntegrator {
     ) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let n = self.quadrature_order.points_along(&middle, &half, &seen.y);
-        // The logarithm is singular where the kernel is.
+        // The logarithm is singular at the same points as the kernel.
         let n = n.map(|n| (n + 2).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
             self.add_edge_principal_value(seen, (from, middle, divisions - 1), sum);
@@ -357,7 +356,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// The triangle between a point of the element and a part of its rim, which takes away 1/r.
+    /// Adds the integral over the triangle between a point of the element and an edge segment. The Jacobian cancels 1/r.
     fn add_polar_triangle(
         &self,
         element: ElementView,
@@ -376,7 +375,7 @@ impl InfluenceIntegrator {
             return;
         }
         let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
-        // Along a ray the integrand is a polynomial on flat elements, and smooth on curved ones.
+        // Along a ray the integrand is a polynomial on flat elements and smooth on curved ones.
         let radial = &self.rules[MOST_POINTS - 1];
         for &(t, by_t) in &self.rules[n.unwrap_or(MOST_POINTS) - 1] {
             let end = [0, 1].map(|c| 0.5 * ((1.0 - t) * from[c] + (1.0 + t) * to[c]));
@@ -390,11 +389,11 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds a point of a rule.
+    /// Adds the contribution of a quadrature point.
     #[inline]
     fn add(&self, nodes: &ElementNodes, y: &Point, sample: &QuadraturePoint, influence: &mut Influence) {
         let field = self.field.at(&(sample.at - y));
-        // The force acts at y, the displacement is asked for there: transposed.
+        // The kernel has the force at y and returns tractions; the transpose gives the displacement at y.
         let traction = sample.traction_operator.apply(&field).transpose();
         for (a, value) in sample.shape_values.iter().enumerate().take(nodes.reference_points().len()) {
             let factor = value * sample.area;
@@ -410,8 +409,8 @@ mod tests {
     use super::*;
     use crate::element::ElementKind;
 
-    /// Truth: the tractions of a force at y on a closed box balance it, for isotropic and anisotropic materials; see the two functions below.
-    /// Weak fibres need a small table; a thorough test takes stiff ones.
+    /// Truth: the tractions of a point force at y on a closed box balance the force, for isotropic and anisotropic materials. The
+    /// two functions below state the sums. Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres.
     #[test]
     fn flux_through_a_box() {
         let along = if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { 140e3 } else { 14e3 };
@@ -440,8 +439,7 @@ mod tests {
             .map(|panel| PreparedElement::new(kernels, panel, nodes, order))
     }
 
-    /// With the principal value over the face that a point lies on the tractions sum up to minus half of the unit matrix, wherever on the
-    /// face it lies.
+    /// For any y on a face, the tractions sum to minus half the unit matrix, with the principal value over that face.
     fn half_from_a_face(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Linear, false);
         let panels = panels(kernels, &nodes, 1);
@@ -458,8 +456,8 @@ mod tests {
         }
     }
 
-    /// The sum over the faces is minus the unit matrix for y inside, and zero outside, at any distance from the nearest face, for integrals
-    /// wanted to 1e-9 of a face's.
+    /// The sum over the faces is minus the unit matrix for y inside and zero outside, at any distance from the nearest face. The
+    /// accuracy of the integrals is 1e-9, relative to the integral over a face.
     fn near_its_faces(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Constant, false);
         let panels = panels(kernels, &nodes, 0);

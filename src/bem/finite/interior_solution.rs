@@ -1,7 +1,8 @@
-//! Displacement and stress off the surface of a body, from the state of its surface.
+//! Displacement and stress inside a body, from the state of its surface.
 //!
-//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative, whose kernels grow like 1/r² and 1/r³. Linear fields satisfy it: that
-//! which the surface has at its point next to y is taken off before, so that what is integrated vanishes there, and is added afterwards.
+//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. Linear fields
+//! satisfy it. The linear field of the nearest surface point is subtracted before integration and added afterwards; the density
+//! vanishes there.
 
 use nalgebra::Matrix3;
 
@@ -12,29 +13,29 @@ use super::system::{Domain, SurfaceState};
 use crate::bem::{DisplacementGradient, PointState};
 use crate::geometry::Point;
 
-/// Most steps to the next point of an element.
+/// Maximum number of iterations of the closest-point projection onto an element.
 const STEPS: usize = 30;
 
-/// Distance over the size of an element below which a point counts as on it.
+/// A point counts as on an element below this distance, relative to the size of the element.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// Cosine from which on a point lies above or below its next point of the surface, and not beside an edge.
+/// Above this cosine a point lies along the normal of its nearest surface point, and not beside an edge.
 const MIN_NORMAL_COSINE: f64 = 0.99;
 
-/// The point of a surface next to another point.
+/// Nearest point of a surface to another point.
 #[derive(Debug, Clone, Copy)]
 pub struct NearestPoint {
-    /// Its element.
+    /// Element of the nearest point.
     pub element: usize,
-    /// Its place in the reference element.
+    /// Position in the reference element.
     pub xi: [f64; 2],
-    /// Where it lies, mm.
+    /// Position, mm.
     pub position: Point,
-    /// How far it is, mm.
+    /// Distance from the other point, mm.
     pub distance: f64,
 }
 
-/// What the state of a surface means inside.
+/// Displacement and stress inside a body, from the state of its surface.
 pub struct InteriorSolution<'a> {
     elements: &'a BoundaryElements,
     domain: Domain,
@@ -45,14 +46,14 @@ pub struct InteriorSolution<'a> {
 }
 
 impl BoundaryElements {
-    /// What `state` means in the body on the `domain` side of the surface.
+    /// Interior solution of `state` for the body on the `domain` side of the surface.
     pub fn interior_solution<'a>(&'a self, state: &'a SurfaceState, domain: Domain) -> InteriorSolution<'a> {
         let surface = self.surface_solution(state);
         let (positions, normals) = (self.positions(), self.normals());
         InteriorSolution { elements: self, domain, surface, state, positions, normals }
     }
 
-    /// Whether a point lies inside the closed surface, or on it.
+    /// Whether a point lies inside the closed surface or on it.
     pub fn contains(&self, y: &Point) -> bool {
         let foot = self.nearest_point(y);
         let (_, radius) = self.bounding_sphere(foot.element);
@@ -63,7 +64,7 @@ impl BoundaryElements {
         if along.abs() > MIN_NORMAL_COSINE * foot.distance {
             return along < 0.0;
         }
-        // Next to an edge: the flux of a force at y through the surface.
+        // Beside an edge: the flux through the surface of a point force at y decides.
         let flux = (0..self.n_elements()).map(|i| {
             let influence = self.influence_off_element(i, y);
             influence.double_layer.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
@@ -71,7 +72,7 @@ impl BoundaryElements {
         flux.sum::<f64>() < -1.5
     }
 
-    /// The point of the surface next to `y`.
+    /// Nearest point of the surface to `y`.
     pub fn nearest_point(&self, y: &Point) -> NearestPoint {
         let mut best: Option<NearestPoint> = None;
         for i in 0..self.n_elements() {
@@ -87,7 +88,7 @@ impl BoundaryElements {
         best.expect("a surface has elements")
     }
 
-    /// The points of all elements that `y` counts as being on: several on a common side or corner.
+    /// Points of all elements on which `y` lies, within the tolerance. On a common side or corner there are several.
     fn coincident_points(&self, y: &Point) -> Vec<NearestPoint> {
         let on = |i: usize| {
             let (middle, radius) = self.bounding_sphere(i);
@@ -98,15 +99,15 @@ impl BoundaryElements {
         (0..self.n_elements()).filter_map(on).collect()
     }
 
-    /// A ball around element `i`.
+    /// Bounding sphere of element `i`: centre and radius.
     fn bounding_sphere(&self, i: usize) -> (Point, f64) {
         let nodes = &self.panel(i).nodes;
         let middle = nodes.iter().sum::<Point>() / nodes.len() as f64;
-        // Curved elements bulge out of their nodes by less than half of that.
+        // Curved elements bulge beyond their nodes by less than half the largest node distance.
         (middle, 1.5 * nodes.iter().map(|node| (node - middle).norm()).fold(0.0, f64::max))
     }
 
-    /// The point of element `i` next to `y`, by steps of Gauss and Newton that stay in it.
+    /// Nearest point of element `i` to `y`, by Gauss-Newton steps restricted to the element.
     fn nearest_point_on(&self, i: usize, y: &Point) -> NearestPoint {
         let panel = self.panel(i);
         let triangle = panel.is_triangle();
@@ -122,7 +123,7 @@ impl BoundaryElements {
             let (aa, ab, bb, ra, rb) = (a.dot(&a), a.dot(&b), b.dot(&b), a.dot(&away), b.dot(&away));
             let determinant = aa * bb - ab * ab;
             let free = [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant];
-            // At the rim one direction remains.
+            // At the edge one direction remains.
             let tries = [free, [ra / aa, 0.0], [0.0, rb / bb], slide(&(a - b), &away)];
             let next = tries.into_iter().flat_map(|step| [1.0, 0.3].map(|share| step.map(|x| share * x)));
             let next = next.map(|step| foot(clamped([0, 1].map(|c| xi[c] + step[c]), triangle)));
@@ -136,13 +137,13 @@ impl BoundaryElements {
     }
 }
 
-/// A step along the third side of a triangle.
+/// Step along the third side of a triangle.
 fn slide(side: &Point, away: &Point) -> [f64; 2] {
     let step = side.dot(away) / side.norm_squared().max(f64::MIN_POSITIVE);
     [step, -step]
 }
 
-/// The nearest place in the reference element, or one near that.
+/// Approximately the nearest position inside the reference element.
 fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
     if !triangle {
         return [u.clamp(-1.0, 1.0), v.clamp(-1.0, 1.0)];
@@ -154,7 +155,7 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// Displacement and stress at a point inside, or on the surface: on common sides and corners of elements the mean of theirs.
+    /// Displacement and stress at a point inside or on the surface; the mean over all elements on common sides and corners.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

@@ -1,4 +1,4 @@
-//! How displacement and traction vary over a boundary element, with nodes inside it.
+//! Interpolation of displacement and traction over a boundary element with interior nodes.
 
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
@@ -6,10 +6,10 @@ use serde::Deserialize;
 
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
-/// Most nodes of an element.
+/// Maximum number of nodes of an element.
 pub const MOST_NODES: usize = 9;
 
-/// Barycentric distances from the sides, and weights, of the six points of degree 4 of Strang and Fix (1973).
+/// Barycentric distances from the sides, and weights, of the six-point rule of degree 4 of Strang and Fix (1973).
 const SIX_POINTS: [(f64, f64); 2] =
     [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
 
@@ -28,10 +28,10 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// Every interpolation.
+    /// All interpolations.
     pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Quadratic];
 
-    /// Degree of its polynomials (along each direction on quadrilaterals).
+    /// Polynomial degree (along each direction on quadrilaterals).
     pub const fn degree(self) -> usize {
         match self {
             Self::Constant => 0,
@@ -40,7 +40,7 @@ impl Interpolation {
         }
     }
 
-    /// Its name in scenes.
+    /// Name in scene files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Constant => "constant",
@@ -56,19 +56,18 @@ impl Interpolation {
     }
 }
 
-/// The nodes of an interpolation on the reference triangle or square, and the polynomials that are 1 at one of them and 0 at the
-/// others.
+/// Nodes of an interpolation on the reference triangle or square, with their Lagrange polynomials (1 at one node, 0 at the others).
 #[derive(Debug, Clone)]
 pub struct ElementNodes {
     reference_points: Vec<[f64; 2]>,
     weights: Vec<f64>,
     triangle: bool,
-    /// Of the monomials in each polynomial, `[node, monomial]`.
+    /// Coefficients of the monomials in each polynomial, `[node, monomial]`.
     coefficients: DMatrix<f64>,
 }
 
 impl ElementNodes {
-    /// On triangles or quadrilaterals.
+    /// Nodes on triangles or quadrilaterals.
     pub fn new(interpolation: Interpolation, triangle: bool) -> Self {
         let rule =
             if triangle { on_triangle(interpolation) } else { quadrilateral(interpolation.degree() + 1) };
@@ -80,17 +79,17 @@ impl ElementNodes {
         Self { reference_points, weights, triangle, coefficients }
     }
 
-    /// Where the nodes lie in the reference element.
+    /// Positions of the nodes in the reference element.
     pub fn reference_points(&self) -> &[[f64; 2]] {
         &self.reference_points
     }
 
-    /// Weights of the rule whose points the nodes are: the integrals of the polynomials over the reference element.
+    /// Weights of the quadrature rule whose points are the nodes: the integrals of the polynomials over the reference element.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// The polynomials at a point of the reference element; those beyond the number of nodes are zero.
+    /// Values of the polynomials at a point of the reference element; zero beyond the number of nodes.
     pub fn values(&self, xi: [f64; 2]) -> [f64; MOST_NODES] {
         let n = self.reference_points.len();
         let monomials = monomials(n, self.triangle, xi);
@@ -101,7 +100,7 @@ impl ElementNodes {
         values
     }
 
-    /// Their derivatives along the reference element's directions.
+    /// Derivatives of the polynomials along the directions of the reference element.
     pub fn gradients(&self, xi: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
         let n = self.reference_points.len();
         let slopes = monomial_gradients(n, self.triangle, xi);
@@ -125,7 +124,6 @@ fn monomials(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [f64; MOST_NODES] {
     values
 }
 
-/// Derivatives of the monomials.
 fn monomial_gradients(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
     let mut slopes = [[0.0; 2]; MOST_NODES];
     if triangle {
@@ -159,8 +157,8 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: polynomials of the degree of the interpolation are reproduced with their derivatives, and the products of two of them integrated: on [-1, 1]²
-    /// ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b, on the triangle a! b! / (a + b + 2)!.
+    /// Truth: polynomials of the degree of the interpolation are reproduced with their derivatives, and products of two of them are
+    /// integrated exactly. On [-1, 1]² ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b; on the triangle a! b! / (a + b + 2)!.
     #[test]
     fn polynomials_are_reproduced() {
         for interpolation in Interpolation::ALL {

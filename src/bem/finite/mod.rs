@@ -1,8 +1,8 @@
-//! Finite bodies of boundary elements: collocation with nodes inside the elements, isotropic or of any anisotropy.
+//! Finite boundary-element bodies, isotropic or anisotropic: direct collocation with discontinuous elements.
 //!
-//! At each node y of each element c u(y) + ∫ T u dS = ∫ U t dS, with the kernels of [`super::full_space`]. The nodes lie inside the
-//! elements, at the points of a quadrature rule: tractions may jump from element to element, so that edges and corners need no
-//! care.
+//! At each node y of each element c u(y) + ∫ T u dS = ∫ U t dS, with the kernels of [`super::full_space`]. The nodes are quadrature
+//! points inside the elements. Tractions may jump between elements, so edges and corners need no special treatment. Main types:
+//! [`BoundaryElements`], [`BoundaryValueProblem`], [`BoundarySolution`].
 //!
 //! # Source
 //! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).

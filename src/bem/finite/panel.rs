@@ -1,42 +1,42 @@
-//! Elements of a surface.
+//! Geometry of surface elements.
 
 use super::interpolation::Interpolation;
 use crate::element::ElementKind;
 use crate::geometry::Point;
 
-/// An element of a surface, the normal of its nodes' order pointing out of the body.
+/// Surface element. The order of its nodes gives the outward normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Its kind: a triangle or a quadrilateral.
+    /// Element kind: triangle or quadrilateral.
     pub kind: ElementKind,
-    /// Its nodes, gmsh's order, mm.
+    /// Nodes in the order of gmsh, mm.
     pub nodes: Vec<Point>,
 }
 
 impl Panel {
-    /// Whether it is a triangle.
+    /// Whether the element is a triangle.
     pub fn is_triangle(&self) -> bool {
         self.kind.n_corners() == 3
     }
 
-    /// The point at `xi` of the reference element, mm.
+    /// Point at `xi` of the reference element, mm.
     pub fn position(&self, xi: [f64; 2]) -> Point {
         self.nodes.iter().zip(self.kind.face_values(xi)).map(|(node, value)| node * value).sum()
     }
 
-    /// Tangents: derivatives of the position along the reference element's directions.
+    /// Tangents: derivatives of the position along the directions of the reference element.
     pub fn tangents(&self, xi: [f64; 2]) -> [Point; 2] {
         let gradients = self.kind.face_gradients(xi);
         [0, 1].map(|axis| self.nodes.iter().zip(&gradients).map(|(node, g)| node * g[axis]).sum())
     }
 
-    /// Outward normal times the area per area of the reference element.
+    /// Outward normal times the Jacobian (area per area of the reference element).
     pub fn area_vector(&self, xi: [f64; 2]) -> Point {
         let [a, b] = self.tangents(xi);
         a.cross(&b)
     }
 
-    /// The same element with nodes that suffice for the polynomials of an interpolation: of second order for quadratic ones.
+    /// The same element with enough nodes for the interpolation: second-order nodes for quadratic interpolation.
     pub fn with_second_order_nodes(self, interpolation: Interpolation) -> Self {
         let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
         if interpolation != Interpolation::Quadratic || self.kind == kind {
@@ -51,7 +51,7 @@ impl Panel {
         &self.kind.face_reference_nodes()[..self.kind.n_corners()]
     }
 
-    /// Whether its tangents are the same everywhere.
+    /// Whether the tangents are constant.
     pub(super) fn is_affine(&self) -> bool {
         let first = self.tangents(self.corners()[0]);
         let size = first[0].norm().max(first[1].norm());

@@ -1,6 +1,6 @@
-//! The plane surface of a half-space by the kernels of a full space: meshed as far as its elements reach, at rest beyond.
+//! Plane surface of a half-space by the kernels of a full space, fixed beyond its elements.
 //!
-//! At each node ½ u(y) + ∫ T u dS = ∫ U t dS, the first integral a principal value: there is no body whose rigid motions could stand for it.
+//! At each node ½ u(y) + ∫ T u dS = ∫ U t dS, the first a principal value. The open surface excludes the use of rigid motions.
 
 use faer::Par;
 use nalgebra::Matrix3;
@@ -14,20 +14,20 @@ use crate::geometry::Point;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Nodes whose rows are made side by side.
+/// Number of nodes whose rows are computed in parallel.
 const BATCH: usize = 64;
 
-/// Rows computed afresh to check a solution.
+/// Number of recomputed rows in the residual check of a solution.
 const CHECKED: usize = 24;
 
-/// Rows of a node: the blocks of displacements and of tractions of all nodes.
+/// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
-/// What unit tractions do on a plane surface.
+/// Response of a plane surface to unit tractions.
 pub struct PlaneResponse {
     /// Displacement of the nodes, `[3 n, 3 n_loaded]`, mm/MPa.
     pub displacement: DenseMatrix,
-    /// Residual of equations computed afresh, under all tractions together, over the size of their terms.
+    /// Residual of recomputed equations under all unit tractions together, relative to the magnitude of their terms.
     pub residual: f64,
 }
 
@@ -35,7 +35,7 @@ impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
         let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
-            // Very long elements take long; nothing is made of these rows then.
+            // Very elongated elements take long. After cancellation the zero blocks are not used.
             if cancel::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
@@ -48,11 +48,11 @@ impl BoundaryElements {
         (h, g)
     }
 
-    /// Displacement of the nodes of a plane surface of constant elements by unit tractions of the nodes `loaded`; it is free elsewhere, and
-    /// what lies beyond the elements does not move.
+    /// Displacement of the nodes of a plane surface of constant elements under unit tractions of the nodes `loaded`. Other nodes
+    /// carry no traction; the surface beyond the elements is fixed.
     ///
     /// # Errors
-    /// If the elements are not constant, memory does not suffice, or a stop is wished.
+    /// If the elements are not constant, memory does not suffice, or the run is cancelled.
     pub fn plane_response(&self, loaded: &[usize], par: Par) -> Result<PlaneResponse> {
         if self.interpolation() != Interpolation::Constant {
             return Err(Error::input("the meshed surface of a half-space takes constant elements"));

@@ -1,57 +1,57 @@
-//! What is found of a body: displacement and traction of its surface.
+//! Solution on the surface of a body: displacement and traction.
 
 use super::compressed::CompressionReport;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Displacement and traction of all nodes of a surface, global axes.
+/// Displacement and traction of all nodes of a surface, in global axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceState {
-    /// mm.
+    /// Displacement, mm.
     pub displacement: Vec<[f64; 3]>,
-    /// On the body, MPa.
+    /// Traction on the body, MPa.
     pub traction: Vec<[f64; 3]>,
 }
 
-/// What is not known, for what is known and for unit tractions of the loaded nodes.
+/// Unknown displacements and tractions: one column for the boundary values and one per unit traction component of the loaded nodes.
 pub struct BoundarySolution {
     pub(super) displacement_known: Vec<bool>,
     pub(super) boundary_values: Vec<f64>,
     pub(super) loaded: Vec<usize>,
-    /// `[3 n + free motions, 1 + 3 loaded nodes]`, the first for what is known.
+    /// `[3 n + free motions, 1 + 3 loaded nodes]`; the first column belongs to the boundary values.
     pub(super) unknown: DenseMatrix,
-    /// Unknown tractions are solved for over this, which brings them near displacements, MPa/mm.
+    /// Scale of the unknown tractions, MPa/mm. Divided by it, tractions have the magnitude of displacements.
     pub(super) traction_scale: f64,
     pub(super) residual: f64,
     pub(super) compression: Option<CompressionReport>,
 }
 
 impl BoundarySolution {
-    /// Residual of equations computed afresh over the size of their terms.
+    /// Residual of recomputed equations, relative to the magnitude of their terms.
     pub fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// How the equations were compressed; `None` of dense ones.
+    /// Report on the compression; `None` for dense equations.
     pub fn compression(&self) -> Option<&CompressionReport> {
         self.compression.as_ref()
     }
 
-    /// Nodes that further tractions act on.
+    /// Nodes for which responses to unit tractions were computed.
     pub fn loaded(&self) -> &[usize] {
         &self.loaded
     }
 
-    /// Displacement of a dof by a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
+    /// Displacement of a dof due to a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
     pub fn response(&self, dof: usize, loaded: usize) -> f64 {
         self.unknown.at(dof, 1 + loaded)
     }
 
-    /// Bytes that it keeps.
+    /// Memory of the solution, bytes.
     pub fn bytes(&self) -> usize {
         8 * self.unknown.values().len()
     }
 
-    /// The unknowns for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa.
+    /// Unknowns for the boundary values times `own`, superposed with tractions of the loaded nodes, `[3 n_loaded]`, MPa.
     fn superpose(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknown.n_rows()];
         for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
@@ -62,8 +62,8 @@ impl BoundarySolution {
         sum
     }
 
-    /// Displacement and traction of all nodes for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa,
-    /// beside it.
+    /// Displacement and traction of all nodes for the boundary values times `own`, superposed with tractions of the loaded nodes,
+    /// `[3 n_loaded]`, MPa.
     pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
         let n = self.boundary_values.len() / 3;
         let found = self.superpose(own, tractions);
@@ -80,7 +80,7 @@ impl BoundarySolution {
         state
     }
 
-    /// Tractions along the free motions that balance such loads, MPa.
+    /// Tractions along the free motions that balance these loads, MPa.
     pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let found = self.superpose(own, tractions);
         found[self.boundary_values.len()..].iter().map(|x| x * self.traction_scale).collect()

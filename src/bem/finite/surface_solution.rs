@@ -1,7 +1,7 @@
 //! Displacement and its gradient on the surface of a body.
 //!
-//! The derivatives in the surface are those of the elements' polynomials; elements with one node take them from their neighbours. The one
-//! along the normal follows from the traction: with σ = C : (G + a nᵀ) and σ n = t, a = T⁻¹ (t - (C : G) n), T_ik = C_ijkl n_j n_l.
+//! Tangential derivatives are those of the element polynomials; elements with one node fit them to their neighbours. The normal
+//! derivative a follows from the traction: with σ = C : (G + a nᵀ) and σ n = t, a = T⁻¹ (t - (C : G) n), T_ik = C_ijkl n_j n_l.
 //!
 //! # Source
 //! Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -17,22 +17,22 @@ use super::panel::Panel;
 use super::system::SurfaceState;
 use crate::geometry::Point;
 
-/// Cosine of the largest angle between neighbours over which displacement is smooth: 45 degrees.
+/// Neighbours count as smoothly connected if the cosine of the angle between their normals exceeds this value (45 degrees).
 const MIN_SMOOTH_COSINE: f64 = 0.707;
 
-/// Share of the largest singular value below which neighbours tell nothing of a direction.
+/// Singular values below this share of the largest are neglected in the fit (neighbours on a line).
 const ON_A_LINE: f64 = 1e-9;
 
-/// The displacement of a surface between its nodes.
+/// Displacement and traction of a surface between its nodes.
 pub struct SurfaceSolution<'a> {
     elements: &'a BoundaryElements,
     state: &'a SurfaceState,
-    /// Of elements with one node: their gradients.
+    /// Surface gradients of elements with one node; empty otherwise.
     slopes: Vec<Matrix3<f64>>,
 }
 
 impl BoundaryElements {
-    /// The displacement and traction of `state` between the nodes.
+    /// Interpolation of the displacement and traction of `state` between the nodes.
     pub fn surface_solution<'a>(&'a self, state: &'a SurfaceState) -> SurfaceSolution<'a> {
         let constant = self.interpolation() == Interpolation::Constant;
         SurfaceSolution {
@@ -42,7 +42,7 @@ impl BoundaryElements {
         }
     }
 
-    /// Surface gradients in the middle of elements with one node: linear functions fitted to what is around.
+    /// Surface gradients at the centres of elements with one node: linear functions fitted to the neighbours.
     fn fit_constant_gradients(&self, state: &SurfaceState) -> Vec<Matrix3<f64>> {
         let corners = |panel: &Panel| -> Vec<[u64; 3]> {
             let bits = |xi: &[f64; 2]| <[f64; 3]>::from(panel.position(*xi)).map(|x| (x + 0.0).to_bits());
@@ -76,7 +76,7 @@ impl BoundaryElements {
 }
 
 impl SurfaceSolution<'_> {
-    /// Nodal values at `xi` of element `i`.
+    /// Interpolates nodal values at `xi` of element `i`.
     pub fn interpolate(&self, values: &[[f64; 3]], i: usize, xi: [f64; 2]) -> Point {
         let nodes = self.elements.nodes_of(i);
         nodes
@@ -90,12 +90,12 @@ impl SurfaceSolution<'_> {
         self.interpolate(&self.state.displacement, i, xi)
     }
 
-    /// Traction on the body there, MPa.
+    /// Traction on the body at `xi` of element `i`, MPa.
     pub fn traction(&self, i: usize, xi: [f64; 2]) -> Point {
         self.interpolate(&self.state.traction, i, xi)
     }
 
-    /// Gradient of the displacement in the surface there: rows the components, columns the directions, nothing along the normal.
+    /// Surface gradient of the displacement at `xi`; rows are components, columns are directions. The normal derivative is zero.
     pub fn surface_gradient(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         if let Some(slope) = self.slopes.get(i) {
             return *slope;
@@ -112,7 +112,7 @@ impl SurfaceSolution<'_> {
         change(0) * dual[0].transpose() + change(1) * dual[1].transpose()
     }
 
-    /// The whole gradient there, by the traction.
+    /// Full gradient at `xi` of element `i`, with the normal derivative from the traction.
     pub fn gradient(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         let stiffness = self.elements.stiffness();
         let n = self.elements.panel(i).area_vector(xi).normalize();
@@ -121,7 +121,7 @@ impl SurfaceSolution<'_> {
         inner + inverse_acoustic_tensor(stiffness, &n) * rest * n.transpose()
     }
 
-    /// Stress there, MPa.
+    /// Stress at `xi` of element `i`, MPa.
     pub fn stress(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         self.elements.stiffness().stress(&self.gradient(i, xi))
     }

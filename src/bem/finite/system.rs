@@ -1,10 +1,11 @@
-//! Collocation equations of a body of boundary elements.
+//! Collocation equations of a boundary-element body.
 //!
-//! The block of a node on itself, which is strongly singular, follows from rigid translations, under which there is no traction: it is
-//! minus the sum of the others, and for the body around a cavity 1 more.
+//! The strongly singular diagonal block of a node follows from rigid translations, which cause no traction. It is minus the sum of
+//! the other blocks, plus the unit matrix for the body around a cavity.
 //!
-//! A body that is not held has as many more unknowns as rigid motions are free: tractions of their shape over all of its surface,
-//! which balance its loads, and as many more equations: its mean displacement along each is zero.
+//! A body with free rigid motions has one more unknown and one more equation per motion. The unknowns are tractions in the shape of
+//! the motion over the whole surface, which balance the loads. The equations prescribe the mean displacement along each motion,
+//! zero by default.
 
 use faer::Par;
 use nalgebra::{DMatrix, Matrix3};
@@ -21,69 +22,69 @@ use crate::geometry::Point;
 use crate::linalg::dense_lu::{self, DenseLu};
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Nodes whose rows are made side by side.
+/// Number of nodes whose rows are computed in parallel.
 const BATCH: usize = 64;
 
-/// Rows computed afresh to check a solution.
+/// Number of recomputed rows in the residual check of a solution.
 const CHECKED: usize = 24;
 
-/// Which side of its surface a body lies on.
+/// Side of the surface on which the body lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
-    /// The surface encloses it.
+    /// Body enclosed by the surface.
     Interior,
-    /// It goes on to infinity around the surface, whose normals point into the cavity.
+    /// Infinite body around the surface, whose normals point into the cavity.
     Exterior,
 }
 
-/// Unknowns up to which dense equations are factorised: from there on compressed ones take less time.
+/// Maximum number of unknowns for dense factorisation. Above it, compressed equations take less time.
 pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
-/// Tolerance of compressed equations.
+/// Default tolerance of compressed equations.
 pub const DEFAULT_TOLERANCE: f64 = 1e-5;
 
-/// Residual of rows computed afresh over the tolerance from which on compressed equations are refused.
+/// Compressed equations are rejected if the residual of recomputed rows exceeds this multiple of the tolerance.
 const MAX_RESIDUAL_OVER_TOLERANCE: f64 = 100.0;
 
-/// How the equations are solved.
+/// Solution method for the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SolutionMethod {
-    /// Dense, by LU.
+    /// Dense LU factorisation.
     Dense,
-    /// Compressed to a tolerance, by iteration.
+    /// Compressed to a tolerance, solved by iteration.
     Compressed(f64),
 }
 
 impl SolutionMethod {
-    /// The one for so many unknowns.
+    /// Method for this number of unknowns.
     pub fn of(n_unknowns: usize) -> Self {
         if n_unknowns <= MAX_DENSE_UNKNOWNS { Self::Dense } else { Self::Compressed(DEFAULT_TOLERANCE) }
     }
 }
 
-/// What is known of a body: at every node the displacement or the traction along each axis (component c of node i is dof 3 i + c).
+/// Boundary-value problem: displacement or traction along each axis at every node (component c of node i is dof 3 i + c).
 pub struct BoundaryValueProblem<'a> {
-    /// Its surface.
+    /// Boundary elements of the surface.
     pub elements: &'a BoundaryElements,
-    /// Where it lies.
+    /// Side of the surface on which the body lies.
     pub domain: Domain,
-    /// Whether the displacement of a dof is known, `[3 n]`.
+    /// Whether the displacement of a dof is prescribed, `[3 n]`.
     pub displacement_known: &'a [bool],
-    /// That displacement (mm), or the traction on the body (MPa) of the other dofs, `[3 n]`.
+    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
     pub boundary_values: &'a [f64],
-    /// Nodes that further tractions act on, whose response is wanted; none of them held.
+    /// Nodes for which the response to unit tractions is computed. Their displacements are not prescribed.
     pub loaded: &'a [usize],
-    /// Rigid motions that the known displacements leave free, of mean square 1 over the surface.
+    /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
     pub free_motions: Option<&'a RigidBodyModes>,
-    /// Mean displacement along each of them, mm; empty for none.
+    /// Mean displacement along each free motion, mm; empty for zero.
     pub mean_displacement: &'a [f64],
 }
 
-/// Rows of a node: the blocks of displacements and of tractions of all nodes.
+/// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 impl BoundaryElements {
-    /// The three rows of node `node` of an element.
+    /// Three rows of node `node` of an element.
     fn rows(&self, (element, node): (usize, usize), domain: Domain) -> Rows {
         let n = self.n_nodes();
         let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
@@ -107,8 +108,8 @@ impl BoundaryElements {
         (h, g)
     }
 
-    /// The rigid motions that known displacements of the dofs `held` leave free, of mean square 1 over the surface; `None` where it is
-    /// held.
+    /// Rigid motions that remain free with the dofs `held` prescribed, with mean square 1 over the surface; `None` if there are
+    /// none.
     ///
     /// # Errors
     /// If all nodes lie on a line.
@@ -129,20 +130,20 @@ impl BoundaryElements {
         Ok(Some(free.ok_or_else(lost)?))
     }
 
-    /// Element and place in it of every node.
+    /// Element and local node index of every node.
     pub(super) fn node_locations(&self) -> Vec<(usize, usize)> {
         (0..self.n_elements()).flat_map(|i| (0..self.nodes_of(i).len()).map(move |node| (i, node))).collect()
     }
 }
 
 impl BoundaryValueProblem<'_> {
-    /// Bytes that solving it by dense equations takes.
+    /// Memory of the solution by dense equations, bytes.
     pub fn dense_bytes(n_nodes: usize, n_loaded: usize) -> u128 {
         let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
         8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::product_buffer_bytes(8 * n * n)
     }
 
-    /// The equations, and the right sides of what is known and of unit tractions.
+    /// Matrix of the equations, and right-hand sides for the boundary values and for unit tractions.
     fn assemble_dense(&self, scale: f64) -> Result<(DenseMatrix, DenseMatrix)> {
         let n = 3 * self.elements.n_nodes();
         let motions = self.motions();
@@ -192,7 +193,7 @@ impl BoundaryValueProblem<'_> {
         Ok((left, right))
     }
 
-    /// The free motions at the dofs, `[3 n, motions]`; zero where held.
+    /// Free motions at the dofs, `[3 n, motions]`; zero for prescribed displacements.
     pub(super) fn motions(&self) -> DMatrix<f64> {
         let Some(free) = self.free_motions else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
         let positions = self.elements.positions();
@@ -205,22 +206,22 @@ impl BoundaryValueProblem<'_> {
         })
     }
 
-    /// What brings tractions near displacements.
+    /// Divisor that gives tractions the magnitude of displacements, MPa/mm.
     pub(super) fn traction_scale(&self) -> f64 {
         let modulus = self.elements.stiffness().voigt().diagonal().max();
         let size = self.elements.areas().into_iter().fold(0.0, f64::max).sqrt();
         modulus / size
     }
 
-    /// Solves for what is not known: by [`SolutionMethod::of`] their number.
+    /// Solves the problem by the method that [`SolutionMethod::of`] gives for its number of unknowns.
     ///
     /// # Errors
-    /// If memory does not suffice, the body is not held, an iteration does not converge, or a stop is wished.
+    /// If memory does not suffice, rigid motions are unconstrained, the iteration does not converge, or the run is cancelled.
     pub fn solve(&self, par: Par) -> Result<BoundarySolution> {
         self.solve_by(SolutionMethod::of(3 * self.elements.n_nodes()), par)
     }
 
-    /// Solves for what is not known.
+    /// Solves the problem by a given method.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -237,10 +238,10 @@ impl BoundaryValueProblem<'_> {
         }
     }
 
-    /// Solves equations that are made already.
+    /// Solves assembled compressed equations.
     ///
     /// # Errors
-    /// As [`Self::solve`].
+    /// As [`Self::solve`], and if the compressed equations are too inaccurate.
     pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<BoundarySolution> {
         let (unknown, report) = equations.solve(self)?;
         let solution = self.solution(unknown, Some(report))?;
@@ -272,8 +273,8 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual of rows computed afresh, over the largest sum of sizes in one of them: of the boundary values and of unit
-    /// tractions on all loaded nodes, each by itself, for one may be far larger than the other.
+    /// Largest residual of recomputed rows, relative to the largest sum of magnitudes in a row. The boundary values and unit
+    /// tractions on all loaded nodes are checked separately, since one may be far larger than the other.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
         let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];
@@ -308,7 +309,7 @@ impl BoundaryValueProblem<'_> {
             let most = rows.fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x), b.max(y)));
             most.0 / most.1
         };
-        // NaN is the larger one.
+        // NaN counts as the larger value.
         Ok([0, 1].map(relative).into_iter().max_by(f64::total_cmp).unwrap_or(f64::NAN))
     }
 }
@@ -321,7 +322,7 @@ mod tests {
     use crate::element::ElementKind::Quad9;
     use crate::material::Stiffness;
 
-    /// The sides of the cube [-1, 1]^3.
+    /// Sides of the cube [-1, 1]^3.
     fn cube() -> Vec<Panel> {
         let side = |(axis, sign): (usize, f64)| {
             let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -335,8 +336,8 @@ mod tests {
         (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]).map(side).collect()
     }
 
-    /// Truth: a response to tractions that is 10 % too large leaves a tenth of its terms, however large prescribed displacements are
-    /// beside it: 1 mm on a cube of 2 mm, and 1 MPa on one of E = 2e5 MPa.
+    /// Truth: a response to tractions that is 10 % too large leaves a residual of a tenth of its terms. Large prescribed
+    /// displacements must not hide it: 1 mm on a cube of 2 mm, and 1 MPa for E = 2e5 MPa.
     #[test]
     fn wrong_responses_show_beside_prescribed_displacements() {
         let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();

@@ -1,4 +1,4 @@
-//! Field of a point force in an anisotropic full space by integrals over directions.
+//! Field of a point force in an anisotropic full space, by integrals over directions.
 
 use std::f64::consts::PI;
 
@@ -11,20 +11,20 @@ use crate::material::Stiffness;
 /// First and largest number of directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 16384];
 
-/// Change by doubling the directions, over the largest value, at which the sums are accepted: what is left is about its square.
+/// Convergence limit: change on doubling the directions, relative to the largest value. The remaining error is about its square.
 const MAX_CHANGE: f64 = 1e-7;
 
-/// Field of a unit force at the origin.
+/// Field of a unit force at the origin of an anisotropic full space.
 ///
 /// # Source
-/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr², means over the unit vectors z
-/// across T = x / r, Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹.
+/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr². The means are over the unit vectors z normal to T =
+/// x / r. Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹.
 #[derive(Debug, Clone)]
 pub struct BarnettField {
     stiffness: Stiffness,
 }
 
-/// C(u, v)_ik = C_ijkl u_j v_l of the vectors about one direction.
+/// Contractions C(u, v)_ik = C_ijkl u_j v_l for a direction T and the vectors a and b normal to it.
 struct Contractions {
     /// C(a, a), C(a, b) + C(b, a), C(b, b).
     across: [Matrix3<f64>; 3],
@@ -35,26 +35,26 @@ struct Contractions {
 /// Sums over directions.
 #[derive(Clone, Copy)]
 struct Sums {
-    /// Of Q⁻¹.
+    /// Sum of Q⁻¹.
     value: Matrix3<f64>,
-    /// Of F times the parts of z along a and b.
+    /// Sums of F times the components of z along a and b.
     slopes: [Matrix3<f64>; 2],
 }
 
 impl BarnettField {
-    /// The field in a material.
+    /// Field for a material.
     pub fn new(stiffness: &Stiffness) -> Self {
         Self { stiffness: stiffness.clone() }
     }
 
-    /// The field at a point other than the origin, mm; derivatives along the axes.
+    /// Field at a point other than the origin, mm; derivatives along the coordinate axes.
     ///
     /// # Errors
-    /// If the sums do not converge with 16384 directions: stiffnesses that are too unequal.
+    /// If the sums do not converge with 16384 directions (stiffness ratios too large).
     pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let r = x.norm();
         let t = x / r;
-        // The axis that is most across the direction.
+        // The coordinate axis along which the direction has the smallest component.
         let a = t.cross(&Vector3::ith(t.iamin(), 1.0)).normalize();
         let b = t.cross(&a);
         let contractions = Contractions::new(&self.stiffness, (&a, &b, &t));
@@ -93,7 +93,7 @@ impl Contractions {
         Self { across: [contract(a, a), both(a, b), contract(b, b)], along: [both(a, t), both(b, t)] }
     }
 
-    /// Means over `n` directions, the first of them `offset` steps from a.
+    /// Means over `n` directions; the first is `offset` steps from a.
     fn sums(&self, n: usize, offset: f64) -> Sums {
         let mut sums = Sums { value: Matrix3::zeros(), slopes: [Matrix3::zeros(); 2] };
         for k in 0..n {
@@ -123,7 +123,7 @@ impl Sums {
         Self { value: (self.value + other.value) * 0.5, slopes }
     }
 
-    /// Largest difference over the largest entry.
+    /// Largest difference, relative to the largest entry.
     fn apart(&self, other: &Self) -> f64 {
         let parts = |sums: &Self| [sums.value, sums.slopes[0], sums.slopes[1]];
         let (own, others) = (parts(self), parts(other));

@@ -1,4 +1,4 @@
-//! Field of a point force in a full space, fast enough for millions of points.
+//! Tabulated field of a point force in a full space, for millions of evaluations.
 
 use nalgebra::Vector3;
 
@@ -10,13 +10,13 @@ use crate::error::Result;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Names the tables in the cache.
+/// Kind of the tables in the cache key.
 const KIND: &str = "full space";
 
-/// Wanted error of a table, over its largest entry.
+/// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 1e-9;
 
-/// Field of a unit force at the origin of a body without surfaces.
+/// Field of a unit force at the origin of an infinite body.
 #[derive(Debug, Clone)]
 pub struct FullSpaceField(Form);
 
@@ -27,7 +27,7 @@ enum Form {
 }
 
 impl FullSpaceField {
-    /// The field in a material.
+    /// Field for a material.
     ///
     /// # Errors
     /// As [`Self::load_or_compute`].
@@ -35,11 +35,11 @@ impl FullSpaceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// The same with the table from a cache, or computed and put there, and what the user should know of the cache: a damaged
-    /// entry, or one that could not be written.
+    /// As [`Self::new`], with the table read from a cache or computed and written to it. Also returns a warning for a damaged entry
+    /// or a failed write.
     ///
     /// # Errors
-    /// As [`BarnettField::at`], if memory does not suffice, and if a stop is wished.
+    /// As [`BarnettField::at`], if memory does not suffice, and if the run is cancelled.
     pub fn load_or_compute(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Kelvin::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
@@ -52,7 +52,7 @@ impl FullSpaceField {
         Ok((Self(Form::Tabulated(Box::new(table))), note))
     }
 
-    /// The field at `x` (mm), not the origin.
+    /// Field at `x` (mm), not the origin.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         match &self.0 {
@@ -61,8 +61,8 @@ impl FullSpaceField {
         }
     }
 
-    /// Largest difference from the integrals over directions that was found when the table was made, over the largest entry at that
-    /// distance; 0 for closed forms.
+    /// Largest observed difference of the table from the integrals over directions, relative to the largest entry at that distance;
+    /// 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,

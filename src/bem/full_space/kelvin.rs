@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::bem::green_tensor::GreenTensor;
 use crate::material::Stiffness;
 
-/// Kelvin's solution for a force at the origin.
+/// Kelvin's solution for a unit force at the origin.
 ///
 /// # Source
 /// U = [(3 - 4ν) 1 + T Tᵀ] / (16π μ (1 - ν) r), T = x / r.
@@ -20,13 +20,13 @@ pub(super) struct Kelvin {
 }
 
 impl Kelvin {
-    /// `None` unless the material is isotropic.
+    /// Returns `None` unless the material is isotropic.
     pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (16.0 * PI * mu * (1.0 - nu)), same: 3.0 - 4.0 * nu })
     }
 
-    /// The field at a point other than the origin.
+    /// Field at a point other than the origin.
     pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let r = x.norm();
         let t = x / r;

@@ -1,7 +1,7 @@
-//! Point forces in an elastic body without surfaces: what finite boundary-element bodies are made of.
+//! Point forces in an infinite elastic body (full space): kernels of the finite boundary-element bodies.
 //!
-//! [`FullSpaceField`] is what bodies use: closed for isotropic materials, a table of directions for the others, which [`BarnettField`]
-//! fills and is held against.
+//! [`FullSpaceField`] has a closed form for isotropic materials and a table of directions for others. [`BarnettField`] computes the
+//! values of the table and serves as its reference.
 
 mod barnett;
 mod field;

@@ -1,15 +1,15 @@
-//! Elastic half-spaces of any anisotropy: surface Green's function, polygon integrals, operators on the frame.
+//! Elastic half-spaces, isotropic or anisotropic: surface Green's function, integrals over cells, flexibility operators on the
+//! frame.
 //!
-//! Everything is in the axes (x, y, n) of the frame; stiffnesses are given in those axes. The lower body has the
-//! outward normal +n, the upper one -n. `u(x) = ∫ G(x - y) t(y) dA`, rows of G = displacement, columns =
-//! traction on the body, G(x) = Γ(φ) / |x| with x = |x| (cos φ, sin φ), G(-x) = G(x)^T. The contact sees
-//! S = G(lower) + G(upper), since body 2 carries the traction P and body 1 carries -P.
+//! All quantities and stiffnesses are in the axes (x, y, n) of the frame. The outward normal is +n for the lower body and -n for
+//! the upper body. `u(x) = ∫ G(x - y) t(y) dA` with rows of G = displacement, columns = traction on the body. G(x) = Γ(φ) / |x|
+//! with x = |x| (cos φ, sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries -P, so the contact has the
+//! flexibility S = G(lower) + G(upper).
 //!
-//! The way from a stiffness to an operator:
+//! From a stiffness to an operator:
 //!
-//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] ->
-//! [`FftFlexibility`] (grid frames) or [`DenseFlexibility`] (any plane frame); on grids that repeat themselves
-//! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
+//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] -> [`FftFlexibility`] (grid frames) or
+//! [`DenseFlexibility`] (any plane frame). Periodic grids: [`SurfaceGreen`] -> [`PeriodicFlexibility`].
 
 pub mod green;
 pub mod grid;

@@ -1,15 +1,15 @@
-//! The surface admittance W(m) / κ at any wavevector κ m, by interpolation in a table of directions.
+//! Surface admittance W(m) / κ at any wavevector κ m, interpolated in a table of directions.
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
 
-/// A Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+/// Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(in crate::bem::half_space) type Hermitian = [f64; 9];
 
-/// W in a direction, row by row the real part (symmetric) plus the imaginary one (antisymmetric).
+/// W in one direction as a real matrix, row by row: real part (symmetric) plus imaginary part (antisymmetric).
 pub(in crate::bem::half_space) type Rows = [f64; 9];
 
-/// W(m) by direction.
+/// Table of W(m) over the direction m.
 pub(in crate::bem::half_space) struct Admittance {
     table: AngularTable,
 }
@@ -34,7 +34,7 @@ impl Admittance {
     }
 }
 
-/// The matrix of its rows.
+/// Hermitian matrix from its real and imaginary parts in `rows`.
 pub(in crate::bem::half_space) fn hermitian(rows: &Rows) -> Hermitian {
     let [xx, xy, xn, yx, yy, yn, nx, ny, nn] = *rows;
     let (half_sum, half_difference) = (|a: f64, b: f64| 0.5 * (a + b), |a: f64, b: f64| 0.5 * (a - b));

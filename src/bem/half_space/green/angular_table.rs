@@ -1,4 +1,4 @@
-//! Functions of a direction, above all Γ(φ), by interpolation in a table, for many evaluations.
+//! Tabulated functions of a direction, such as Γ(φ), for many evaluations.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use realfft::RealFftPlanner;
 
 use crate::bem::half_space::green::{SurfaceGreen, assemble};
 
-/// Nodes of the local Lagrange interpolation.
+/// Number of nodes of the local Lagrange interpolation.
 const NODES: usize = 8;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
@@ -26,8 +26,8 @@ const LAGRANGE: [f64; NODES] = [
 
 /// Functions of the direction at equidistant angles, interpolated by polynomials of degree 7.
 ///
-/// With 16 entries per period of the highest harmonic the interpolation error stays below 1e-14 of the largest
-/// entry: the harmonics decay geometrically, those near the cut-off hardly count.
+/// With 16 angles per period of the highest harmonic the interpolation error stays below 1e-14 of the largest entry. The harmonics
+/// decay geometrically, so those near the cut-off contribute little.
 #[derive(Debug, Clone)]
 pub(in crate::bem::half_space) struct AngularTable {
     /// `[angle][function]`
@@ -38,15 +38,15 @@ pub(in crate::bem::half_space) struct AngularTable {
 }
 
 impl AngularTable {
-    /// Number of angles that harmonics up to `order` need.
+    /// Number of angles for harmonics up to `order`.
     pub(in crate::bem::half_space) fn count(order: usize) -> usize {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
-    /// From the values of each function at equidistant angles of a whole turn, as many as [`Self::count`] says.
+    /// Table from the values of each function at equidistant angles of a full turn; [`Self::count`] gives their number.
     pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
-        // Node j of the table stands at the angle -π + (j - 3) step, so that no index wraps.
+        // Node j of the table lies at the angle -π + (j - 3) step, so that no index wraps around.
         let entries = (0..count + NODES)
             .flat_map(|j| {
                 let angle = (j + count / 2 + count - 3) % count;
@@ -57,12 +57,12 @@ impl AngularTable {
         Self { entries, functions: planes.len(), per_radian, count: count as f64 }
     }
 
-    /// Γ, row by row.
+    /// Table of Γ, row by row.
     pub(in crate::bem::half_space) fn from_green(green: &SurfaceGreen) -> Self {
         Self::new(&planes(green, Self::count(green.order()), |_| ONE))
     }
 
-    /// Γ and its derivative, row by row, one after the other.
+    /// Table of Γ and then its derivative, both row by row.
     pub(in crate::bem::half_space) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
         let mut functions = planes(green, count, |_| ONE);
@@ -70,12 +70,12 @@ impl AngularTable {
         Self::new(&functions)
     }
 
-    /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
+    /// Interpolation weights of the angles near the direction of (x, y), and the values of all functions there, angle by angle.
     pub(in crate::bem::half_space) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
         self.around_angle(y.atan2(x))
     }
 
-    /// The same by the angle, within a turn from −π.
+    /// As [`Self::stencil`] for an angle in the turn that starts at −π.
     fn around_angle(&self, angle: f64) -> ([f64; NODES], &[f64]) {
         let position = ((angle + PI) * self.per_radian).clamp(0.0, self.count);
         let base = position as usize;
@@ -107,7 +107,7 @@ impl AngularTable {
     }
 }
 
-/// Weights of the nodes -3, ..., 4 at `t`, in [0, 1] for the best accuracy.
+/// Lagrange weights of the nodes -3, ..., 4 at `t`; most accurate for `t` in [0, 1].
 fn lagrange(t: f64) -> [f64; NODES] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
     let mut weights = LAGRANGE;
@@ -121,7 +121,7 @@ fn lagrange(t: f64) -> [f64; NODES] {
     weights
 }
 
-/// Γ row by row at `count` equidistant angles, each harmonic times a factor of its order.
+/// Γ row by row at `count` equidistant angles, each harmonic times a factor that depends on its order.
 fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
     let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
     let symmetric = std::array::from_fn::<_, 6, _>(|c| {
@@ -156,7 +156,7 @@ pub(in crate::bem::half_space) fn evaluate_series(
     values
 }
 
-/// Row-by-row entries as a matrix.
+/// Matrix from its entries row by row.
 pub(in crate::bem::half_space) fn matrix(entries: &[f64; 9]) -> Matrix3<f64> {
     Matrix3::from_row_slice(entries)
 }

@@ -1,6 +1,6 @@
-//! Barnett-Lothe tensors of a half-space in a surface direction, by the integral formalism.
+//! Barnett-Lothe tensors of a half-space for a surface direction, by the integral formalism.
 //!
-//! No eigenvectors are used, so that isotropic and other degenerate materials need no special path.
+//! The method uses no eigenvectors. Isotropic and other degenerate materials therefore need no special case.
 
 use std::f64::consts::PI;
 
@@ -13,17 +13,17 @@ use crate::material::Stiffness;
 /// First and largest number of points of the trapezoidal rule over half a turn.
 const POINTS: [usize; 2] = [32, 1 << 15];
 
-/// Change between a rule and the doubled one at which the latter is accepted. The rule converges
-/// geometrically, hence the error left after the doubling is about the square of the change.
+/// Convergence limit: change from a rule to the doubled rule. The rule converges geometrically, so the error after the doubling is
+/// about the square of the change.
 const MAX_CHANGE: f64 = 1e-10;
 
-/// The tensors S, H, L of the plane spanned by a surface direction m and the outward normal.
+/// The tensors S, H, L for the plane of a surface direction m and the outward normal.
 ///
 /// # Source
 /// D.M. Barnett, J. Lothe (1973); docs/theory-half-space.md.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarnettLothe {
-    /// S (no unit).
+    /// S, dimensionless.
     pub s: Matrix3<f64>,
     /// H, 1/MPa.
     pub h: Matrix3<f64>,
@@ -31,7 +31,7 @@ pub struct BarnettLothe {
     pub l: Matrix3<f64>,
 }
 
-/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) that the integrals are made of.
+/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands.
 #[derive(Debug, Clone, Copy)]
 struct Contractions {
     q: Matrix3<f64>,
@@ -49,11 +49,11 @@ struct QuadratureSums {
 }
 
 impl BarnettLothe {
-    /// The tensors for the surface direction (cos `angle`, sin `angle`, 0): trapezoidal rule with doubling,
-    /// at most 32768 points.
+    /// Tensors for the surface direction (cos `angle`, sin `angle`, 0), by the trapezoidal rule with doubling, up to 32768 points.
     ///
     /// # Errors
-    /// If the rule has not converged with the largest number of points (stiffness ratios above about 10^6).
+    /// If the stiffness is nearly singular, or the rule has not converged with the largest number of points (stiffness ratios above
+    /// about 10^6).
     pub fn new(stiffness: &Stiffness, side: Side, angle: f64) -> Result<Self> {
         let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
@@ -83,19 +83,19 @@ impl BarnettLothe {
         )))
     }
 
-    /// Re W = L^-1 (symmetric) and Im W = S L^-1 (antisymmetric) of the surface admittance, 1/MPa: the
-    /// displacement for the traction exp(i κ m·x) is W / κ times it.
+    /// Re W = L^-1 (symmetric) and Im W = S L^-1 (antisymmetric) of the surface admittance W, 1/MPa. A traction exp(i κ m·x) causes
+    /// the displacement W / κ times the traction.
     ///
     /// # Source
     /// docs/theory-half-space.md, harmonic tractions.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
-        // L is positive definite with the stiffness; where rounding makes it singular, the rule does not converge.
+        // L is positive definite like the stiffness. If rounding makes it singular, NaN prevents convergence of the rule.
         let l_inverse = self.l.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let coupling = self.s * l_inverse;
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
     }
 
-    /// Largest relative difference of the three tensors and of W.
+    /// Largest relative difference of H, L, Re W and Im W.
     fn differs_from(&self, other: &Self) -> f64 {
         let relative = |a: &Matrix3<f64>, b: &Matrix3<f64>, scale: f64| (a - b).amax() / scale;
         let ([re, im], [re_other, im_other]) = (self.admittance(), other.admittance());
@@ -127,7 +127,7 @@ impl Contractions {
         Self { q: contract(m, m), r: contract(m, normal), t: contract(normal, normal) }
     }
 
-    /// The contractions for (m, ν) turned by ω within their plane.
+    /// Contractions for (m, ν) rotated by ω within their plane.
     fn turned(&self, omega: f64) -> Self {
         let (s, c) = omega.sin_cos();
         let (cc, cs, ss) = (c * c, c * s, s * s);
@@ -146,12 +146,12 @@ impl QuadratureSums {
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
     }
 
-    /// Adds `count` equidistant points, moved by `offset` of their distance; `None` if a C(ν, ν) is not positive definite to rounding.
+    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if a C(ν, ν) is not positive definite to rounding.
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // Not by the explicit inverse: next to incompressible Q and R T⁻¹ Rᵀ are both of the order of λ and cancel to
-            // μ; an error δ of the inverse enters as R δ Rᵀ, (λ / μ)³ roundings in all, that of the factor as λ / μ.
+            // No explicit inverse: near incompressibility Q and R T⁻¹ Rᵀ are of order λ and cancel to μ. An error δ of the inverse
+            // enters as R δ Rᵀ, (λ / μ)³ roundings in total; that of the Cholesky factor enters as λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;
@@ -169,7 +169,7 @@ impl QuadratureSums {
     }
 }
 
-/// Ratio of the extreme eigenvalues of the Voigt matrix.
+/// Condition number of the Voigt matrix: ratio of its extreme eigenvalues.
 pub(in crate::bem::half_space) fn condition(stiffness: &Stiffness) -> f64 {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     eigenvalues.max() / eigenvalues.min()

@@ -1,4 +1,4 @@
-//! Surface Green's function of a half-space, or of a pair, as a Fourier series in the direction.
+//! Surface Green's function of a half-space, or of a pair, as a Fourier series in the direction ([`SurfaceGreen`]).
 
 pub(super) mod admittance;
 pub(super) mod angular_table;
@@ -20,34 +20,34 @@ use crate::material::Stiffness;
 /// First and largest number of sampled directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 1 << 13];
 
-/// The last quarter of the harmonics must lie below this part of the largest one; as they decay geometrically,
-/// those beyond are then of the order of rounding.
+/// Convergence limit: the last quarter of the harmonics must lie below this share of the largest. The harmonics decay
+/// geometrically, so the omitted ones are then of the order of rounding.
 const TAIL: f64 = 1e-12;
 
-/// The same with the largest number of directions.
+/// As `TAIL`, for the largest number of directions.
 const TAIL_AT_LIMIT: f64 = 1e-9;
 
-/// Trailing harmonics below this part of the largest one are dropped.
+/// Trailing harmonics below this share of the largest are truncated.
 pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
 
-/// S_nt counts as zero below this part of the largest coefficient.
+/// S_nt counts as zero below this share of the largest coefficient.
 const ZERO_COMPONENT_TOLERANCE: f64 = 1e-12;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
-/// Harmonic of an even order: a symmetric matrix, entries xx, yy, nn, xy, xn, yn.
+/// Harmonic of even order: symmetric matrix, entries xx, yy, nn, xy, xn, yn.
 pub(super) type EvenHarmonic = [Complex<f64>; 6];
 
-/// Harmonic of an odd order: an antisymmetric matrix, entries xy, xn, yn.
+/// Harmonic of odd order: antisymmetric matrix, entries xy, xn, yn.
 pub(super) type OddHarmonic = [Complex<f64>; 3];
 
 /// Row and column of the entries of a symmetric matrix, in the order of [`EvenHarmonic`].
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// Γ(φ) of the Green's function Γ(φ) / r for tractions and displacements of the surface, 1/MPa, as the real
-/// Fourier series Σ γ_n exp(i n φ).
+/// Γ(φ) of the surface Green's function Γ(φ) / r, 1/MPa, as the real Fourier series Σ γ_n exp(i n φ).
 ///
-/// Even harmonics are symmetric matrices (from L^-1), odd ones antisymmetric (from S L^-1).
+/// It gives displacements of the surface under tractions on it. Even harmonics are symmetric matrices (from L^-1), odd harmonics
+/// antisymmetric (from S L^-1).
 ///
 /// # Source
 /// docs/theory-half-space.md, point forces.
@@ -60,13 +60,13 @@ pub struct SurfaceGreen {
 }
 
 impl SurfaceGreen {
-    /// Green's function of one half-space; `stiffness` in the axes (x, y, n) of the frame.
+    /// Green's function of one half-space; `stiffness` is in the axes (x, y, n) of the frame.
     ///
-    /// The number of directions doubles until the series has decayed to rounding; at the limit of 8192 over half
-    /// a turn a remainder of 1e-9 is accepted.
+    /// The number of directions doubles until the series has decayed to rounding. At the limit of 8192 directions over half a turn
+    /// a remainder of 1e-9 is accepted.
     ///
     /// # Errors
-    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about 10^5).
+    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about 10^5), or the run is cancelled.
     pub fn new(stiffness: &Stiffness, side: Side) -> Result<Self> {
         let mut samples = sample(stiffness, side, DIRECTIONS[0], 0.0)?;
         loop {
@@ -84,7 +84,7 @@ impl SurfaceGreen {
         }
     }
 
-    /// Sum of several bodies' functions, so that a pair costs as much as one body.
+    /// Sum of the functions of several bodies. A pair then costs as much as one body.
     pub fn sum(bodies: &[&Self]) -> Self {
         let even = bodies.iter().map(|body| body.even.len()).max().unwrap_or(0);
         let odd = bodies.iter().map(|body| body.odd.len()).max().unwrap_or(0);
@@ -101,7 +101,7 @@ impl SurfaceGreen {
         total
     }
 
-    /// Γ(φ), 1/MPa; rows = displacement, columns = traction, from the source in the direction `phi` (radians).
+    /// Γ(φ), 1/MPa; rows = displacement, columns = traction. `phi` is the direction from the source, radians.
     pub fn gamma(&self, phi: f64) -> Matrix3<f64> {
         let turn = Complex::from_polar(1.0, phi);
         assemble(&real_sum(&self.even, ONE, turn * turn), &real_sum(&self.odd, turn, turn * turn))
@@ -112,14 +112,14 @@ impl SurfaceGreen {
     /// # Source
     /// docs/theory-half-space.md (harmonic tractions; the series of point forces read backwards).
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
-        // a_n = 2π i^-n γ_n for even n, b_n = -2π γ_n / sin(n π/2) for odd n: both alternate in sign.
+        // a_n = 2π i^-n γ_n for even n, b_n = -2π γ_n / sin(n π/2) for odd n; both alternate in sign.
         let turn = Complex::from_polar(1.0, angle);
         let re = assemble(&real_sum(&self.even, ONE, -turn * turn), &[0.0; 3]);
         let im = assemble(&[0.0; 6], &real_sum(&self.odd, -turn, -turn * turn));
         Matrix3::from_fn(|i, j| Complex::new(re[(i, j)], im[(i, j)]) * (2.0 * PI))
     }
 
-    /// The series of W(m) at κ = 1: its even part is Re W (symmetric), its odd part Im W (antisymmetric).
+    /// Series of W(m) at κ = 1. Its even part is Re W (symmetric), its odd part Im W (antisymmetric).
     pub(super) fn admittance_series(&self) -> Self {
         let factor = |k: usize| if k.is_multiple_of(2) { 2.0 * PI } else { -2.0 * PI };
         let mut series = self.clone();
@@ -128,21 +128,21 @@ impl SurfaceGreen {
         series
     }
 
-    /// Distance of the nearest singularity of Γ(φ) / r along a straight line from the real line, over r.
+    /// Distance of the nearest singularity of Γ(φ) / r from the real line, along a straight line, relative to r.
     pub(super) fn singularity_distance(&self) -> f64 {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
-        // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic within |Im
+        // φ| < η, and Γ / r along a straight line within r tanh η.
         (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
     }
 
-    /// Whether tangential tractions move the surface along the normal (and normal ones along it) at all.
+    /// Whether tangential tractions cause normal displacements, and normal tractions tangential ones.
     pub fn couples_normal_tangential(&self) -> bool {
         let cross =
             self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
         cross.map(|c| c.norm()).fold(0.0, f64::max) > ZERO_COMPONENT_TOLERANCE * self.max_coefficient()
     }
 
-    /// The entries that do not vanish.
+    /// Components that do not vanish.
     pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
         let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
         let even =
@@ -151,7 +151,7 @@ impl SurfaceGreen {
         even.chain(odd).collect()
     }
 
-    /// Order of the highest harmonic kept.
+    /// Order of the highest harmonic.
     pub fn order(&self) -> usize {
         (2 * self.even.len()).saturating_sub(2).max((2 * self.odd.len()).saturating_sub(1))
     }
@@ -166,7 +166,7 @@ impl SurfaceGreen {
         &self.odd
     }
 
-    /// The series from W at M equidistant directions over half a turn.
+    /// Series from W at M equidistant directions over half a turn.
     fn from_samples(samples: &[AdmittanceSample]) -> Self {
         let half = samples.len();
         let fft = RealFftPlanner::new().plan_fft_forward(2 * half);
@@ -189,12 +189,12 @@ impl SurfaceGreen {
         }
     }
 
-    /// Largest coefficient, 1/MPa.
+    /// Largest coefficient of the even harmonics, 1/MPa.
     pub(super) fn max_coefficient(&self) -> f64 {
         self.even.iter().map(magnitude).fold(0.0, f64::max)
     }
 
-    /// Largest coefficient of the last quarter over the largest of all.
+    /// Largest coefficient in the last quarter of the harmonics, relative to [`Self::max_coefficient`].
     fn relative_tail(&self) -> f64 {
         let from = self.even.len() * 3 / 4;
         let even = self.even[from..].iter().map(magnitude);
@@ -202,12 +202,12 @@ impl SurfaceGreen {
         even.chain(odd).fold(0.0, f64::max) / self.max_coefficient()
     }
 
-    /// Without the trailing harmonics below [`HARMONIC_CUTOFF`].
+    /// Series without the trailing harmonics below [`HARMONIC_CUTOFF`].
     fn truncated(self) -> Self {
         self.truncated_at(HARMONIC_CUTOFF)
     }
 
-    /// Without the trailing harmonics below this share of the largest one.
+    /// Series without the trailing harmonics below `share` of the largest.
     pub(super) fn truncated_at(mut self, share: f64) -> Self {
         let bound = share * self.max_coefficient();
         let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
@@ -222,7 +222,7 @@ impl SurfaceGreen {
 /// Re W and Im W in one direction.
 type AdmittanceSample = [Matrix3<f64>; 2];
 
-/// W at `count` equidistant directions over half a turn, moved by `offset` of their distance.
+/// W at `count` equidistant directions over half a turn, with an `offset` in units of their spacing.
 fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<AdmittanceSample>> {
     (0..count)
         .into_par_iter()
@@ -234,8 +234,8 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
         .collect()
 }
 
-/// Σ over all orders of both signs, order by order: the phase is `first` for the lowest and grows by `ratio`;
-/// the order 0 (phase 1 of the even harmonics) has no partner of the other sign.
+/// Sum over all orders of both signs. The phase is `first` for the lowest order and grows by `ratio`. Order 0 (phase 1 of the even
+/// harmonics) has no counterpart of opposite sign.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],
     first: Complex<f64>,
@@ -255,7 +255,7 @@ fn magnitude<const N: usize>(harmonic: &[Complex<f64>; N]) -> f64 {
     harmonic.iter().map(|c| c.norm()).fold(0.0, f64::max)
 }
 
-/// The matrix of its symmetric entries (xx, yy, nn, xy, xn, yn) and antisymmetric ones (xy, xn, yn).
+/// Matrix from its symmetric entries (xx, yy, nn, xy, xn, yn) and antisymmetric entries (xy, xn, yn).
 pub(super) fn assemble(even: &[f64; 6], odd: &[f64; 3]) -> Matrix3<f64> {
     Matrix3::new(
         even[0],

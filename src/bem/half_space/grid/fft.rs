@@ -1,4 +1,4 @@
-//! Flexibility of half-spaces on a uniform grid frame: block Toeplitz, applied by fast Fourier transforms.
+//! Flexibility of half-spaces on a uniform grid frame: block-Toeplitz operator, applied by fast Fourier transforms.
 
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -18,22 +18,22 @@ use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 use crate::linalg::memory;
 
-/// What happens to the blocks between normal and tangential components when they vanish within rounding.
+/// Treatment of the blocks between normal and tangential components if they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CrossBlocks {
-    /// They are multiplied like the others; the operator counts as coupled.
+    /// The blocks are multiplied like the others; the operator counts as coupled.
     Keep,
-    /// They are left out if they vanish; the operator then counts as uncoupled.
+    /// Vanishing blocks are skipped; the operator then counts as uncoupled.
     SkipVanishing,
 }
 
-/// Smaller operators kept for later.
+/// Maximum number of cached operators on smaller grids.
 const MAX_SMALLER_GRIDS: usize = 6;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
-/// Symmetric, since K(-d) = K(d)^T on a uniform grid; the transform of K (the symbol) is then Hermitian in each
-/// wavevector and nine real planes hold it. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// S is symmetric, since K(-d) = K(d)^T on a uniform grid. The transform of K (the symbol) is therefore Hermitian at each
+/// wavevector and is stored in nine real planes. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -43,14 +43,14 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    /// By components: its approximate inverse.
+    /// Approximate inverse for each component set.
     inverse: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
-    /// Operators on parts of the grid and on coarser ones, the last used last.
+    /// Operators on parts of the grid and on coarser grids; the last used one is last.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
 
 impl FftFlexibility {
-    /// Tabulates the influence of a cell on the grid; what is needed of it is transformed with the first product.
+    /// Tabulates the influence of a cell on the grid. The required planes are transformed at the first product.
     ///
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
     ///
@@ -82,7 +82,7 @@ impl FftFlexibility {
         }
     }
 
-    /// The same on a smaller grid, whose cells are `factor` of its own along a side.
+    /// Operator on a smaller grid, whose cell sides are `factor` times those of this grid.
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
@@ -93,12 +93,12 @@ impl FftFlexibility {
         self.symbol.plan.cells
     }
 
-    /// What a product of all components multiplies.
+    /// Component set of a product of all components.
     fn parts(&self) -> ComponentSet {
         if self.symbol.coupled { ComponentSet::Coupled } else { ComponentSet::Uncoupled }
     }
 
-    /// The approximate inverse of some components.
+    /// Approximate inverse for a component set.
     fn inverse(&self, parts: ComponentSet) -> &SpectralFilter {
         self.inverse[parts as usize].get_or_init(|| {
             inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
@@ -114,7 +114,7 @@ impl Flexibility for FftFlexibility {
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
-        // Made before the threads part, since they would wait for each other.
+        // Computed before the parallel section, where threads would wait for each other.
         let (normal, rest) = (self.symbol.normal(), self.symbol.other_planes());
         self.symbol.plan.apply::<3>(tractions, gap, buffers, |ky, columns| {
             let [nn] = self.symbol.planes_at(normal, ky);
@@ -173,8 +173,8 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // As many cells as the padded size has room for, and no middle one where there was none: they depend on the request only, so
-        // that a resumed run has the same operators.
+        // The largest grid for the padded size, with an even number of cells if `at_least` is even. It depends on the request only,
+        // so a resumed run has the same operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
@@ -215,7 +215,7 @@ impl TangentialFlexibility for FftFlexibility {
     }
 }
 
-/// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
+/// Admissible lengths and compliances. Within this range powers, products and transforms neither overflow nor underflow.
 const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
 pub(in crate::bem::half_space) fn validate_grid(
@@ -245,7 +245,7 @@ pub(in crate::bem::half_space) fn validate_grid(
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
-    // Symbol, kernel table, one transform on its way (two planes) and the work space.
+    // Symbol, kernel table, one transform in progress (two planes) and work space.
     let bytes = padded.iter().map(|&n| n as u128).product::<u128>() * 8 * (5 + 5 + 4 + 6);
     memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
 }

@@ -1,8 +1,8 @@
-//! Convolution on a zero-padded grid by real fast Fourier transforms, planned once.
+//! Convolution on a zero-padded grid by planned real fast Fourier transforms.
 //!
-//! Rows (fixed ix, along y) are transformed first, and only those that carry data; then the columns of the half
-//! spectrum (fixed k_y, along x), where the caller multiplies by its symbol; then back. Each row and each column
-//! is computed by itself, so that the result does not depend on the number of threads.
+//! Rows (fixed ix, along y) that carry data are transformed first, then the columns of the half spectrum (fixed k_y, along x). The
+//! caller multiplies each column by its symbol, and the inverse transforms follow. Each row and each column is computed
+//! independently, so the result does not depend on the number of threads.
 
 use std::sync::Arc;
 
@@ -11,15 +11,15 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner};
 
-/// Pieces into which the rows and the columns are divided for the threads.
+/// Number of parallel tasks for the rows and for the columns.
 const TASKS: usize = 16;
 
-/// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
+/// Number of columns (or rows, in the inverse transform) gathered together. Their complex numbers share a cache line.
 const BLOCK: usize = 4;
 
-/// Numbers that transforms are taken of: single and double precision.
+/// Floating-point types of the transforms: single and double precision.
 pub(in crate::bem::half_space) trait FftReal: FftNum + Into<f64> {
-    /// The nearest to a number.
+    /// Nearest value to a double-precision number.
     fn from_double(value: f64) -> Self {
         Self::from_f64(value).expect("single and double precision take any number")
     }
@@ -27,11 +27,11 @@ pub(in crate::bem::half_space) trait FftReal: FftNum + Into<f64> {
 
 impl<T: FftNum + Into<f64>> FftReal for T {}
 
-/// The plans for a grid of `cells` padded with zeros to `padded`.
+/// Plans for a grid of `cells` padded with zeros to `padded`.
 pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
-    /// Cells along x and y.
+    /// Number of cells along x and y.
     pub(in crate::bem::half_space) cells: [usize; 2],
-    /// Padded sizes, at least 2 cells - 1, products of small primes.
+    /// Padded sizes: products of small primes, at least 2 cells - 1 in directions that are not periodic.
     pub(in crate::bem::half_space) padded: [usize; 2],
     rows: Arc<dyn RealToComplex<T>>,
     rows_back: Arc<dyn ComplexToReal<T>>,
@@ -48,7 +48,7 @@ pub(in crate::bem::half_space) struct PaddedGridBuffers<T = f64> {
     tasks: Vec<Scratch<T>>,
 }
 
-/// Work space of one piece.
+/// Work space of one task.
 struct Scratch<T> {
     real: Vec<T>,
     /// `[BLOCK][k_y]`
@@ -59,17 +59,17 @@ struct Scratch<T> {
 }
 
 impl<T: FftReal> PaddedGridPlan<T> {
-    /// Padded with as many zeros as cells.
+    /// Plan with at least as many zeros as cells, less one.
     pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
     }
 
-    /// As if the grid repeated itself; padded to sizes that are fast.
+    /// Plan for a periodic grid, padded to a fast size.
     pub(super) fn periodic(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(fast_size))
     }
 
-    /// Padded to given sizes, at least 2 cells - 1 or, where the grid repeats itself, as many as there are cells.
+    /// Plan for given padded sizes: at least 2 cells - 1, or the number of cells in periodic directions.
     pub(in crate::bem::half_space) fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
         let mut planner = FftPlanner::new();
         let mut real_planner = RealFftPlanner::new();
@@ -88,8 +88,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         self.padded[1] / 2 + 1
     }
 
-    /// Length that a column takes: an odd number of cache lines, since columns at a distance of a power of two would share
-    /// their places in the cache.
+    /// Storage length of a column: an odd number of cache lines. Columns at a distance of a power of two would compete for the same
+    /// cache sets.
     fn column_stride(&self) -> usize {
         (self.cells[0].div_ceil(BLOCK) | 1) * BLOCK
     }
@@ -205,8 +205,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Inverse transform of the `k`th of `scratch.spectra` into `scratch.real`; the rounding left in the imaginary parts of
-    /// the real harmonics is removed first.
+    /// Inverse transform of spectrum `k` of `scratch.spectra` into `scratch.real`. Rounding errors in the imaginary parts of the
+    /// real harmonics are set to zero first.
     fn real_row(&self, k: usize, scratch: &mut Scratch<T>) {
         let half = self.half_spectrum();
         let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
@@ -219,7 +219,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
             .expect("buffers of the planned lengths");
     }
 
-    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds its row to zeros.
+    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row ix to zeros.
     pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(T::zero(), T::zero());
@@ -266,7 +266,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Transforms `input` (C planes over the cells), lets `multiply(k_y, columns)` act on the C columns of each k_y, and transforms
+    /// Transforms `input` (C planes over the cells), applies `multiply(k_y, columns)` to the C columns of each k_y, and transforms
     /// back into `output`. Not normalised; does not allocate.
     pub(in crate::bem::half_space) fn apply<const C: usize>(
         &self,
@@ -278,7 +278,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
     }
 
-    /// The same with the input times the first factor and the output times the second.
+    /// As [`Self::apply`], with the input scaled by the first factor and the output by the second.
     pub(super) fn apply_scaled<const C: usize>(
         &self,
         input: &[f64],
@@ -298,11 +298,11 @@ impl<T: FftReal> PaddedGridPlan<T> {
 /// Sizes above this are multiples of [`SIMD_LANES`].
 const MAX_UNALIGNED_SIZE: usize = 64;
 
-/// Numbers that the vector units take at once.
+/// Number of values in a SIMD register.
 const SIMD_LANES: usize = 8;
 
-/// The smallest size >= `least` whose transform is fast: even, with prime factors 2, 3 and at most one 5, and a multiple of eight
-/// where it is not small (or 1). Other sizes, as 250 or 500, take two to three times as long per number.
+/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5. Large sizes are multiples
+/// of eight. Other sizes, such as 250 or 500, take two to three times as long per number.
 pub(in crate::bem::half_space) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3] {

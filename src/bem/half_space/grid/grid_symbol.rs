@@ -1,4 +1,4 @@
-//! The symbol of a block-Toeplitz operator on a uniform grid: the transform of its kernel over the zero-padded grid.
+//! Symbol of a block-Toeplitz operator on a uniform grid: the Fourier transform of its kernel on the zero-padded grid.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,22 +9,22 @@ use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::grid::kernel_table::{KernelComponent, KernelTable, OffsetPlane};
 use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED};
 
-/// The transform of the kernel on a grid of cells, in parts that are made when they are first needed.
+/// Transform of the kernel on a grid of cells. Its parts are computed on first use.
 pub(super) struct GridSymbol {
-    /// Of the zero-padded grid.
+    /// Plan of the zero-padded grid.
     pub(super) plan: PaddedGridPlan,
     pub(super) table: Arc<KernelTable>,
-    /// Sides of a cell over those of the table.
+    /// Cell sides of the grid divided by those of the table.
     pub(super) coarsening: usize,
     pub(super) coupled: bool,
-    /// nn, `[k_y][padded_x]`, 1/(padded size) included.
+    /// Plane nn, `[k_y][padded_x]`, including the factor 1/(padded size).
     normal: OnceLock<Vec<f64>>,
-    /// The rest, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
+    /// Other planes, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
     other_planes: OnceLock<Vec<f64>>,
 }
 
 impl GridSymbol {
-    /// Of the kernel in `table` on `cells` whose sides are `coarsening` of its own.
+    /// Symbol of the kernel in `table` on `cells` whose sides are `coarsening` times those of the table.
     pub(super) fn new(
         cells: [usize; 2],
         (table, coarsening): (Arc<KernelTable>, usize),
@@ -34,7 +34,7 @@ impl GridSymbol {
         Self { plan, table, coarsening, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
 
-    /// nn of the symbol.
+    /// Plane nn of the symbol.
     pub(super) fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
             let planes = self.table.planes(self.plan.cells, &[KernelComponent::Even(2)]);
@@ -43,26 +43,26 @@ impl GridSymbol {
         })
     }
 
-    /// The other planes of the symbol.
+    /// Other planes of the symbol.
     pub(super) fn other_planes(&self) -> &[f64] {
         self.other_planes
             .get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
-    /// The P planes of one k_y.
+    /// The P planes for one k_y.
     pub(super) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.plan.padded[0];
         let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
         std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
     }
 
-    /// 1/(padded size), as transforms are not normalised; the kernel grows with the sides of the cells.
+    /// Factor 1/(padded size) of the inverse transform, times the coarsening: the kernel is proportional to the cell sides.
     fn weight(&self) -> f64 {
         let [px, py] = self.plan.padded;
         self.coarsening as f64 / (px * py) as f64
     }
 
-    /// Adds a row of a plane of offsets, periodic with the padded size and zero where no pair of cells lies.
+    /// Adds a row of a plane of offsets, periodic with the padded size. The row is zero for offsets that no pair of cells has.
     fn add_row(&self, plane: &OffsetPlane, ix: usize, row: &mut [f64]) {
         let (cells, period) = (self.plan.cells[0], self.plan.padded[0]);
         if let Some(dx) = wrapped_offset(ix, period, cells) {
@@ -70,12 +70,12 @@ impl GridSymbol {
         }
     }
 
-    /// The transform of the kernel without nn: `count` planes.
+    /// Transform of the kernel without nn: `count` planes.
     fn transform_other_planes(&self, count: usize) -> Vec<f64> {
         let px = self.plan.padded[0];
         let mut symbol = vec![0.0; count * px * self.plan.half_spectrum()];
         let mixed = |k: usize| vec![KernelComponent::Even(3 + k), KernelComponent::Odd(k)];
-        // Those of a group are tabulated together.
+        // The components of a group are tabulated together.
         let groups = [
             vec![vec![KernelComponent::Even(0)], vec![KernelComponent::Even(1)], mixed(0)],
             vec![mixed(1), mixed(2)],
@@ -98,7 +98,8 @@ impl GridSymbol {
         symbol
     }
 
-    /// Puts a transform into the planes of a symbol of `count`, from `first` on: its real and, of two `parts`, its imaginary part.
+    /// Writes a transform into a symbol of `count` planes from plane `first`: the real part and, for two `parts`, the imaginary
+    /// part.
     fn put(
         &self,
         (symbol, count): (&mut [f64], usize),
@@ -120,7 +121,7 @@ impl GridSymbol {
     }
 }
 
-/// The offset that the index of a periodic table stands for; `None` between the two ends.
+/// Cell offset that an index of a periodic table represents; `None` for the padding between the two ends.
 fn wrapped_offset(index: usize, period: usize, cells: usize) -> Option<isize> {
     if index < cells {
         Some(index as isize)

@@ -1,4 +1,4 @@
-//! Influence of a unit traction on one cell of a uniform grid on all others.
+//! Influence of a unit traction on one cell of a uniform grid on all other cells.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -9,18 +9,18 @@ pub(in crate::bem::half_space) use crate::bem::half_space::integrals::rectangle_
 use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
 use crate::cancel;
 
-/// Rows and columns of the components of the even (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).
+/// Rows and columns of the components of the even part (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).
 const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// K(d) for the offsets d = target - source of a uniform grid; half of them, since K(-d) = K(d)^T: integrals over the cell
-/// near it, their expansion far from it.
+/// Kernel K(d) for the offsets d = target - source of a uniform grid, for half of the offsets, since K(-d) = K(d)^T. Near offsets
+/// use integrals over the cell, far offsets their expansion.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub(super) struct KernelTable {
     spacing: [f64; 2],
-    /// Offsets below these are kept in `near`.
+    /// Limits of the offsets stored in `near`.
     near_cells: [usize; 2],
     /// `[near_x][2 near_y - 1]`, offsets x >= 0.
     near: Vec<Matrix3<f64>>,
@@ -29,7 +29,7 @@ pub(super) struct KernelTable {
 }
 
 impl KernelTable {
-    /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
+    /// Table for the offsets of a grid of `cells` with sides `spacing`. After cancellation the table is incomplete.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
         let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
         let near_cells: [usize; 2] = std::array::from_fn(|axis| {
@@ -49,23 +49,23 @@ impl KernelTable {
                 }
             }
         });
-        // The symmetry is imposed, so that the operator is symmetric to the last bit.
+        // The symmetry is enforced, so that the operator is symmetric to the last bit.
         near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
         Self { spacing, near_cells, near, far, integrator }
     }
 
-    /// K at an offset of `d` cells by the integral itself.
+    /// K at an offset of `d` cells, computed by integration.
     pub(super) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
         let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
         self.integrator.rectangle(self.spacing, offset)
     }
 
-    /// K(0): the influence of a cell on itself.
+    /// K(0): influence of a cell on itself.
     pub(super) fn self_influence(&self) -> Matrix3<f64> {
         self.near[self.near_cells[1] - 1]
     }
 
-    /// The integral at the offset of `dx` >= 0 and `dy` cells if it is a near one.
+    /// Integral at an offset of `dx` >= 0 and `dy` cells; `None` for far offsets.
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
@@ -73,7 +73,7 @@ impl KernelTable {
             .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
     }
 
-    /// Near `components` into `values`.
+    /// Writes `components` of a near block to `values`.
     fn split(near: &Matrix3<f64>, components: &[KernelComponent], values: &mut [f64]) {
         for (value, component) in values.iter_mut().zip(components) {
             *value = match *component {
@@ -83,7 +83,7 @@ impl KernelTable {
         }
     }
 
-    /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
+    /// Planes of `components` at all offsets of a grid of `cells`, at most as large as that of the table.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
@@ -94,7 +94,7 @@ impl KernelTable {
                 parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
-        // Of half-spaces with a plane of symmetry along x only y >= 0 is computed.
+        // For half-spaces with a plane of symmetry along x only y >= 0 is computed.
         let signs: Option<Vec<f64>> =
             components.iter().map(|component| self.far.y_parity(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
@@ -128,22 +128,22 @@ impl KernelTable {
     }
 }
 
-/// A component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
+/// Component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
 pub(super) struct OffsetPlane {
     cells_y: usize,
     values: Vec<f64>,
-    /// 1 if it is even, -1 if it is odd.
+    /// 1 for even, -1 for odd.
     parity: f64,
 }
 
 impl OffsetPlane {
-    /// Adds the offsets of `dx` cells along x to `row`, periodic with its length: at the index of `dy`, or of `dy` more than
-    /// the length where it is negative.
+    /// Adds the values at an offset of `dx` cells along x to `row`, which is periodic with its length. A negative `dy` has the
+    /// index `dy` plus the length.
     pub(super) fn add_row(&self, dx: isize, row: &mut [f64]) {
         let (ny, period) = (self.cells_y, row.len());
         let start = dx.unsigned_abs() * (2 * ny - 1);
         let values = &self.values[start..start + 2 * ny - 1];
-        // From the middle on dy = 0, 1, ...; before it -1, -2, ... Those of -dx are the mirrored ones.
+        // The second half has dy = 0, 1, ..., the first half the negative dy. The values for -dx are mirrored.
         let (before, from) = values.split_at(ny - 1);
         if dx >= 0 {
             row.iter_mut().zip(from).for_each(|(r, value)| *r += value);

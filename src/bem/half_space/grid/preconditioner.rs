@@ -1,8 +1,7 @@
-//! Approximate inverses of the flexibility of half-spaces on a grid, for preconditioning: κ W⁻¹ in the wavenumber domain of
-//! the grid taken as periodic, of the normal part alone or of all components.
+//! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners, for the normal part or all components.
 //!
-//! The error is what the repeated grid adds far from a load. Padding, which would take four times the work, saves no iteration
-//! of conjugate gradients.
+//! The inverse symbol is κ W⁻¹ in the wavenumber domain of the grid, which is taken as periodic. The error is the far field of the
+//! repeated grid. Padding would take four times the work and saves no iteration of conjugate gradients.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based
@@ -17,10 +16,10 @@ use crate::bem::half_space::green::admittance::{Admittance, Hermitian, hermitian
 use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 
-/// The zero wavenumber counts as this share of the lowest.
+/// The zero wavenumber is replaced by this share of the lowest wavenumber.
 const ZERO_WAVENUMBER_SHARE: f64 = 0.5;
 
-/// The wavenumbers of a grid taken as periodic.
+/// Wavenumbers of a grid taken as periodic.
 struct Wavenumbers {
     padded: [usize; 2],
     lowest: [f64; 2],
@@ -32,7 +31,7 @@ impl Wavenumbers {
         Self { padded, lowest }
     }
 
-    /// The wavevector of an index, a share of the lowest instead of zero.
+    /// Wavevector of an index; at zero a share of the lowest wavenumber.
     fn at(&self, kx: usize, ky: usize) -> [f64; 2] {
         if (kx, ky) == (0, 0) {
             return if self.lowest[0] < self.lowest[1] {
@@ -47,7 +46,7 @@ impl Wavenumbers {
     }
 }
 
-/// The filter that multiplies normal gaps by κ / W_nn, or gaps of other components by κ W⁻¹; `convolution`: of the grid, taken
+/// Filter that multiplies normal gaps by κ / W_nn, or gaps of several components by κ W⁻¹. `convolution`: plan of the grid, taken
 /// as periodic; `spacing`: sides of the cells, mm.
 pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
@@ -81,7 +80,7 @@ pub(in crate::bem::half_space) fn inverse_filter(
     SpectralFilter::new(convolution, parts, &[&symbol])
 }
 
-/// Inverse of a Hermitian matrix; zero if it has none.
+/// Inverse of a Hermitian matrix; zero if it is singular.
 fn inverse([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: &Hermitian) -> Matrix3<Complex<f64>> {
     let real = |value: &f64| Complex::from(*value);
     let (xy, xn, yn) = (Complex::new(*xy, *xy_im), Complex::new(*xn, *xn_im), Complex::new(*yn, *yn_im));

@@ -1,6 +1,6 @@
 //! Products in the wavenumber domain in single precision, for preconditioners.
 //!
-//! Input and symbol are scaled to sizes about 1, so that no unit leaves the range of single precision.
+//! Input and symbol are scaled to magnitude 1, so that no system of units exceeds the range of single precision.
 
 use std::sync::Mutex;
 
@@ -12,19 +12,19 @@ use crate::bem::half_space::grid::symbol::{
     COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled,
 };
 
-/// Numbers compared side by side.
+/// Number of values compared in parallel (SIMD).
 const LANES: usize = 8;
 
-/// What a filter multiplies.
+/// Components that a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum ComponentSet {
-    /// One component by nn.
+    /// The normal component, by nn.
     Normal,
-    /// Two components, those in the surface.
+    /// The two tangential components.
     Tangential,
-    /// Three components, the normal one by itself.
+    /// Three components without coupling of the normal to the tangential ones.
     Uncoupled,
-    /// Three components.
+    /// Three coupled components.
     Coupled,
 }
 
@@ -41,7 +41,7 @@ impl ComponentSet {
         }
     }
 
-    /// Number of planes of a symbol, nn first where it is one.
+    /// Number of planes of a symbol; nn is first if included.
     pub(super) fn n_planes(self) -> usize {
         match self {
             Self::Normal => 1,
@@ -52,19 +52,19 @@ impl ComponentSet {
     }
 }
 
-/// A symbol in single precision with what its products need.
+/// Symbol in single precision with the plan and buffers of its products.
 pub(in crate::bem::half_space) struct SpectralFilter {
     convolution: PaddedGridPlan<f32>,
     parts: ComponentSet,
-    /// `[k_y][planes][padded_x]` over `size`.
+    /// `[k_y][planes][padded_x]`, divided by `size`.
     symbol: Vec<f32>,
     size: f64,
     buffers: Mutex<PaddedGridBuffers<f32>>,
 }
 
 impl SpectralFilter {
-    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, or with several that hold some of its planes
-    /// each, in their order.
+    /// Filter with the symbol `[k_y][planes][padded_x]`, including the factor 1/(padded size). Several symbols with a part of the
+    /// planes each are joined in their order.
     pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let half = convolution.half_spectrum();
@@ -78,7 +78,7 @@ impl SpectralFilter {
         Self { convolution, parts, symbol, size, buffers }
     }
 
-    /// `output` from `input`, as many planes over the cells as there are components; overwrites. Does not allocate.
+    /// Computes `output` from `input`, with one plane over the cells per component; overwrites `output`. Does not allocate.
     pub(in crate::bem::half_space) fn apply(&self, input: &[f64], output: &mut [f64]) {
         let scale = max_abs(input);
         if scale.is_nan() || scale == 0.0 {
@@ -126,7 +126,7 @@ fn split<const P: usize>(planes: &[f32], px: usize) -> [&[f32]; P] {
     std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
 }
 
-/// Largest magnitude, NaN if any value is not finite; in lanes, which the processor takes together.
+/// Largest magnitude; NaN if any value is not finite. The lanes are processed in parallel (SIMD).
 fn max_abs(values: &[f64]) -> f64 {
     let (mut magnitudes, mut sums) = ([0.0_f64; LANES], [0.0; LANES]);
     let chunks = values.chunks_exact(LANES);

@@ -1,16 +1,16 @@
-//! Products with the symbol of an operator: a Hermitian 3 x 3 matrix at every wavevector, in planes.
+//! Products with the symbol of an operator: a Hermitian 3 x 3 matrix at every wavevector, stored in planes.
 
 use nalgebra::Complex;
 
 use crate::bem::half_space::grid::fft_plan::FftReal;
 
-/// Planes of a symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
+/// Number of planes of a coupled symbol besides nn: real xx, yy, then real and imaginary parts of xy, xn, yn.
 pub(super) const COUPLED: usize = 8;
 
-/// Those of an uncoupled one: xx, yy, real and imaginary part of xy.
+/// Number of planes of an uncoupled symbol besides nn: xx, yy, real and imaginary part of xy.
 pub(super) const UNCOUPLED: usize = 4;
 
-/// The 3 x 3 Hermitian product at every wavevector of a column.
+/// Multiplies by the Hermitian 3 x 3 symbol at every wavevector of a column.
 pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; COUPLED],
@@ -28,7 +28,7 @@ pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     }
 }
 
-/// The same with vanishing xn and yn.
+/// As [`multiply_coupled`] for vanishing xn and yn.
 pub(in crate::bem::half_space) fn multiply_uncoupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; UNCOUPLED],
@@ -38,7 +38,7 @@ pub(in crate::bem::half_space) fn multiply_uncoupled<T: FftReal>(
     n.iter_mut().zip(nn).for_each(|(value, factor)| *value = *value * *factor);
 }
 
-/// The tangential part of that.
+/// Tangential part of [`multiply_uncoupled`].
 pub(super) fn multiply_tangential<T: FftReal>(
     [xx, yy, xy_re, xy_im]: [&[T]; UNCOUPLED],
     [x, y]: [&mut [Complex<T>]; 2],

@@ -1,15 +1,14 @@
-//! Influences between the cells of a plane frame, made symmetric: by moments where the source is far away for its size,
-//! by exact integrals elsewhere.
+//! Symmetrised influences between the cells of a plane frame: moment expansions for distant cells, exact integrals for others.
 //!
-//! Collocation gives K_IJ, the mean displacement of nothing but the centre of cell I; S_IJ = (A_I K_IJ + A_J K_JIᵀ) /
-//! (2 A_I). Here it is what forces do instead of tractions, F = S A^-1, which is symmetric itself and hardly depends on
-//! the sizes of cells that are apart. With both cells expanded about their centres the two halves need the same
-//! derivatives of the Green's function, at d = x_I - x_J:
+//! Collocation gives K_IJ, the displacement at the centre of cell I alone; S_IJ = (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module
+//! computes F = S A^-1, the operator on forces instead of tractions. F is symmetric and depends little on the sizes of distant
+//! cells. With both cells expanded about their centres, the two halves share the derivatives of the Green's function at d = x_I -
+//! x_J:
 //!
 //! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
-//! μ being the moments over the area. Of cells of unlike size only the smaller may be far away for its size; then each half
-//! is made by itself.
+//! where μ are the moments divided by the area. For cells of unequal size the expansion may hold for the smaller cell only. Each
+//! half is then computed separately.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -21,26 +20,26 @@ use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_momen
 use crate::bem::half_space::integrals::polygon_multipole::{MAX_ORDER, PolygonMultipole};
 use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 
-/// Accuracy of the integrals beyond that of the operator.
+/// Error of the integrals as a share of the tolerance of the operator.
 const INTEGRAL_TOLERANCE_SHARE: f64 = 0.1;
 
-/// Share of that accuracy below which the last harmonics of the Green's function do not count between different cells.
+/// The last harmonics of the Green's function are neglected between different cells below this share of that error.
 const HARMONIC_CUTOFF_SHARE: f64 = 0.05;
 
-/// Finest relative accuracy of an operator; rounding is not far.
+/// Smallest relative tolerance of an operator, close to rounding.
 const MIN_TOLERANCE: f64 = 1e-12;
 
-/// Cells below this share of the mean size are small.
+/// Cells count as small below this ratio of their side to the mean side.
 const SMALL_CELL_RATIO: f64 = 0.25;
 
-/// Shares of the tolerance for cells of these areas: what moves the gap of all of them alike moves the pressures of small
-/// ones more, by the ratio of the sizes.
+/// Factor, at most 1, by which each cell tightens the compression tolerance. The same gap error changes the pressure of a small
+/// cell more, in inverse proportion to its side. The factor is below 1 for sides under a quarter of the mean.
 pub(in crate::bem::half_space) fn tolerance_shares(areas: &[f64]) -> Vec<f64> {
     let mean = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
     areas.iter().map(|area| (area.sqrt() / (SMALL_CELL_RATIO * mean)).min(1.0)).collect()
 }
 
-/// A cell of the frame.
+/// Cell of the frame.
 #[derive(Debug, Clone)]
 pub(in crate::bem::half_space) struct Cell {
     center: [f64; 2],
@@ -51,29 +50,29 @@ pub(in crate::bem::half_space) struct Cell {
 }
 
 impl Cell {
-    /// Centre and corners (counter-clockwise) in the x and y of the frame's plane, mm; area, mm2.
+    /// Cell with centre and corners (counter-clockwise) in the x and y of the frame's plane, mm, and its area, mm2.
     pub fn new(center: [f64; 2], corners: Vec<[f64; 2]>, area: f64) -> Self {
         let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
         Self { center, radius: radii.fold(0.0, f64::max), corners, area }
     }
 }
 
-/// The cells of a frame and the Green's function between them.
+/// Cells of a frame with the Green's function between them.
 pub(in crate::bem::half_space) struct CellInfluence {
     cells: Vec<Cell>,
-    /// Moments over the area, `[cell][function]`.
+    /// Moments divided by the area, `[cell][function]`.
     moments: Vec<f64>,
     green: SurfaceGreen,
-    /// Integrals between different cells, of the harmonics that count there.
+    /// Integrator between different cells, with truncated harmonics.
     integrator: PatchIntegrator,
     components: Vec<KernelComponent>,
     far: PolygonMultipole,
-    /// Decades of the tolerance that the size of each cell asks for.
+    /// Additional decades of accuracy for each cell due to its size.
     extra_decades: Vec<u8>,
     scale: f64,
 }
 
-/// Rows and columns of the components: of the symmetric ones, then of the antisymmetric ones.
+/// Rows and columns of the symmetric components, then of the antisymmetric components.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 const ANTISYMMETRIC: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
@@ -85,7 +84,7 @@ pub(in crate::bem::half_space) fn row_and_column(component: KernelComponent) -> 
     }
 }
 
-/// Whether the terms of the expansion about a source change their signs from order to order.
+/// Whether the terms of the expansion about a source alternate in sign from order to order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Signs {
     Alternate,
@@ -93,7 +92,7 @@ enum Signs {
 }
 
 impl CellInfluence {
-    /// For an operator of a relative accuracy `tolerance`.
+    /// Influences for an operator of relative accuracy `tolerance`.
     pub fn new(cells: Vec<Cell>, green: &SurfaceGreen, tolerance: f64) -> Self {
         let components = green.nonzero_components();
         let areas: Vec<f64> = cells.iter().map(|cell| cell.area).collect();
@@ -122,7 +121,7 @@ impl CellInfluence {
             extra_decades,
             scale: 1.0,
         };
-        // Entries of the order of 1, whatever the units.
+        // Scaled to entries of magnitude 1, independent of the units.
         let own = (0..pairs.cells.len()).into_par_iter();
         let own = own.map(|cell| pairs.matrix(cell, cell).amax() / pairs.cells[cell].area);
         let largest = own.reduce(|| 0.0, f64::max);
@@ -130,17 +129,17 @@ impl CellInfluence {
         pairs
     }
 
-    /// The components that do not vanish.
+    /// Components that do not vanish.
     pub fn components(&self) -> &[KernelComponent] {
         &self.components
     }
 
-    /// What the entries are multiplied with, so that they are about 1 at most.
+    /// Factor of the entries, so that they are about 1 at most.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Bytes that it takes.
+    /// Memory of the influences, bytes.
     pub fn bytes(&self) -> usize {
         let corners: usize = self.cells.iter().map(|cell| size_of_val(cell.corners.as_slice())).sum();
         size_of_val(self.cells.as_slice())
@@ -150,11 +149,11 @@ impl CellInfluence {
             + self.far.bytes()
     }
 
-    /// The components of `scale` F_IJ into `values` `[components]`.
+    /// Writes the components of `scale` F_IJ to `values` `[components]`.
     pub fn entry(&self, i: usize, j: usize, values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let d = [a.center[0] - b.center[0], a.center[1] - b.center[1]];
-        // F_JI is the transpose.
+        // F_JI is the transpose of F_IJ.
         if d[1] < 0.0 || (d[1] == 0.0 && d[0] < 0.0) {
             self.entry_in_upper_half_plane(j, i, [-d[0], -d[1]], values);
             for (value, component) in values.iter_mut().zip(&self.components) {
@@ -167,14 +166,14 @@ impl CellInfluence {
         }
     }
 
-    /// As [`Self::entry`], x_I - x_J = `d` pointing into the upper half of the plane.
+    /// As [`Self::entry`] for `d` = x_I - x_J in the upper half-plane.
     fn entry_in_upper_half_plane(&self, i: usize, j: usize, d: [f64; 2], values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
         values.fill(0.0);
         let factor = 0.5 * self.scale;
         let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
-            // Each half by itself: a target next to a large cell may be thousands of its own sizes away from it.
+            // The halves are computed separately: a target next to a large cell may be thousands of its own sizes away from it.
             self.add_half((i, j), d, factor, Signs::Alternate, values);
             self.add_half((j, i), d, factor, Signs::Same, values);
             return;
@@ -194,9 +193,9 @@ impl CellInfluence {
         self.far.add(d, order, &weights[..n_moments(order)], values);
     }
 
-    /// Adds `factor` times the mean over one cell of the Green's function, seen from the centre of the other: of
-    /// K_target,source by `d` from source to target (alternating signs), or of the transpose of it by `d` from target
-    /// to source.
+    /// Adds `factor` times the mean over the source cell of the Green's function at the centre of the target. With alternating
+    /// signs this is K_target,source, and `d` points from source to target. With equal signs it is the transpose, and `d` points
+    /// from target to source.
     fn add_half(
         &self,
         (target, source): (usize, usize),
@@ -243,20 +242,20 @@ impl CellInfluence {
         self.extra_decades[i].max(self.extra_decades[j]).into()
     }
 
-    /// Moments of a cell over its area up to an order.
+    /// Moments of a cell divided by its area, up to an order.
     fn moments_of(&self, cell: usize, order: usize) -> &[f64] {
         let stride = n_moments(self.far.order());
         &self.moments[cell * stride..cell * stride + n_moments(order)]
     }
 
-    /// S_IJ by the integrals over both cells, made by an `integrator` of the same Green's function.
+    /// S_IJ from the integrals over both cells, by an `integrator` of the same Green's function.
     pub fn block_by_integration(&self, integrator: &PatchIntegrator, i: usize, j: usize) -> Matrix3<f64> {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let on = |target: &Cell, source: &Cell| integrator.polygon(&source.corners, target.center);
         0.5 * (on(a, b) + on(b, a).transpose() * (b.area / a.area))
     }
 
-    /// S_IJ.
+    /// Block S_IJ.
     pub fn matrix(&self, i: usize, j: usize) -> Matrix3<f64> {
         let mut values = [0.0; 9];
         self.entry(i, j, &mut values[..self.components.len()]);
@@ -282,7 +281,7 @@ mod tests {
         SurfaceGreen::new(&steel, Side::Lower).expect("converges")
     }
 
-    /// A crystal whose axes point anywhere: all components are there.
+    /// Crystal with arbitrarily oriented axes; no component vanishes.
     fn anisotropic() -> SurfaceGreen {
         let constants = Orthotropic {
             e1: 120e3,
@@ -310,8 +309,8 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: the exact integrals over both cells, made symmetric. The error keeps what was asked for, from where the
-    /// expansion begins to far away, in all directions, and is not nothing where it begins.
+    /// Truth: the symmetrised exact integrals over both cells. The error stays below the tolerance, from the start of the expansion
+    /// to far distances, in all directions. At the start it is not negligible.
     #[test]
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -323,7 +322,7 @@ mod tests {
                 for distance in [1.001, 1.3, 2.0, 5.0] {
                     for k in 0..12 {
                         let (r, angle) = (distance * begin * 0.2, 0.1 + 0.52 * f64::from(k));
-                        // Moments about the centre stay what they are.
+                        // Moments about the centre do not change.
                         pairs.cells[1] = square([0.4 / 3.0 + r * f64::cos(angle), 0.1 + r * f64::sin(angle)]);
                         let (a, b) = (&pairs.cells[0], &pairs.cells[1]);
                         assert!(pairs.far.order_at(r / a.radius.max(b.radius), 0).is_some());
@@ -343,8 +342,8 @@ mod tests {
         }
     }
 
-    /// Truth: Gauss points on both cells, which lose nothing however far away a cell is. Next to a large cell, where its
-    /// moments do not suffice, a smaller one is far away for its own size: both halves keep what was asked for.
+    /// Truth: Gauss rules on both cells, which stay accurate at any distance. Next to a large cell, whose moments do not suffice, a
+    /// smaller cell is distant relative to its own size. Both halves keep the tolerance.
     #[test]
     fn cells_of_unlike_size_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -371,8 +370,8 @@ mod tests {
         }
     }
 
-    /// Truth: a term of order k falls as (radius / distance)^k, so the error of orders up to p as the power p + 1 of
-    /// it, or p + 2 where the next order is small.
+    /// Truth: a term of order k falls as (radius / distance)^k. The error of orders up to p thus falls as the power p + 1, or p + 2
+    /// where the next order is small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();

@@ -1,4 +1,4 @@
-//! Integrals of the surface Green's function over cells: exact over polygons, expansions at a distance, all pairs of cells of a frame.
+//! Integrals of the surface Green's function over cells: exact for polygons, expansions at a distance, cell influences.
 
 pub(super) mod cell_influence;
 pub mod patch;

@@ -1,4 +1,4 @@
-//! Displacement caused by a patch of constant traction: exact integrals near it, Gauss points far from it.
+//! Displacement due to a patch of constant traction: exact integrals for near targets, Gauss rules for distant ones.
 
 use nalgebra::Matrix3;
 
@@ -7,33 +7,33 @@ use crate::bem::half_space::green::{HARMONIC_CUTOFF, SurfaceGreen};
 use crate::bem::half_space::integrals::polygon;
 use crate::quadrature::gauss_legendre;
 
-/// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
+/// Maximum number of Gauss points per direction. If it does not suffice, the exact integral is used.
 const MAX_POINTS: usize = 16;
 
-/// With up to so many points per direction a polygon is too far for its exact integral; with more, one point takes as
-/// long as so many harmonics of that.
+/// Gauss rules with up to this many points per direction are always used for polygons, since the exact integral loses accuracy
+/// there. For larger rules, `SLOWER` harmonics of the exact integral cost as much as one point.
 const FEW_POINTS: usize = 4;
 const SLOWER: usize = 2;
 
-/// Natural logarithm of the accuracy asked of the Gauss rules (1e-14).
+/// Negative natural logarithm of the accuracy of the Gauss rules (1e-14).
 const LN_ACCURACY: f64 = 32.3;
 
-/// Integrals of the surface Green's function over patches, by the cheapest way that is accurate to about 1e-13.
+/// Integrates the surface Green's function over patches, by the fastest method with an error of about 1e-13.
 #[derive(Debug, Clone)]
 pub struct PatchIntegrator {
     green: SurfaceGreen,
     table: AngularTable,
-    /// Distance of the singularity of Γ(φ) / r from the real line, over r.
+    /// Distance of the singularity of Γ(φ) / r from the real line, relative to r.
     singularity_distance: f64,
     /// Gauss-Legendre rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
 }
 
 impl PatchIntegrator {
-    /// Prepares the table of Γ and the rules.
+    /// Computes the table of Γ and the Gauss rules.
     pub fn new(green: &SurfaceGreen) -> Self {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
-        // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic within |Im
+        // φ| < η, and Γ / r along a straight line within r tanh η.
         let strip = -HARMONIC_CUTOFF.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
@@ -43,12 +43,12 @@ impl PatchIntegrator {
         }
     }
 
-    /// The Green's function that is integrated.
+    /// Green's function of the integrals.
     pub fn green(&self) -> &SurfaceGreen {
         &self.green
     }
 
-    /// `∫ G(offset - y) dA_y` over the rectangle of the given sides (mm) about the origin, mm/MPa.
+    /// `∫ G(offset - y) dA_y` over the rectangle with the given sides (mm) about the origin, mm/MPa.
     pub fn rectangle(&self, sides: [f64; 2], offset: [f64; 2]) -> Matrix3<f64> {
         let [a, b] = sides.map(|side| side / 2.0);
         let distance = offset[0].hypot(offset[1]) - a.hypot(b);
@@ -71,7 +71,7 @@ impl PatchIntegrator {
         let radius = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1])).fold(0.0, f64::max);
         let distance = (target[0] - center[0]).hypot(target[1] - center[1]) - radius;
         match self.points(2.0 * radius, distance) {
-            // One point more, as the triangles about the centre add a factor that is linear in one direction.
+            // One more point, because the Jacobian of the triangles about the centre is linear in one direction.
             Some(n) if n <= FEW_POINTS || SLOWER * (n + 1) * (n + 1) < self.green.order() => {
                 self.fan(corners, center, target, n + 1)
             }
@@ -79,7 +79,7 @@ impl PatchIntegrator {
         }
     }
 
-    /// Gauss points on the triangles between the centre and the edges, `n` per direction.
+    /// Gauss rules with `n` points per direction on the triangles between the centre and the edges.
     fn fan(&self, corners: &[[f64; 2]], center: [f64; 2], target: [f64; 2], n: usize) -> Matrix3<f64> {
         let mut sum = [0.0; 9];
         for (k, from) in corners.iter().enumerate() {
@@ -99,15 +99,15 @@ impl PatchIntegrator {
         matrix(&sum)
     }
 
-    /// Adds `weight` G(x).
+    /// Adds `weight` times G(x).
     fn add_point(&self, x: [f64; 2], weight: f64, sum: &mut [f64; 9]) {
         self.table.add(x[0], x[1], weight / (x[0] * x[0] + x[1] * x[1]).sqrt(), sum);
     }
 
-    /// Gauss points along a side that lies at least `distance` away; `None` where the exact integral is due.
+    /// Number of Gauss points along a side at a distance of at least `distance`; `None` if the exact integral is required.
     ///
-    /// The error of n points on a segment whose nearest complex singularity is x half-lengths away is ρ^(-2n),
-    /// ρ = x + sqrt(1 + x^2).
+    /// On a segment whose nearest complex singularity is x half-lengths away, the error of n points is ρ^(-2n), ρ = x + sqrt(1 +
+    /// x^2).
     fn points(&self, side: f64, distance: f64) -> Option<usize> {
         let x = 2.0 * distance * self.singularity_distance / side;
         if x <= 0.0 {

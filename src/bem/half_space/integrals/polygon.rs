@@ -1,15 +1,15 @@
 //! Exact integrals of the surface Green's function over polygons.
 //!
-//! Each edge contributes the integral over the triangle it spans with the target; in polar coordinates about the
-//! target the 1/r cancels, and what remains is a recurrence over the harmonics of Γ. Inside, on an edge, on a
-//! vertex or next to one: no case is singular. Far away the edges cancel (relative error about
-//! 1e-16 (distance / size)^2), there [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) takes Gauss points.
+//! Each edge contributes the integral over the triangle between the edge and the target. In polar coordinates about the target the
+//! Jacobian cancels 1/r, and a recurrence over the harmonics of Γ remains. Targets inside, on an edge, on a vertex or next to one
+//! cause no singularity. Far away the contributions of the edges cancel (relative error about 1e-16 (distance / size)^2).
+//! [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) uses Gauss rules there.
 
 use nalgebra::{Complex, Matrix3};
 
 use crate::bem::half_space::green::{SurfaceGreen, assemble};
 
-/// The triangle between an edge and the target, in polar coordinates about the target.
+/// Triangle between an edge and the target, in polar coordinates about the target.
 struct Edge {
     /// Distance of the target from the line of the edge, mm.
     height: f64,
@@ -17,15 +17,15 @@ struct Edge {
     foot: Complex<f64>,
     /// Unit directions towards the two ends.
     ends: [Complex<f64>; 2],
-    /// Orders 0 and 1 of `∫ exp(i n ψ) / cos ψ dψ`, ψ from the foot.
+    /// Integrals `∫ exp(i n ψ) / cos ψ dψ` of orders 0 and 1, with ψ measured from the foot.
     bases: [Complex<f64>; 2],
 }
 
-/// `∫ G(target - y) dA_y` over the polygon with the given corners (counter-clockwise), mm/MPa: the displacement at
-/// the target for unit tractions on the polygon.
+/// `∫ G(target - y) dA_y` over the polygon with the given corners (counter-clockwise), mm/MPa: the displacement at the target under
+/// unit tractions on the polygon.
 ///
 /// # Source
-/// docs/theory-half-space.md, constant traction on a polygon, transposed because Γ there points from the target to the source.
+/// docs/theory-half-space.md, constant traction on a polygon; transposed because Γ there points from the target to the source.
 pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -> Matrix3<f64> {
     let mut even = [0.0; 6];
     let mut odd = [0.0; 3];
@@ -39,7 +39,7 @@ pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -
 }
 
 impl Edge {
-    /// `None` if the target lies on the line of the edge, whose triangle then has no area.
+    /// Returns `None` if the target lies on the line of the edge: the triangle then has no area.
     fn new(from: [f64; 2], to: [f64; 2], target: [f64; 2]) -> Option<Self> {
         let direction = Complex::new(to[0] - from[0], to[1] - from[1]);
         let length = direction.norm();
@@ -48,13 +48,13 @@ impl Edge {
         }
         let along = direction / length;
         let rays = [from, to].map(|p| Complex::new(p[0] - target[0], p[1] - target[1]));
-        // The nearer end gives the height with the smaller rounding error.
+        // The nearer end gives a smaller rounding error of the height.
         let nearest = if rays[0].norm_sqr() < rays[1].norm_sqr() { rays[0] } else { rays[1] };
         let signed = nearest.re * along.im - nearest.im * along.re;
         if signed == 0.0 {
             return None;
         }
-        // A target on the right of the edge sees it backwards: both the foot and the sense turn round.
+        // For a target on the right of the edge, foot and sense of rotation are reversed.
         let sense = signed.signum();
         let foot = Complex::new(along.im, -along.re) * sense;
         let height = signed.abs();
@@ -72,12 +72,11 @@ impl Edge {
 
     /// Adds `height ∫ Γ(φ) / cos ψ dψ` to the entries of the even and the odd harmonics.
     ///
-    /// With P_n = foot^n K_n the recurrence reads
-    /// `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`.
+    /// With P_n = foot^n K_n the recurrence is `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`.
     fn add(&self, green: &SurfaceGreen, even: &mut [f64; 6], odd: &mut [f64; 3]) {
         let (foot, [a, b]) = (self.foot, self.ends);
         let (a_squared, b_squared) = (a * a, b * b);
-        // a^n and b^n for the odd and the even n of one step.
+        // a^n and b^n for the odd and the even n of a step.
         let (mut a_powers, mut b_powers) = ([a, a_squared], [b, b_squared]);
         let mut integrals = [self.bases[0], foot * self.bases[1]];
         let orders = green.even().len().max(green.odd().len());

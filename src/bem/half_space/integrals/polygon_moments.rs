@@ -1,20 +1,20 @@
-//! Moments of polygons, as complex numbers: with ζ = x + i y from a given point, the integrals of ζ^a ζ̄^b.
+//! Complex moments of polygons: integrals of ζ^a ζ̄^b, with ζ = x + i y relative to a given point.
 
 use nalgebra::Complex;
 
 use crate::quadrature::gauss_legendre;
 
-/// Number of real moments of the orders 0..=`order`: k + 1 of each order k.
+/// Number of real moments of the orders 0..=`order`; order k has k + 1.
 pub(super) const fn n_moments(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// The powers (a, b), a >= b, of the moments of order `k`: those with a > b have a real and an imaginary part.
+/// Powers (a, b), a >= b, of the moments of order `k`. Moments with a > b have a real and an imaginary part.
 pub(super) fn powers(k: usize) -> impl Iterator<Item = (usize, usize)> {
     (k.div_ceil(2)..=k).rev().map(move |a| (a, k - a))
 }
 
-/// Integrals over polygons up to some order.
+/// Moments of polygons up to a given order.
 pub(super) struct PolygonMoments {
     order: usize,
     rule: Vec<(f64, f64)>,
@@ -22,14 +22,14 @@ pub(super) struct PolygonMoments {
 
 impl PolygonMoments {
     pub fn new(order: usize) -> Self {
-        // On an edge the integrand is a polynomial of that order.
+        // On an edge the integrand is a polynomial of this order.
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, order by order as [`powers`] says, `[n_moments]`; the values of a > b, which
-    /// stand for those of (b, a) too, are doubled: 2 Re, -2 Im. Corners counter-clockwise.
+    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. Values with a > b also represent
+    /// (b, a) and are doubled: 2 Re, -2 Im. Corners are counter-clockwise.
     ///
-    /// The triangle of the origin and an edge adds 2 area / (k + 2) times the mean of the integrand along the edge.
+    /// The triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the edge.
     pub fn of(&self, corners: &[[f64; 2]], origin: [f64; 2]) -> Vec<f64> {
         let mut moments = vec![0.0; n_moments(self.order)];
         for (k, from) in corners.iter().enumerate() {
@@ -71,8 +71,8 @@ impl PolygonMoments {
 mod tests {
     use super::*;
 
-    /// Truth: moments of a rectangle in closed form, about its centre and about another point (polynomials shifted by
-    /// hand). Tolerance: rounding.
+    /// Truth: moments of a rectangle in closed form, about its centre and about another point (polynomials shifted by hand).
+    /// Tolerance: rounding.
     #[test]
     fn moments_of_a_rectangle() {
         let corners = [[-0.3, -0.1], [0.3, -0.1], [0.3, 0.1], [-0.3, 0.1]];

@@ -1,11 +1,11 @@
-//! Influence of polygons far from them, by their moments.
+//! Influence of distant polygons, from their moments.
 //!
-//! With z = x + i y a harmonic of the Green's function is exp(i n φ) / r = z^((n-1)/2) z̄^(-(n+1)/2), so that
+//! With z = x + i y a harmonic of the Green's function is exp(i n φ) / r = z^((n-1)/2) z̄^(-(n+1)/2). Therefore
 //!
-//! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`,   `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
+//! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`, `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
-//! P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the sum of these with its moments (Taylor). The D_ab
-//! are functions of the direction, tabulated over half a turn: the other half differs by signs.
+//! with P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives times its moments. The
+//! functions D_ab of the direction are tabulated over half a turn; the other half differs in signs.
 
 use std::f64::consts::PI;
 
@@ -20,33 +20,33 @@ use crate::linalg::simd::wide;
 /// Highest order of moments.
 pub(super) const MAX_ORDER: usize = 12;
 
-/// Most numbers of a table.
+/// Maximum number of entries of a table.
 const MAX_TABLE_LEN: usize = 1 << 22;
 
-/// Nodes of the local interpolation in the table, and the least number of angles of a whole turn.
+/// Number of nodes of the local interpolation in the table, and minimum number of angles of a full turn.
 const NODES: usize = 6;
 const ANGLES: usize = 1024;
 
-/// Angles per period of the highest harmonic.
+/// Number of angles per period of the highest harmonic.
 const PER_PERIOD: usize = 16;
 
 /// Reciprocals of Π_{k≠j} (j - k) for six nodes.
 const LAGRANGE: [f64; NODES] = [-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0, 1.0 / 12.0, -1.0 / 24.0, 1.0 / 120.0];
 
-/// The expansion of some components of the Green's function.
+/// Expansion of some components of the Green's function.
 pub(super) struct PolygonMultipole {
-    /// `[angle][function][component]`, the functions order by order as the moments are.
+    /// `[angle][function][component]`, functions in the order of the moments.
     table: Vec<f64>,
     n_components: usize,
     per_radian: f64,
     stride: usize,
-    /// Distance over the radius of the polygon from which on orders up to 0, 1, ... suffice, descending; for each further
-    /// decade of the accuracy.
+    /// Minimum ratio of distance to polygon radius for which orders up to 0, 1, ... suffice, descending; one list for each
+    /// additional decade of accuracy.
     min_ratio: Vec<Vec<f64>>,
 }
 
 impl PolygonMultipole {
-    /// For an error of `accuracy` relative to the largest component, and of up to so many decades less.
+    /// Expansion with an error of `accuracy` relative to the largest component, and up to `decades` decades smaller.
     pub fn new(green: &SurfaceGreen, components: &[KernelComponent], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + MAX_ORDER + 1)).next_power_of_two().max(ANGLES);
         let fits =
@@ -54,7 +54,7 @@ impl PolygonMultipole {
         let order = (1..=MAX_ORDER).rev().find(fits).unwrap_or(0);
         let stride = n_moments(order) * components.len();
         let mut table = vec![0.0; stride * (angles / 2 + NODES)];
-        // The size of each order tells where it may end; two more than there are, as one of them may vanish.
+        // The sizes of the next orders determine the minimum distances. Two orders more than tabulated, as one of them may vanish.
         let mut sizes = vec![0.0_f64; order + 3];
         let mut function = 0;
         for (k, size) in sizes.iter_mut().enumerate() {
@@ -69,7 +69,7 @@ impl PolygonMultipole {
                     }
                     if k <= order {
                         for (part, values) in parts.iter().enumerate().take(if a == b { 1 } else { 2 }) {
-                            // Node j stands at the angle (j - 2) step.
+                            // Node j lies at the angle (j - 2) step.
                             for (j, row) in table.chunks_exact_mut(stride).enumerate() {
                                 row[(function + part) * components.len() + c] =
                                     values[(j + angles - 2) % angles];
@@ -81,7 +81,7 @@ impl PolygonMultipole {
             }
             *size = of_order.into_iter().fold(0.0, f64::max);
         }
-        // A disc has moments of 2 / (k + 2) of its area times the power of its radius.
+        // The moments of order k of a disc are 2 / (k + 2) times its area and the kth power of its radius.
         let suffices = |k: usize, accuracy: f64| {
             let term = 2.0 / (k + 2) as f64 * sizes[k] / (accuracy * sizes[0].max(f64::MIN_POSITIVE));
             term.powf(1.0 / k as f64)
@@ -103,29 +103,29 @@ impl PolygonMultipole {
         }
     }
 
-    /// Highest order of the moments that are used.
+    /// Highest order of the moments.
     pub fn order(&self) -> usize {
         self.min_ratio[0].len() - 1
     }
 
-    /// Order that suffices at `ratio` of distance and radius, for some decades less; `None` where none does.
+    /// Sufficient order at a `ratio` of distance to radius, for `decade` more decades of accuracy; `None` if none suffices.
     pub fn order_at(&self, ratio: f64, decade: usize) -> Option<usize> {
         self.min_ratio[decade].iter().position(|&from| ratio >= from)
     }
 
-    /// Distance over the radius from which on orders up to 0, 1, ... suffice, descending.
+    /// Minimum ratio of distance to radius for which orders up to 0, 1, ... suffice, descending.
     #[cfg(test)]
     pub fn from(&self) -> &[f64] {
         &self.min_ratio[0]
     }
 
-    /// Bytes of the table.
+    /// Memory of the table, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.table.as_slice())
     }
 
-    /// Σ `weights` (`[n_moments]`, powers of 1 / r included) times the functions in the direction of (x, y), y >= 0, up to
-    /// an order; adds to `values` `[n_components]`.
+    /// Adds to `values` `[n_components]` the sum of `weights` times the functions in the direction of (x, y), y >= 0, up to an
+    /// order. The weights, `[n_moments]`, include the powers of 1 / r.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;
@@ -138,7 +138,7 @@ impl PolygonMultipole {
     }
 }
 
-/// Functions taken together.
+/// Number of functions processed together.
 const CHUNK: usize = 16;
 
 fn interpolate(
@@ -187,7 +187,7 @@ fn interpolate_in(
     }
 }
 
-/// Weights of the nodes -2, ..., 3 at `t` in [0, 1].
+/// Lagrange weights of the nodes -2, ..., 3 at `t` in [0, 1].
 fn lagrange(t: f64) -> [f64; NODES] {
     let mut weights = LAGRANGE;
     let (mut before, mut after) = (1.0, 1.0);
@@ -204,12 +204,12 @@ fn factorial(n: usize) -> f64 {
     (1..=n).map(|k| k as f64).product()
 }
 
-/// x (x - 1) ... (x - count + 1).
+/// Falling factorial x (x - 1) ... (x - count + 1).
 fn falling(x: f64, count: usize) -> f64 {
     (0..count).map(|k| x - k as f64).product()
 }
 
-/// Harmonics n = 0, 1, ... of the real series that the real and the imaginary part of D_ab of a component are.
+/// Harmonics n = 0, 1, ... of two real series: the real and the imaginary part of D_ab of a component.
 pub(super) fn derivative_harmonics(
     component: KernelComponent,
     green: &SurfaceGreen,

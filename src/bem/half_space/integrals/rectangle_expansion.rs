@@ -1,8 +1,8 @@
-//! Influence of a rectangle far from it: the integral of Γ(φ) / r as a series in the sides over the distance.
+//! Influence of a distant rectangle: integral of Γ(φ) / r as a series in the ratio of the sides to the distance.
 //!
-//! By [`super::polygon_multipole`] each order of the Taylor series about the centre is a function of the direction over a power
-//! of r. The moments of a rectangle of given sides are known beforehand, so that their sum with the functions of an order is
-//! tabulated: six functions a component, instead of 91 for polygons of any shape.
+//! By [`super::polygon_multipole`] each order of the Taylor series about the centre is a function of the direction over a power of
+//! r. The moments of a rectangle with given sides are known in advance. The sum over the moments of each order is therefore
+//! tabulated: six functions per component, instead of 91 for arbitrary polygons.
 
 use nalgebra::Complex;
 
@@ -11,18 +11,18 @@ use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series
 use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments, powers};
 use crate::bem::half_space::integrals::polygon_multipole::derivative_harmonics;
 
-/// Terms of the expansion, up to derivatives of order 2 (TERMS - 1).
+/// Number of terms of the expansion, up to derivatives of order 2 (TERMS - 1).
 const TERMS: usize = 6;
 
-/// Relative accuracy: the first term left out is below this part of the largest entry.
+/// Relative accuracy: the first omitted term is below this share of the largest entry.
 const TRUNCATION_TOLERANCE: f64 = 1e-14;
 
-/// An entry of the kernel: the part of the matrix that is even in the offset, or the odd, antisymmetric part.
+/// Component of the kernel: entry of the part that is even in the offset (symmetric matrix) or odd (antisymmetric matrix).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum KernelComponent {
-    /// xx, yy, nn, xy, xn, yn of the symmetric part.
+    /// Entry xx, yy, nn, xy, xn, yn of the symmetric part.
     Even(usize),
-    /// xy, xn, yn of the antisymmetric part.
+    /// Entry xy, xn, yn of the antisymmetric part.
     Odd(usize),
 }
 
@@ -40,7 +40,7 @@ const COMPONENTS: [KernelComponent; 9] = [
 ];
 
 impl KernelComponent {
-    /// Its place among all.
+    /// Index among all components.
     fn index(self) -> usize {
         match self {
             Self::Even(k) => k,
@@ -49,8 +49,8 @@ impl KernelComponent {
     }
 }
 
-/// The terms T_m(φ) of the integral over the rectangle, Σ T_m(φ) / r^(2m+1), of one component, m = 0..=TERMS, as
-/// coefficients of n = 0, 1, ... for half of the real series. Moments of odd order vanish, the others are real.
+/// Terms T_m(φ), m = 0..=TERMS, of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1). Each term is given by its
+/// coefficients n = 0, 1, ... for half of the real series. Moments of odd order vanish, the others are real.
 fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
     let [a, b] = sides.map(|side| side / 2.0);
     let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
@@ -69,20 +69,20 @@ fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> V
     (0..=TERMS).map(term).collect()
 }
 
-/// The expansion for rectangles of given sides.
+/// Expansion for rectangles of given sides.
 pub(in crate::bem::half_space) struct RectangleExpansion {
-    /// `[component][term]`, at equidistant angles of a whole turn.
+    /// `[component][term]`, values at equidistant angles of a full turn.
     planes: Vec<Vec<Vec<f64>>>,
-    /// Distance from which on 1, 2, ... terms suffice, descending.
+    /// Minimum distance for which 1, 2, ... terms suffice, descending.
     min_distance: [f64; TERMS],
-    /// Parity of each component in y; `None` without one.
+    /// Parity of each component in y; `None` if it has no parity.
     parity: Vec<Option<f64>>,
 }
 
-/// Share of the largest value below which a function misses its parity.
+/// Tolerance of the parity test, relative to the largest value.
 const PARITY: f64 = 1e-14;
 
-/// 1 if functions at equidistant angles of a whole turn are even in the angle, -1 if they are odd.
+/// Parity of functions at equidistant angles of a full turn: 1 if even in the angle, -1 if odd.
 fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
     let holds = |sign: f64| {
         terms.iter().zip(largest).all(|(values, size)| {
@@ -118,17 +118,17 @@ impl RectangleExpansion {
         Self { planes, min_distance, parity }
     }
 
-    /// Distance from which on the expansion holds, mm.
+    /// Minimum distance for the expansion, mm.
     pub(in crate::bem::half_space) fn min_valid_distance(&self) -> f64 {
         self.min_distance[TERMS - 1]
     }
 
-    /// Sign of a component at (x, -y) against (x, y), where the half-spaces are symmetric so.
+    /// Ratio of a component at (x, -y) to that at (x, y), if the half-spaces have this symmetry.
     pub(in crate::bem::half_space) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
         self.parity[component.index()]
     }
 
-    /// The expansion of some components.
+    /// Interpolation table of the expansion for some components.
     pub(in crate::bem::half_space) fn of(&self, components: &[KernelComponent]) -> RectangleExpansionTable {
         let term =
             |m: usize| components.iter().map(move |component| self.planes[component.index()][m].clone());
@@ -141,7 +141,7 @@ impl RectangleExpansion {
     }
 }
 
-/// The expansion of some components.
+/// Interpolation table of the expansion for some components.
 pub(in crate::bem::half_space) struct RectangleExpansionTable {
     /// `[term][component]` at each angle.
     table: AngularTable,
@@ -150,7 +150,7 @@ pub(in crate::bem::half_space) struct RectangleExpansionTable {
 }
 
 impl RectangleExpansionTable {
-    /// The components at (x, y), at least [`RectangleExpansion::min_valid_distance`] away, into `values`.
+    /// Writes the components at (x, y) to `values`. The distance is at least [`RectangleExpansion::min_valid_distance`].
     pub(in crate::bem::half_space) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
         let r = (x * x + y * y).sqrt();
         let terms = self.min_distance.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
@@ -179,7 +179,7 @@ mod tests {
     use crate::geometry::Side;
     use crate::material::Stiffness;
 
-    /// Truth: the integrals over the rectangle by Gauss points. Tolerance 3e-14 of the largest entry: both round.
+    /// Truth: integrals over the rectangle by Gauss rules. Tolerance: 3e-14 of the largest entry (rounding of both).
     #[test]
     fn expansion_equals_gauss_points() {
         let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");

@@ -1,12 +1,12 @@
-//! Flexibility of half-spaces on a grid frame that repeats itself in one or both directions.
+//! Flexibility of half-spaces on a grid frame that is periodic in one or both directions.
 //!
-//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres, so that
-//! every harmonic that the grid resolves has its exact admittance W(m) / κ; in an open direction tractions are constant over the
-//! cells, as on other grid frames. Nothing is padded along periodic directions.
+//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres. Every
+//! harmonic that the grid resolves then has its exact admittance W(m) / κ. In an open direction tractions are constant over the
+//! cells, as on other grid frames. Periodic directions are not padded.
 //!
-//! A uniform load on a periodic half-space moves its surface by an amount that depends on how far away it is held. Periodic in
-//! both directions the mean displacement is zero; periodic in one, the line load that is the mean over it moves nothing at a
-//! distance of half of the frame's width.
+//! A uniform load on a periodic half-space has no finite displacement relative to infinity. With two periodic directions, the mean
+//! displacement is set to zero. With one, the mean traction acts as a line load, whose displacement is set to zero at half the
+//! frame width.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -34,16 +34,16 @@ use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::per_cell::PerCell;
 
-/// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
+/// Maximum aspect ratio of a cell, in either direction, if one direction is open.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
-/// The operator S of half-spaces on a uniform grid of cells that repeats itself.
+/// The operator S of half-spaces on a uniform periodic grid of cells.
 ///
-/// Symmetric and positive definite but for the uniform tractions of a frame that is periodic in both directions, whose
+/// S is symmetric and positive definite, except for uniform tractions on a frame that is periodic in both directions. Their
 /// displacement is zero. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 pub struct PeriodicFlexibility {
     convolution: PaddedGridPlan,
-    /// `[k_y][PLANES][padded_x]`, 1/(padded size) included.
+    /// `[k_y][PLANES][padded_x]`, including the factor 1/(padded size).
     symbol: Vec<f64>,
     self_influence: Matrix3<f64>,
     coupled: bool,
@@ -55,14 +55,14 @@ pub struct PeriodicFlexibility {
 }
 
 impl PeriodicFlexibility {
-    /// Computes the symbol: for a frame that is periodic in both directions in closed form, else by a transform per
-    /// harmonic.
+    /// Computes the symbol: in closed form for a frame that is periodic in both directions, otherwise by a transform per harmonic.
     ///
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `periodic`: along x and y, at least one of them.
     ///
     /// # Errors
-    /// If the grid is empty, has a single cell although it is periodic in both directions, has cells of very unequal sides
-    /// in one, the spacing is not positive and finite, or the symbol does not fit into the memory.
+    /// If the grid is empty, is a single cell with two periodic directions, or the spacing is not positive and finite. With one
+    /// periodic direction, if the cells are too elongated or the period too long. If memory does not suffice, or the run is
+    /// cancelled.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -105,7 +105,7 @@ impl PeriodicFlexibility {
         Ok(made)
     }
 
-    /// K(0), by three applications to a single loaded cell.
+    /// K(0), from three products with tractions on a single cell.
     fn influence_on_itself(&self) -> Matrix3<f64> {
         let n = self.n_cells();
         let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
@@ -119,13 +119,13 @@ impl PeriodicFlexibility {
         (own + own.transpose()) * 0.5
     }
 
-    /// The approximate inverse of some components.
+    /// Approximate inverse for a component set.
     fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
         let cells = self.convolution.cells;
         inverse_filter(parts, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance)
     }
 
-    /// The planes of one k_y.
+    /// Planes of one k_y.
     fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
         let px = self.convolution.padded[0];
         let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);

@@ -1,13 +1,13 @@
-//! Half-spaces under tractions that are periodic in one direction of the frame: the symbol along the other one.
+//! Half-spaces under tractions that are periodic in one direction of the frame: the symbol along the other (open) direction.
 //!
-//! A traction exp(i k s) along the periodic direction s, constant over a cell of width h in the open direction,
-//! displaces the centre of a cell that lies d away by
+//! A traction exp(i k s) along the periodic direction s is constant over a cell of width h in the open direction. At the centre of
+//! a cell at distance d it causes the displacement
 //!
 //! `K(d) = 1/2π ∫ W(κ, k) / |(κ, k)| h sinc(κ h / 2) exp(i κ d) dκ`,
 //!
-//! and K(-d) is the conjugate transpose of K(d). Sampled at the offsets of cells, the transform of K is the sum of the
-//! integrand over the aliases κ + 2π i / h, an alternating series that Euler's transformation sums. For k = 0 (plane
-//! strain) the integral does not exist, and K is the logarithm that vanishes at a stated distance.
+//! and K(-d) is the conjugate transpose of K(d). For K sampled at the cell offsets, the transform is the sum of the integrand over
+//! the aliases κ + 2π i / h. This alternating series is summed by Euler's transformation. For k = 0 (plane strain) the integral
+//! does not exist. K is then the logarithm that vanishes at a given distance.
 
 use std::f64::consts::PI;
 
@@ -18,20 +18,20 @@ use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, her
 use crate::bem::half_space::grid::fft_plan::fast_size;
 use crate::cancel;
 
-/// Aliases on each side that are summed as they are, and those whose weights fall in Euler's transformation.
+/// Number of aliases on each side that are summed directly, and number of terms with decreasing weights in Euler's transformation.
 const ALIASES: usize = 10;
 const N_EULER_TERMS: usize = 18;
 
-/// More plain aliases per k h / 2π over the clearance of the material.
+/// Additional directly summed aliases per k h / 2π, divided by the singularity distance of the material.
 const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
-/// Natural logarithm of the part of K that may return from the next period (1e-15).
+/// Negative natural logarithm of the share of K that may return from the next period (1e-15).
 const LN_MAX_WRAPAROUND: f64 = 35.0;
 
-/// Most points of the line on which the kernel of a harmonic is computed; each takes some 300 bytes in each thread.
+/// Maximum number of points of the line for the kernel of a harmonic; each takes some 300 bytes per thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// The longest period over the width of the cells across for which [`MAX_LINE_POINTS`] are enough, as far as the cells do not need them.
+/// Largest ratio of period to cell width across for which [`MAX_LINE_POINTS`] suffices, neglecting the points of the cells.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -39,24 +39,24 @@ pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
 /// Upper triangle xx, yy, nn, xy, xn, yn of K at one offset.
 type Upper = [Complex<f64>; 6];
 
-/// The open direction of a frame.
+/// Open direction of a frame.
 pub(super) struct OpenDirection<'a> {
     pub admittance: &'a Admittance,
     /// Axis of the open direction, 0 or 1.
     pub axis: usize,
-    /// Cells along it, and their number with the padding.
+    /// Number of cells along the open direction, without and with padding.
     pub cells: usize,
     pub padded: usize,
     /// Sides of the cells along the frame's x and y, mm.
     pub spacing: [f64; 2],
-    /// Distance at which a line load in the periodic direction moves nothing, mm.
+    /// Distance at which the displacement due to a line load in the periodic direction is zero, mm.
     pub datum: f64,
-    /// Decay of K per k d: distance of the nearest singularity of W(κ, 1) from the real κ.
+    /// Decay rate of K per k d: distance of the nearest singularity of W(κ, 1) from the real κ axis.
     pub singularity_distance: f64,
 }
 
 impl<'a> OpenDirection<'a> {
-    /// That along `axis` of a frame of `cells`, `padded`, of the sides `spacing`.
+    /// Open direction along `axis` of a frame of `cells`, `padded`, with cell sides `spacing`.
     pub(super) fn new(
         axis: usize,
         (cells, padded): ([usize; 2], [usize; 2]),
@@ -75,7 +75,7 @@ impl<'a> OpenDirection<'a> {
         }
     }
 
-    /// The transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
+    /// Transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
     pub(super) fn symbol(&self, index: usize, count: usize) -> Vec<Hermitian> {
         if index == 0 {
             return self.transformed(|d| self.plane_strain(d));
@@ -86,7 +86,7 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
         }
-        // Where a stop is wished, the rest does not matter.
+        // After cancellation the remaining values are not used.
         let sum = |j| match cancel::requested() {
             true => [0.0; 9],
             false => self.sum_over_aliases(j, period, (k, paired)),
@@ -101,7 +101,7 @@ impl<'a> OpenDirection<'a> {
         2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
     }
 
-    /// Cells after which the line may repeat itself without K returning, for the wavenumber `k`, not zero.
+    /// Number of cells after which the line may repeat with negligible return of K, for a wavenumber `k` other than zero.
     pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
         fast_size(
             (self.cells as f64
@@ -110,8 +110,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of wavenumber `j` of `period` cells; at k itself, or the mean of k and -k where the two are one
-    /// on the grid.
+    /// Sum over the aliases of wavenumber `j` of `period` cells at k. If k and -k coincide on the grid (`paired`), the mean over
+    /// both.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
@@ -151,8 +151,7 @@ impl<'a> OpenDirection<'a> {
         }
     }
 
-    /// K for k = 0: with W = A ± i B along the open direction, the integral over the cell of
-    /// -A/π ln(|x| / datum) - B/2 sgn(x).
+    /// K for k = 0. With W = A ± i B along the open direction, the integral over the cell of -A/π ln(|x| / datum) - B/2 sgn(x).
     pub(super) fn plane_strain(&self, d: isize) -> Upper {
         let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let h = self.spacing[self.axis];
@@ -171,7 +170,7 @@ impl<'a> OpenDirection<'a> {
         .map(|entry| Complex::new(entry, 0.0))
     }
 
-    /// The transform over the padded cells of a kernel by offset.
+    /// Transform over the padded cells of a kernel given by offset.
     fn transformed(&self, kernel: impl Fn(isize) -> Upper) -> Vec<Hermitian> {
         let reach = self.cells as isize - 1;
         let mut planes: [Vec<Complex<f64>>; 6] =
@@ -192,7 +191,7 @@ impl<'a> OpenDirection<'a> {
     }
 }
 
-/// The kernel at the offsets 0, 1, ... of one period from its transform.
+/// Kernel at the offsets 0, 1, ... of one period from its transform.
 fn kernel_from_symbol(symbol: &[Hermitian]) -> Vec<Upper> {
     let period = symbol.len();
     let fft = FftPlanner::new().plan_fft_inverse(period);

@@ -1,4 +1,4 @@
-//! Symbols of half-spaces on grids that repeat themselves, and products with them.
+//! Symbols of half-spaces on periodic grids.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::periodic::open_direction::OpenDirection;
 use crate::cancel;
 
-/// Planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+/// Number of planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(super) const PLANES: usize = 9;
 
 /// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
@@ -23,7 +23,7 @@ pub(super) fn doubly_periodic_symbol(
     filled(convolution, |kx, ky| {
         let signed = if 2 * kx <= nx { kx as f64 } else { kx as f64 - nx as f64 };
         let (x, y) = (signed * lowest[0], ky as f64 * lowest[1]);
-        // A harmonic of two cells is its own partner of opposite sign.
+        // At the Nyquist wavenumber of an axis (wavelength of two cells) both signs coincide; their mean is used.
         let [both_x, both_y] = [2 * kx == nx, 2 * ky == ny];
         let mut sum: Rows = [0.0; 9];
         let mut count = 0.0;
@@ -38,7 +38,7 @@ pub(super) fn doubly_periodic_symbol(
     })
 }
 
-/// The symbol of a frame that is open along `axis` and periodic along the other; `singularity_distance`: see [`OpenDirection`].
+/// Symbol of a frame open along `axis` and periodic along the other; `material`: see the fields of [`OpenDirection`].
 pub(super) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
@@ -61,7 +61,7 @@ pub(super) fn singly_periodic_symbol(
     })
 }
 
-/// The symbol of a harmonic; zeros if a stop is wished.
+/// Symbol of a harmonic; zeros after cancellation.
 fn symbol_unless_cancelled(line: &OpenDirection, index: usize, count: usize) -> Vec<Hermitian> {
     if cancel::requested() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
 }
@@ -70,7 +70,7 @@ fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermit
     [xx, yy, nn, xy, -xy_im, xn, -xn_im, yn, -yn_im]
 }
 
-/// The planes of a symbol given at (k_x, k_y), with the weight of the inverse transform.
+/// Planes of a symbol given at (k_x, k_y), with the factor of the inverse transform.
 fn filled(convolution: &PaddedGridPlan, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
     let [px, py] = convolution.padded;
     let weight = 1.0 / (px * py) as f64;

@@ -1,5 +1,4 @@
-//! Flexibility of half-spaces on any plane frame, compressed: blocks of low rank between groups of cells that lie
-//! apart.
+//! Compressed flexibility of half-spaces on any plane frame: low-rank blocks between distant clusters of cells.
 
 use std::sync::{Mutex, OnceLock};
 
@@ -21,63 +20,63 @@ use crate::linalg::hierarchical::{
 };
 use crate::linalg::memory::MemoryLimit;
 
-/// Most cells of a leaf of the tree.
+/// Maximum number of cells of a leaf of the tree.
 const LEAF: usize = 48;
 
-/// Clusters are far apart if the smaller diameter is at most so many times their distance.
+/// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
 const ADMISSIBILITY: f64 = 3.0;
 
-/// Cells of a frame up to which the dense operator is taken.
+/// Maximum number of cells of a frame for the dense operator.
 pub const MAX_DENSE_CELLS: usize = 1000;
 
-/// The tolerance where none is asked for.
+/// Default tolerance.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// Bytes per row or column of a far block, component and square of the digits of the tolerance; measured.
+/// Bytes per row or column of a far block, per component and per squared number of decimal digits of the tolerance; measured.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// Seconds of building on two cores per cell, logarithm of their number, component and square of the digits; measured.
+/// Seconds of the build on two cores per cell, logarithm of the number of cells, component and squared digits; measured.
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
-/// Centres `[N]`, corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2, of cells.
+/// Cells: centres `[N]` and corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2.
 pub type PolygonCells<'a> = (&'a [[f64; 2]], &'a [Vec<[f64; 2]>], &'a [f64]);
 
-/// What can be done where memory does not suffice.
+/// Advice if memory does not suffice.
 pub const MEMORY_HELP: &str = "use a coarser frame or a grid frame, or raise solver.compression_tolerance";
 
-/// Tolerances that can be asked for.
+/// Admissible tolerances.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 
-/// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions, the same as
-/// [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance, in memory and time that grow little more than the
-/// number of cells.
+/// Compressed operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// Stored is F = S A^-1, by forces instead of tractions, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+/// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. Memory and time grow little faster
+/// than the number of cells. The stored matrix F = S A^-1, for forces instead of tractions, is symmetric and in hierarchical blocks
+/// (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
-    /// Uses of the components in products with all three planes, and with the pressures alone.
+    /// Component products for all three planes, and for the pressure alone.
     all: Vec<ComponentProduct>,
     normal: Vec<ComponentProduct>,
-    /// Place in the tree of each cell, and its area.
+    /// Position in the tree and area of each cell.
     place_and_area: Vec<(usize, f64)>,
-    /// For direct sums.
+    /// Integrator for direct sums.
     integrator: PatchIntegrator,
     inverses: [OnceLock<AdditiveSchwarz>; 2],
-    /// Tractions and gaps in the order of the tree, `[3, N]` by planes.
+    /// Tractions and gaps in tree order, `[3, N]` by planes.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 impl CompressedFlexibility {
-    /// The arguments are those of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new); products differ from those
-    /// of the dense operator by about `tolerance` times the norm of S.
+    /// Computes the operator. The arguments are those of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new).
+    /// Products differ from those of the dense operator by about `tolerance` times the norm of S.
     ///
     /// # Errors
-    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is
-    /// not within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or a stop is wished.
+    /// If the lengths differ, a cell has fewer than three corners or no area, or a number is not finite. If the tolerance is not
+    /// within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or the run is cancelled.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
@@ -88,7 +87,7 @@ impl CompressedFlexibility {
         Self::within_memory((centers, cells, areas), green, tolerance, &MemoryLimit::of_machine())
     }
 
-    /// As [`Self::new`] of (centres, corners, areas), in the memory that a `limit` leaves.
+    /// As [`Self::new`] with (centres, corners, areas) and a memory `limit`.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -143,8 +142,8 @@ impl CompressedFlexibility {
         })
     }
 
-    /// Bytes that it will take: blocks of neighbours counted, others by the ranks that are usual for a tolerance. Good to
-    /// a third; before anything is computed they are found more closely.
+    /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted, far blocks estimated from typical ranks
+    /// for the tolerance. [`Self::new`] uses a more accurate estimate.
     pub fn typical_bytes(
         (centers, cells, areas): PolygonCells<'_>,
         green: &SurfaceGreen,
@@ -159,21 +158,21 @@ impl CompressedFlexibility {
             )
     }
 
-    /// Seconds that making it of `n` cells usually takes, good to a factor of two or so.
+    /// Typical build time for `n` cells, seconds, to within a factor of about two.
     pub fn typical_build_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
         let (n, components) = (n as f64, green.nonzero_components().len() as f64);
         BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
-    /// Bytes that it holds so far; approximate inverses are made when they are first asked for.
+    /// Current memory, bytes. The approximate inverses are built on first use.
     pub fn bytes(&self) -> usize {
         let inverses: usize =
             self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Puts `planes` of vectors in the order of the tree, times `factor(area)`, `with` them, and puts what comes out back
-    /// in the order of the cells, times `back(area)`.
+    /// Permutes planes of vectors into tree order with a factor `factor(area)`, applies `with`, and permutes the result back with a
+    /// factor `back(area)`.
     fn in_order(
         &self,
         (x, y): (&[f64], &mut [f64]),
@@ -204,7 +203,7 @@ impl CompressedFlexibility {
         self.in_order((x, y), |area| area, product, |_| 1.0 / scale);
     }
 
-    /// S⁻¹ = A⁻¹ F⁻¹, nearly.
+    /// Approximates S⁻¹ = A⁻¹ F⁻¹.
     fn apply_approximate_inverse(
         &self,
         (which, uses): (usize, &[ComponentProduct]),
@@ -234,7 +233,7 @@ fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Block
         .with_tolerance_shares(&tolerance_shares(areas))
 }
 
-/// Bytes of what is kept beside the blocks of `n` cells with so many corners together.
+/// Memory beside the blocks, bytes, for `n` cells with this total number of corners.
 fn auxiliary_bytes(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;

@@ -1,4 +1,4 @@
-//! Flexibility of half-spaces on any plane frame: a dense matrix.
+//! Dense flexibility matrix of half-spaces on any plane frame.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -14,23 +14,23 @@ use crate::linalg::vector::dot8;
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// Collocation at the centres, made symmetric in the areas: with the collocated influences K_IJ of cell J on the
-/// centre of cell I, `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)`. On a uniform grid this is K_IJ itself.
+/// Collocation at the centres gives the influence K_IJ of cell J on the centre of cell I. The operator is symmetrised with the
+/// areas, `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)`. On a uniform grid S_IJ = K_IJ.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct DenseFlexibility {
     n: usize,
-    /// `[3 n][3 n]`, rows and columns by component planes.
+    /// `[3 n][3 n]`, rows and columns ordered by component planes.
     rows: Vec<f64>,
     coupled: bool,
 }
 
 impl DenseFlexibility {
-    /// Integrates over every cell for every centre.
+    /// Computes the operator by integration over every cell for every centre.
     ///
-    /// `centers` `[N]` and `cells` `[N]` (corners, counter-clockwise) in the x and y of the frame's plane, mm;
-    /// `areas` `[N]`, mm2.
+    /// `centers` `[N]` and `cells` `[N]` (corners, counter-clockwise) are in the x and y of the frame's plane, mm; `areas` `[N]`,
+    /// mm2.
     ///
     /// # Errors
     /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, or the
@@ -73,10 +73,10 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
-    /// The operator of displacements K of cells by others, `[3 n][3 n]` by component planes, mm/MPa.
+    /// Operator from the matrix K of displacements of cells under tractions on others, `[3 n][3 n]` by component planes, mm/MPa.
     ///
     /// # Panics
-    /// If `k` does not have so many entries.
+    /// If `k` does not have 9 n² entries.
     pub fn of_displacements(mut k: Vec<f64>, areas: &[f64]) -> Self {
         let n = areas.len();
         assert_eq!(k.len(), 9 * n * n, "a matrix of {n} cells");
@@ -84,7 +84,7 @@ impl DenseFlexibility {
         Self { n, rows: k, coupled: true }
     }
 
-    /// S_IJ.
+    /// Block S_IJ.
     fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
         let n = self.n;
         Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + j])
@@ -130,7 +130,7 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
     }
 }
 
-/// Refuses cells that are none.
+/// Rejects cells without a valid polygon.
 pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {
@@ -154,7 +154,7 @@ pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], area
     Ok(())
 }
 
-/// Area of a polygon, negative if its corners run clockwise.
+/// Signed area of a polygon; negative for clockwise corners.
 fn signed_area(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()

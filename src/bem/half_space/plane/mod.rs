@@ -1,4 +1,4 @@
-//! Operators on plane frames of any cells: dense, or compressed as a hierarchical matrix.
+//! Operators on plane frames of arbitrary cells: dense, or compressed as a hierarchical matrix.
 
 pub mod compressed;
 pub mod dense;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::bem::green_tensor::GreenTensor;
 use crate::material::Stiffness;
 
-/// Boussinesq's and Cerruti's solutions for the body z <= 0 under a force at the origin of its surface.
+/// Solutions of Boussinesq and Cerruti for the body z <= 0 under a force at the origin of its surface.
 ///
 /// # Source
 /// K.L. Johnson, Contact Mechanics (1985), eqs. 3.18 and 3.75, here with the depth −z.
@@ -19,13 +19,13 @@ pub(super) struct Boussinesq {
 }
 
 impl Boussinesq {
-    /// `None` unless the material is isotropic.
+    /// Returns `None` unless the material is isotropic.
     pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
     }
 
-    /// The field at a point of the body or its surface.
+    /// Field at a point of the body or its surface.
     pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
         // s = 1/ρ, e = 1/(ρ + d); along x_a: s' = −x_a s³, e' = −x_a s e²; along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
@@ -51,7 +51,7 @@ impl Boussinesq {
             d * d * s3 + g * s,
         );
 
-        // Derivatives along x_a over −x_a, then along the depth.
+        // Derivatives along x_a divided by −x_a, then along the depth.
         let same_a = s3 + k * s * e2;
         let cross_a = 3.0 * s5 - k * (s3 * e2 + 2.0 * s2 * e2 * e);
         let once_a = k * (s3 * e + s2 * e2);

@@ -1,8 +1,8 @@
-//! Displacement and stress inside a half-space under tractions that are uniform over each cell.
+//! Displacement and stress inside a half-space under uniform tractions on the cells of its surface ([`SubsurfaceField`]).
 //!
-//! Cells near a point are integrated by Gauss rules, in parts where they are very near; how many points they take follows from how near the
-//! singularities of the kernel come. Far from the point groups of cells stand for them: forces at a few points that do the
-//! same work on every polynomial of that order, so that a point takes some thousand forces however many cells there are.
+//! Cells near the point are integrated by Gauss rules and subdivided when very near. The number of points follows from the distance
+//! to the singularities of the kernel. Distant cells are clustered. Each cluster is replaced by 6 × 6 equivalent forces with the
+//! same moments up to degree 5 in each direction. A point thus sums some thousand forces, independent of the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -18,25 +18,25 @@ use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
 
-/// Error of the integral over a cell or a group, over the largest values there.
+/// Error of the integral over a cell or a cluster, relative to the largest values.
 const RELATIVE_TOLERANCE: f64 = 1e-6;
 
-/// Points along a side of a group. Interpolation there errs like a rule of half as many.
+/// Number of equivalent forces along a side of a cluster. Their error is that of a Gauss rule with half as many.
 const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
-/// Most Gauss points along a side of a part of a cell.
+/// Maximum number of Gauss points along a side of a part of a cell.
 const MOST_POINTS: usize = 8;
 
-/// Divisions of a cell into halves, one after the other, at most.
+/// Maximum number of successive halvings of a cell.
 const MOST_DIVISIONS: usize = 32;
 
-/// Share of the sides below which a quadrilateral differs from a parallelogram by rounding.
+/// A quadrilateral counts as a parallelogram if it deviates by less than this share of the sides.
 const PARALLELOGRAM_TOLERANCE: f64 = 1e-9;
 
-/// Groups of so few parts of cells are not divided.
+/// Clusters with at most this number of quadrilaterals are not divided.
 const MAX_LEAF_QUADS: usize = 8;
 
-/// A quadrilateral of a cell, or a triangle as one whose last corners are the same, and the force per area on it.
+/// Quadrilateral of a cell with a uniform traction. A triangle is stored with its last corner repeated.
 #[derive(Debug, Clone)]
 struct LoadedQuad {
     corners: [[f64; 2]; 4],
@@ -45,11 +45,11 @@ struct LoadedQuad {
     orientation: f64,
 }
 
-/// A group of cells.
+/// Cluster of cells.
 #[derive(Debug)]
 struct CellCluster {
     patch: Parallelogram,
-    /// Forces that stand for it.
+    /// Equivalent forces of the cluster.
     forces: Vec<([f64; 2], Point)>,
     members: ClusterMembers,
 }
@@ -60,7 +60,7 @@ enum ClusterMembers {
     Quads(Range<usize>),
 }
 
-/// The half-space z <= 0, outward normal +z, under tractions on cells of its surface.
+/// Half-space z <= 0 with outward normal +z, under tractions on cells of its surface.
 pub struct SubsurfaceField<'a> {
     field: &'a PointForceField,
     stiffness: &'a Stiffness,
@@ -71,7 +71,7 @@ pub struct SubsurfaceField<'a> {
 }
 
 impl LoadedQuad {
-    /// The point at (s, t) of [-1, 1]², and the area there.
+    /// Point at (s, t) of [-1, 1]², and the Jacobian.
     fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
         let [a, b, c, d] = &self.corners;
         let value = |k: usize| {
@@ -83,7 +83,7 @@ impl LoadedQuad {
         ([value(0), value(1)], along_s[0] * along_t[1] - along_s[1] * along_t[0])
     }
 
-    /// Parallelograms that hold it together: one, if it is one.
+    /// Parallelograms that together enclose the quadrilateral; a single one if it is a parallelogram.
     fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
@@ -95,7 +95,7 @@ impl LoadedQuad {
         (4, [patch(1.0, 1.0), patch(1.0, -1.0), patch(-1.0, 1.0), patch(-1.0, -1.0)])
     }
 
-    /// Its halves along the longer side.
+    /// Halves of the quadrilateral, divided across its longer side.
     fn halves(&self) -> [Self; 2] {
         let [a, b, c, d] = self.corners;
         let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
@@ -111,7 +111,7 @@ impl LoadedQuad {
     }
 }
 
-/// The parts of a polygon.
+/// Quadrilaterals and triangles of a polygon.
 fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
     let n = corners.len();
     let twice_area: f64 = (0..n)
@@ -129,10 +129,10 @@ fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
 }
 
 impl<'a> SubsurfaceField<'a> {
-    /// Bytes that cells of so many corners take if all are loaded, at most.
+    /// Upper bound of the memory, bytes: all cells loaded, with the given numbers of corners.
     pub fn expected_bytes(n_corners: impl Iterator<Item = usize>) -> usize {
         let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
-        // A group that is divided leaves more than half of FEW parts in each half.
+        // Each half of a divided cluster holds at least half of `MAX_LEAF_QUADS` quadrilaterals.
         let groups = 2 * parts / MAX_LEAF_QUADS.div_ceil(2) + 1;
         parts * size_of::<LoadedQuad>()
             + groups
@@ -142,8 +142,8 @@ impl<'a> SubsurfaceField<'a> {
                         * size_of::<([f64; 2], Point)>())
     }
 
-    /// Under the tractions (MPa, on the body) of cells by their corners in the plane; `field` is that of the material of this `stiffness` in
-    /// the axes of the surface.
+    /// Field under the tractions (MPa, on the body) of cells, given by their corners in the plane. `field` belongs to the same
+    /// `stiffness`, in the axes of the surface.
     pub fn new(
         (stiffness, field): (&'a Stiffness, &'a PointForceField),
         cells: impl Iterator<Item = (Vec<[f64; 2]>, Point)>,
@@ -159,7 +159,7 @@ impl<'a> SubsurfaceField<'a> {
         made
     }
 
-    /// Makes the group of some parts, after its halves; its number.
+    /// Builds the cluster of a range of quadrilaterals after its halves; returns its index.
     fn build_cluster(&mut self, range: Range<usize>) -> usize {
         let corners = self.quads[range.clone()].iter().flat_map(|part| part.corners);
         let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -172,7 +172,7 @@ impl<'a> SubsurfaceField<'a> {
         let at = |part: &LoadedQuad| part.corners.iter().map(|corner| corner[axis]).sum::<f64>();
         let mut members = ClusterMembers::Quads(range.clone());
         if range.len() > MAX_LEAF_QUADS {
-            // Halves of the same number of parts.
+            // Halves with equal numbers of quadrilaterals.
             let cut = range.len() / 2;
             self.quads[range.clone()].select_nth_unstable_by(cut, |a, b| at(a).total_cmp(&at(b)));
             let first = self.build_cluster(range.start..range.start + cut);
@@ -180,7 +180,7 @@ impl<'a> SubsurfaceField<'a> {
         }
         let forces = self.forces(&members, middle, half);
         if let ClusterMembers::Children(halves) = &members {
-            // Those of parts were for this alone.
+            // Equivalent forces of leaves serve only to compute those of the parent.
             for &half in halves {
                 let half = &mut self.clusters[half];
                 if matches!(half.members, ClusterMembers::Quads(_)) {
@@ -194,7 +194,7 @@ impl<'a> SubsurfaceField<'a> {
         self.clusters.len() - 1
     }
 
-    /// Forces at the points of a rule over a rectangle that do the same work as those of its members on polynomials.
+    /// Equivalent forces at the points of a rule over a rectangle. They do the members' work on polynomials.
     fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
         let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
         let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
@@ -227,7 +227,7 @@ impl<'a> SubsurfaceField<'a> {
         sums.into_iter().enumerate().map(|(k, sum)| (place(k), sum)).collect()
     }
 
-    /// Displacement and stress at a point below the surface; the displacement is that from infinity.
+    /// Displacement and stress at a point below the surface. The displacement is relative to infinity.
     pub fn at(&self, y: &Point) -> PointState {
         let mut sum = DisplacementGradient::default();
         if !self.clusters.is_empty() {
@@ -262,7 +262,7 @@ impl<'a> SubsurfaceField<'a> {
             part.halves().iter().for_each(|half| self.add_part(half, y, divisions - 1, sum));
             return;
         }
-        // One more for an area that varies.
+        // One more point if the Jacobian varies.
         let n = (n.unwrap_or(MOST_POINTS) + usize::from(count > 1)).min(MOST_POINTS);
         let rule = &self.rules[n - 1];
         for ((s, ws), (t, wt)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
@@ -271,7 +271,7 @@ impl<'a> SubsurfaceField<'a> {
         }
     }
 
-    /// Adds a force at `x` of the surface.
+    /// Adds the field of a force at `x` on the surface.
     #[inline]
     fn add(&self, x: [f64; 2], force: &Point, y: &Point, sum: &mut DisplacementGradient) {
         let field = self.field.at(&Point::new(y.x - x[0], y.y - x[1], y.z));
@@ -283,7 +283,7 @@ impl<'a> SubsurfaceField<'a> {
     }
 }
 
-/// The polynomials of a rule that are 1 at one of its points and 0 at the others.
+/// Lagrange polynomials at the points of a rule.
 fn lagrange_basis(rule: &[(f64, f64)], x: f64) -> [f64; EQUIVALENT_FORCES_PER_SIDE] {
     std::array::from_fn(|i| {
         let others = rule.iter().enumerate().filter(|(j, _)| *j != i);
@@ -304,15 +304,15 @@ mod tests {
         vec![[x - a, y - b], [x + a, y - b], [x + a, y + b], [x - a, y + b]]
     }
 
-    /// Truth: Boussinesq's and Love's closed forms on the axis of a disc under uniform pressure p (Johnson 3.33): σ_z = -p (1 - ζ³),
-    /// σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2) with ζ = z / √(a² + z²); a polygon of 256 corners of the same area, from a hundredth of the
-    /// radius on.
+    /// Truth: the closed forms of Boussinesq and Love on the axis of a disc under uniform pressure p (Johnson 3.33): σ_z = -p (1 -
+    /// ζ³), σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2), ζ = z / √(a² + z²). The disc is a polygon with 256 corners and the same area.
+    /// Depths start at a hundredth of the radius.
     #[test]
     fn below_a_disc() {
         let (stiffness, p, nu) = (steel(), 100.0, 0.3);
         let field = PointForceField::new(&stiffness).unwrap();
         let n = 256.0;
-        // Of the same area.
+        // Radius of the polygon with the area of the disc.
         let radius = (2.0 * std::f64::consts::PI / (n * (2.0 * std::f64::consts::PI / n).sin())).sqrt();
         let corner = |k: usize| {
             let angle = 2.0 * std::f64::consts::PI * k as f64 / n;
@@ -331,11 +331,11 @@ mod tests {
         }
     }
 
-    /// Truth: the sum over all cells by many Gauss points each: groups of cells and rules by distance leave 1e-5 of the largest stress, for
-    /// isotropic and anisotropic bodies, below, beside and far from the cells, at half a cell too.
+    /// Truth: the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an error of 1e-5 of
+    /// the largest stress. Isotropic and anisotropic bodies; points below, beside and far from the cells, and at half a cell.
     #[test]
     fn groups_stand_for_their_cells() {
-        // Weak fibres need a small table; a thorough test takes stiff ones and more cells.
+        // Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres and more cells.
         let (along, n) =
             if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { (167_230.0, 24) } else { (20_000.0, 16) };
         let fibres = Stiffness::transversely_isotropic(along, 9544.0, 5292.0, 0.272, 0.369).unwrap();
@@ -378,9 +378,9 @@ mod tests {
         }
     }
 
-    /// Truth: Hertz' line contact (Johnson 4.2c, catalogue case hertz-line): the largest shear stress 0.300283 p0 lies 0.786151 a below the
-    /// middle; 160 strips across the contact, 800 times as
-    /// long as its half-width, of a material that keeps its volume: for others σ_x lacks (1 - 2ν) P' / (π L) under strips of the length 2 L.
+    /// Truth: Hertzian line contact (Johnson 4.2c, catalogue case hertz-line). The largest shear stress, 0.300283 p0, lies 0.786151
+    /// a below the centre. The model has 160 strips across the contact, 800 times as long as its half-width, and an incompressible
+    /// material. For compressible materials σ_x would lack (1 - 2ν) P' / (π L) under strips of length 2 L.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);
@@ -388,7 +388,7 @@ mod tests {
         let field = PointForceField::new(&stiffness).unwrap();
         let (n, length) = (160, 400.0 * a);
         let h = 2.0 * a / n as f64;
-        // Mean of the pressure over a strip.
+        // Mean pressure over a strip.
         let integral = |x: f64| {
             let x = x.clamp(-1.0, 1.0);
             0.5 * (x * (1.0 - x * x).sqrt() + x.asin())

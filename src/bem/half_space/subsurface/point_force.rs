@@ -1,4 +1,4 @@
-//! Field of a point force on the surface of a half-space, fast enough for millions of points.
+//! Tabulated field of a point force on the surface of a half-space, for millions of evaluations.
 
 use std::f64::consts::PI;
 
@@ -15,28 +15,28 @@ use crate::geometry::Side;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Points nearer to the surface, over their distance from the force, count as on it.
+/// Points nearer to the surface, relative to their distance from the force, count as surface points.
 const SURFACE_TOLERANCE: f64 = 1e-9;
 
-/// Names the tables in the cache.
+/// Kind of the tables in the cache key.
 const KIND: &str = "point force";
 
-/// Wanted error of a table, over its largest entry.
+/// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 3e-8;
 
-/// Change of the direct integral by doubling its points at which a node of a table is accepted.
+/// Convergence limit of the direct integral at the nodes of a table: change on doubling its points.
 const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
-/// Directions in the surface in which a table is compared with the surface's own field.
+/// Number of directions in the surface for which a table is compared with the surface field.
 const COMPARED_ON_SURFACE: usize = 1024;
 
-/// Stiffnesses below this share of the largest one count as zero: rounding of turned axes.
+/// Stiffnesses below this share of the largest count as zero (rounding of rotated axes).
 const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
 ///
-/// Isotropic materials have closed forms; others a table, made of integrals over directions, and on the surface the series of
-/// its Green's function.
+/// Isotropic materials have a closed form. Other materials use a table of integrals over directions, and on the surface the series
+/// of the Green's function.
 #[derive(Debug, Clone)]
 pub struct PointForceField(Form);
 
@@ -53,7 +53,7 @@ struct Tabulated {
 }
 
 impl PointForceField {
-    /// The field in a material, in the axes of the surface.
+    /// Field for a material in the axes of the surface.
     ///
     /// # Errors
     /// As [`Self::load_or_compute`].
@@ -61,11 +61,11 @@ impl PointForceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// The same with the table from a cache, or computed and put there, and what the user should know of the cache: a damaged
-    /// entry, or one that could not be written.
+    /// As [`Self::new`], with the table read from a cache or computed and written to it. Also returns a warning for a damaged entry
+    /// or a failed write.
     ///
     /// # Errors
-    /// As [`SurfaceGreen::new`], if memory does not suffice, and if a stop is wished.
+    /// As [`SurfaceGreen::new`], if memory does not suffice, and if the run is cancelled.
     pub fn load_or_compute(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Boussinesq::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
@@ -88,8 +88,8 @@ impl PointForceField {
         Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
-    /// The field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts as on it:
-    /// its derivatives are those from within the body.
+    /// Field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts
+    /// as a surface point. Its derivatives are one-sided, from within the body.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let on_surface = x.z >= -SURFACE_TOLERANCE * x.norm();
@@ -102,8 +102,8 @@ impl PointForceField {
         }
     }
 
-    /// Largest difference of displacement or gradient from the direct integral that was found when the table was made, over the largest
-    /// entry at that distance, or the last change of the integral if it is larger; 0 for closed forms.
+    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry at that
+    /// distance. The last change of the integral replaces it if larger; 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,
@@ -112,7 +112,7 @@ impl PointForceField {
     }
 }
 
-/// Whether the plane across an axis is a plane of symmetry: stiffnesses with an odd number of indices of that axis vanish.
+/// Whether the plane normal to an axis is one of symmetry: stiffnesses with an odd number of indices of that axis vanish.
 fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
     let largest = stiffness.voigt().amax();
     let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
@@ -127,8 +127,8 @@ mod tests {
     use crate::bem::cube_table::{CACHE_EXTENSION, cache_key};
     use crate::linalg::cache::CacheLookup;
 
-    /// Truth: a transversely isotropic material is its own mirror image across planes that contain the fibre or that the fibre is normal
-    /// to; the direct integral in all quadrants.
+    /// Truth: a transversely isotropic material is symmetric about planes that contain the fibre or are normal to it. The field
+    /// equals the direct integral in all quadrants.
     #[test]
     fn mirror_images_are_the_direct_integral() {
         let fibre = Stiffness::transversely_isotropic(14e3, 10e3, 5e3, 0.3, 0.4).unwrap();
@@ -136,7 +136,7 @@ mod tests {
             fibre.rotated(nalgebra::Rotation3::from_scaled_axis(axis * angle).matrix())
         };
         let [y, z] = [Vector3::y(), Vector3::z()];
-        // The fibre lies along x, is tilted in the plane y = 0, in the plane x = 0, lies between x and y.
+        // Fibre along x; tilted in the plane y = 0; tilted in the plane x = 0; between x and y.
         let upright = turned(y, 0.5).rotated(nalgebra::Rotation3::from_scaled_axis(z * (0.5 * PI)).matrix());
         let cases = [
             (fibre.clone(), [true, true]),
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Truth: a table that is kept is read, to the last bit; a damaged one is made anew, and told.
+    /// Truth: a cached table is read back to the last bit. A damaged one is recomputed and reported.
     #[test]
     fn tables_are_kept() {
         let folder = tempfile::tempdir().unwrap();
@@ -175,7 +175,7 @@ mod tests {
         let path = folder.path().read_dir().unwrap().next().unwrap().unwrap().path();
         let whole = std::fs::read(&path).unwrap();
         let key = cache_key(KIND, &stiffness);
-        // A mark in the file tells what is read from what is made anew.
+        // A marker in the file distinguishes a cached table from a recomputed one.
         let list = |error: f64| {
             let CacheLookup::Hit(mut values) = cache.read_list(&key, CACHE_EXTENSION).unwrap() else {
                 panic!("no list")

@@ -1,4 +1,4 @@
-//! Displacement inside a half-space under a point force on its surface, and its gradient, by integrals over directions.
+//! Displacement and its gradient inside a half-space under a point force on its surface, by integrals over directions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,39 +15,39 @@ use crate::material::Stiffness;
 /// First and largest number of points of the angular rule.
 const POINTS: [usize; 2] = [16, 1 << 14];
 
-/// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
+/// Convergence limit: change from a rule to the doubled rule, relative to the largest value.
 const MAX_CHANGE: f64 = 1e-11;
 
-/// Number of rules for points near the surface. Points nearer than 4^(1 - RULES) of their distance from the inner axis take the last one.
+/// Number of rules. The last one serves all depths below 4^(1 - RULES) of the distance from the inner axis.
 const RULES: i32 = 10;
 
-/// Points of a rule that are added at once, to fill wide registers.
+/// Number of quadrature points per batch, for SIMD.
 const LANES: usize = POINTS[0];
 
-/// Entries of the integrand: G and its derivatives along x, y, z.
+/// Number of entries of the integrand: G and its derivatives along x, y, z.
 const TERMS: usize = 36;
 
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
 /// # Source
-/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with m = (cos θ, sin θ, 0), τ = −(m·x)/z, D = Q + τ(R + Rᵀ) + τ²T,
-/// Q = C(m, m), R = C(m, e3), T = C(e3, e3), A = S L⁻¹ of the Barnett-Lothe tensors: the resolvent of the Stroh matrix, which needs no
-/// eigenvectors and is real.
+/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ, where m = (cos θ, sin θ, 0), τ = −(m·x)/z, D = Q + τ(R + Rᵀ) + τ²T, Q = C(m, m),
+/// R = C(m, e3), T = C(e3, e3), A = S L⁻¹ of the Barnett-Lothe tensors. The resolvent of the Stroh matrix is real and needs no
+/// eigenvectors.
 #[derive(Debug, Clone)]
 pub struct PointForceIntegral {
     /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
     plane: [Matrix3<f64>; 3],
     /// C(e_x, e3), C(e_y, e3).
     mixed: [Matrix3<f64>; 2],
-    /// Their sums with their transposes.
+    /// Sums of `mixed` with their transposes.
     mixed_sum: [Matrix3<f64>; 2],
     /// C(e3, e3).
     normal: Matrix3<f64>,
-    /// A(θ), antisymmetric: its entries xy, xz, yz.
+    /// A(θ), antisymmetric: entries xy, xz, yz.
     coupling: AngularTable,
-    /// The points of the largest rule for depths of 1, 1/4, 1/16, ... of the distance from the inner axis.
+    /// Points of the largest rule for ratios 1, 1/4, 1/16, ... of depth to distance from the inner axis.
     rules: Vec<Vec<RulePoint>>,
-    /// Number of points below which rules are not compared.
+    /// Number of points of the first rule.
     min_points: usize,
 }
 
@@ -58,7 +58,7 @@ struct RulePoint {
     weight: f64,
 }
 
-/// Direction of a point from the force.
+/// Direction from the force to a point.
 struct Direction {
     phi: f64,
     cos: f64,
@@ -68,7 +68,7 @@ struct Direction {
 }
 
 impl PointForceIntegral {
-    /// The field of a material in the axes of the surface, and the surface's own function.
+    /// Field for a material in the axes of the surface; `green` is its surface Green's function.
     pub fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |j: usize, l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, j, k, l));
         let admittance = green.admittance_series();
@@ -77,7 +77,7 @@ impl PointForceIntegral {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
         let mixed = [contract(0, 2), contract(1, 2)];
-        // Features of the integrand have the width of the square root of ratios of stiffnesses.
+        // The integrand has features as narrow as the square root of the stiffness ratios.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
@@ -90,10 +90,10 @@ impl PointForceIntegral {
         }
     }
 
-    /// The field at a point below the surface, mm.
+    /// Field at a point below the surface, mm.
     ///
     /// # Errors
-    /// If the point is not below the surface, or lies so near to it that the rule does not converge.
+    /// If the point is not below the surface, or too near to the surface for the rule to converge.
     pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let distance = x.norm();
         if !distance.is_finite() || x.z >= 0.0 {
@@ -110,11 +110,12 @@ impl PointForceIntegral {
         )))
     }
 
-    /// The field at a point below the surface, and the last change by doubling the points, over its largest entries.
+    /// Field at a point below the surface, and the last change on doubling the points, relative to the largest entries.
     ///
-    /// By the trapezoidal rule in s, tan ψ = k' sc(s, k), θ = φ + π/2 + ψ, where k' is about the depth over the distance from the inner axis: the
-    /// poles near tan ψ = ±i k' and ±i lie far from the real line. Points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
-    /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
+    /// Trapezoidal rule in s with tan ψ = k' sc(s, k), θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance
+    /// from the inner axis. The poles near tan ψ = ±i k' and ±i are then far from the real line. The points are doubled until the
+    /// last change is at most `change` and the change before at most 10 √change, or until the largest rule. The second condition
+    /// prevents false convergence where the leading error, a wave in φ with as many periods as points, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -144,7 +145,7 @@ impl PointForceIntegral {
         }
     }
 
-    /// Adds points of a rule.
+    /// Adds the contributions of a batch of quadrature points.
     fn add(&self, direction: &Direction, points: &[RulePoint; LANES], sums: &mut [f64; TERMS]) {
         let [mut cos, mut sin] = [[0.0; LANES]; 2];
         let mut coupling = [[0.0; 3]; LANES];
@@ -159,7 +160,7 @@ impl PointForceIntegral {
         sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
     }
 
-    /// F, m_x F', m_y F' and F + τF' at a point of a rule, times its weight.
+    /// F, m_x F', m_y F' and F + τF' at a quadrature point, times its weight.
     #[inline(always)]
     fn term(&self, direction: &Direction, [cos, sin, weight]: [f64; 3], a: [f64; 3]) -> [f64; TERMS] {
         // m at θ = φ + π/2 + ψ, and τ.
@@ -201,7 +202,7 @@ impl PointForceIntegral {
     }
 }
 
-/// The terms of points of a rule by cos ψ, sin ψ and their weights, and by A.
+/// Terms of a batch of points from cos ψ, sin ψ, the weights, and A.
 fn weigh(
     integral: &PointForceIntegral,
     direction: &Direction,
@@ -244,9 +245,9 @@ impl Direction {
     }
 }
 
-/// The points of the largest rule for a depth of `ratio` of the distance from the inner axis, half a turn from −π/2.
+/// Points of the largest rule for a `ratio` of depth to distance from the inner axis; half a turn from −π/2.
 fn rule(ratio: f64) -> Vec<RulePoint> {
-    // Points half a step from the middle and the ends: no tangent is infinite.
+    // Offset of half a step from the centre and the ends: all tangents are finite.
     let tangents = (0..POINTS[1]).map(|k| {
         let s = (2 * k + 1) as f64 / POINTS[1] as f64 - 1.0;
         (ratio * elliptic_tangent(s.abs(), ratio)).copysign(s)
@@ -256,7 +257,7 @@ fn rule(ratio: f64) -> Vec<RulePoint> {
     tangents.map(|tangent| RulePoint { tangent, weight: slope(tangent) / mean }).collect()
 }
 
-/// sc(K s, k), 0 < s < 1, with the complementary modulus `ratio`, by Landen's transformation.
+/// sc(K s, k) for 0 < s < 1, with complementary modulus `ratio`, by Landen's transformation.
 fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
     if s > 0.5 {
         return 1.0 / (ratio * elliptic_tangent(1.0 - s, ratio));
@@ -269,7 +270,7 @@ fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
     2.0 / (sum * inverse + ((sum * inverse).powi(2) + 4.0 * ratio).sqrt())
 }
 
-/// Of 1 and `b` <= 1.
+/// Arithmetic-geometric mean of 1 and `b` <= 1.
 fn arithmetic_geometric_mean(b: f64) -> f64 {
     if b > 1.0 - f64::EPSILON {
         1.0
@@ -278,21 +279,21 @@ fn arithmetic_geometric_mean(b: f64) -> f64 {
     }
 }
 
-/// The field at depth −`z` by the sums over `points` points.
+/// Field at depth −`z` from the sums over `points` points.
 fn field(sums: &[f64; TERMS], z: f64, points: usize) -> GreenTensor {
     let factor = 1.0 / (2.0 * PI * points as f64);
     let part = |k: usize, factor: f64| Matrix3::from_row_slice(&sums[9 * k..9 * k + 9]) * factor;
     GreenTensor { value: part(0, -factor / z), gradient: [1, 2, 3].map(|k| part(k, factor / (z * z))) }
 }
 
-/// L and 1/d of a positive definite L diag(d) Lᵀ.
+/// Factors L and 1/d of a positive definite matrix L diag(d) Lᵀ.
 struct Factor {
     l: [f64; 3],
     inverse: [f64; 3],
 }
 
 impl Factor {
-    /// From the entries xx, yx, yy, zx, zy, zz.
+    /// Factorises the matrix with the entries xx, yx, yy, zx, zy, zz.
     #[inline(always)]
     fn new([xx, yx, yy, zx, zy, zz]: [f64; 6]) -> Self {
         let first = 1.0 / xx;
@@ -303,7 +304,7 @@ impl Factor {
         Self { l: [l10, l20, l21], inverse: [first, second, 1.0 / (zz - l20 * zx - l21 * rest)] }
     }
 
-    /// The solution for the rows of three right sides.
+    /// Solves for three right-hand sides, given by rows.
     #[inline(always)]
     fn solve(&self, [mut x, mut y, mut z]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         let ([l10, l20, l21], [first, second, third]) = (self.l, self.inverse);
@@ -317,7 +318,7 @@ impl Factor {
     }
 }
 
-/// A row times the antisymmetric matrix of the entries xy, xz, yz.
+/// Row vector times the antisymmetric matrix with the entries xy, xz, yz.
 #[inline(always)]
 fn times_antisymmetric([x, y, z]: [f64; 3], [xy, xz, yz]: [f64; 3]) -> [f64; 3] {
     [-(y * xy + z * xz), x * xy - z * yz, x * xz + y * yz]
@@ -338,7 +339,7 @@ mod tests {
         fibre.rotated(nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), -tilt.to_radians()).matrix())
     }
 
-    /// Truth: Boussinesq and Cerruti, in the body z < 0.
+    /// Truth: the solutions of Boussinesq and Cerruti for the body z < 0.
     #[test]
     fn isotropic_bodies() {
         let (e, nu) = (210e3, 0.3);
@@ -366,7 +367,7 @@ mod tests {
         }
     }
 
-    /// Truth: the derivative is the limit of differences; the field falls like 1 / distance; at the surface it is Γ(φ) / r.
+    /// Truth: derivatives equal finite differences; the field decays like 1 / distance; at the surface it is Γ(φ) / r.
     #[test]
     fn derivatives_scale_and_surface() {
         let stiffness = cfrp(30.0);
@@ -392,7 +393,7 @@ mod tests {
         assert!(fine < 1e-2 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
     }
 
-    /// Truth: the tractions on a hemisphere about the force balance it.
+    /// Truth: the tractions on a hemisphere around the force balance the force.
     #[test]
     fn tractions_balance_the_force() {
         let stiffness = cfrp(30.0);
@@ -400,7 +401,7 @@ mod tests {
         let mut sum = Matrix3::zeros();
         let (around, down) = (48, 24);
         for i in 0..down {
-            // Midpoints in cos β after a substitution that is flat at the surface.
+            // Midpoint rule in cos β after a substitution with zero slope at the surface.
             let u = (i as f64 + 0.5) / down as f64;
             let (cos, slope) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
             let sin = (1.0 - cos * cos).sqrt();

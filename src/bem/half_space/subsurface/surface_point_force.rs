@@ -1,4 +1,4 @@
-//! The field of a point force on the surface of its half-space.
+//! Field of a point force at points on the surface of its half-space.
 
 use nalgebra::Matrix3;
 
@@ -7,17 +7,17 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
 use crate::material::Stiffness;
 
-/// Γ(φ) / r, its derivatives in the surface, and the one along the normal that leaves the surface without traction.
+/// Γ(φ) / r, its derivatives in the surface, and the normal derivative that leaves the surface free of traction.
 #[derive(Debug, Clone)]
 pub(super) struct SurfacePointForce {
     /// Γ and Γ', row by row.
     table: AngularTable,
-    /// −T⁻¹ C(e3, e_a) for a = x, y: the derivative along z by those along x, y.
+    /// −T⁻¹ C(e3, e_a) for a = x, y: maps derivatives along x, y to the derivative along z.
     normal: [Matrix3<f64>; 2],
 }
 
 impl SurfacePointForce {
-    /// From the Green's function of the same body.
+    /// Field from the Green's function of the same body.
     pub(super) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let factor = contract(2).cholesky().expect("C(e3, e3) is positive definite with the stiffness");
@@ -27,7 +27,7 @@ impl SurfacePointForce {
         }
     }
 
-    /// The field at (x, y, 0).
+    /// Field at (x, y, 0).
     pub(in crate::bem::half_space) fn at(&self, x: f64, y: f64) -> GreenTensor {
         let mut functions = [0.0; 18];
         self.table.add(x, y, 1.0, &mut functions);
