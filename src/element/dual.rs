@@ -1,9 +1,9 @@
-//! Numbers with their derivatives by the three reference coordinates: a shape function is written once, its gradient
-//! follows.
+//! Dual numbers: values with their derivatives with respect to the three reference coordinates. They give the gradients of shape
+//! functions.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A value and its gradient.
+/// Value and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dual {
     pub value: f64,
@@ -11,7 +11,7 @@ pub(super) struct Dual {
 }
 
 impl Dual {
-    /// The reference coordinates at a point.
+    /// Reference coordinates at a point, with their derivatives.
     pub fn coordinates(xi: [f64; 3]) -> [Self; 3] {
         std::array::from_fn(|i| {
             let mut gradient = [0.0; 3];
@@ -24,7 +24,7 @@ impl Dual {
         Self { value, gradient: std::array::from_fn(|i| a * x.gradient[i] + b * y.gradient[i]) }
     }
 
-    /// At least `least`, constant below.
+    /// Maximum of the value and `least`; the gradient is zero where `least` applies.
     pub fn at_least(self, least: f64) -> Self {
         if self.value < least { Self { value: least, gradient: [0.0; 3] } } else { self }
     }
@@ -92,12 +92,12 @@ pub(super) fn one_minus(x: Dual) -> Dual {
     -x + 1.0
 }
 
-/// The corner and middle functions of a line [-1, 1] at `x`: that of the node at -1, 0 or 1, quadratic.
+/// Quadratic shape function on the line [-1, 1] at `x`, for the node at -1, 0 or 1.
 pub(super) fn quadratic(x: Dual, node: f64) -> Dual {
     if node == 0.0 { one_minus(x * x) } else { (x + node) * x * 0.5 }
 }
 
-/// The functions of the 6-node triangle (0,0), (1,0), (0,1): corners, then the middles of 0-1, 1-2, 2-0.
+/// Shape functions of the 6-node triangle (0,0), (1,0), (0,1): corners, then the middle nodes of 0-1, 1-2, 2-0.
 pub(super) fn triangle6(x: Dual, y: Dual) -> [Dual; 6] {
     let o = one_minus(x + y);
     let corner = |l: Dual| l * (l * 2.0 - 1.0);

@@ -1,8 +1,8 @@
-//! The kinds of cells a mesh may hold: dimension, nodes, faces, gmsh's and VTK's codes.
+//! Kinds of mesh cells: dimension, nodes, faces, codes of gmsh and VTK.
 
 use super::reference_tables;
 
-/// Kinds of cells that a mesh may hold; node order is gmsh's.
+/// Kind of a mesh cell, with gmsh's node order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
 pub enum ElementKind {
@@ -27,7 +27,7 @@ pub enum ElementKind {
     Pyramid14,
 }
 
-/// What is constant for a kind.
+/// Constants of an element kind.
 struct Facts {
     dim: usize,
     corners: usize,
@@ -42,7 +42,7 @@ const fn facts(dim: usize, corners: usize, nodes: usize, gmsh: u32, vtk: u8, nam
 }
 
 impl ElementKind {
-    /// Every kind.
+    /// All element kinds.
     pub const ALL: [Self; 19] = [
         Self::Point1,
         Self::Line2,
@@ -99,27 +99,27 @@ impl ElementKind {
         self.facts().nodes
     }
 
-    /// Number of corner nodes; they come first in the node order.
+    /// Number of corner nodes; corner nodes come first in the node order.
     pub const fn n_corners(self) -> usize {
         self.facts().corners
     }
 
-    /// The element type number of .msh files.
+    /// Element type number in .msh files.
     pub const fn gmsh_code(self) -> u32 {
         self.facts().gmsh
     }
 
-    /// The kind of an element type number of .msh files, `None` for those of order 3 and above.
+    /// Kind of an element type number in .msh files; `None` for unknown types (order 3 and above).
     pub fn from_gmsh_code(code: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.gmsh_code() == code)
     }
 
-    /// VTK's cell type. A pyramid of 14 nodes is written as one of 13, VTK having none of 14.
+    /// Cell type of VTK. VTK has no 14-node pyramid, so this kind is written as a 13-node pyramid.
     pub const fn vtk_code(self) -> u8 {
         self.facts().vtk
     }
 
-    /// Node `i` of the VTK cell is node `vtk_order()[i]` here (13 entries for a pyramid of 14 nodes).
+    /// Node order of VTK: node `i` of the VTK cell is node `vtk_order()[i]` here (13 entries for the 14-node pyramid).
     pub fn vtk_order(self) -> &'static [usize] {
         match self {
             Self::Tet10 => reference_tables::TET10_VTK,
@@ -132,13 +132,13 @@ impl ElementKind {
         }
     }
 
-    /// Its name, lower case with the number of nodes ("hex8").
+    /// Name in lower case with the number of nodes ("hex8").
     pub const fn name(self) -> &'static str {
         self.facts().name
     }
 
-    /// Faces of a solid: the kind of each and its nodes among the solid's, in gmsh's order, with the normal
-    /// pointing out of a solid of positive Jacobian; empty for points, lines and surfaces.
+    /// Faces of a solid: the kind of each face and its nodes in the solid, in gmsh's order. Normals point outward for a positive
+    /// Jacobian. Empty for points, lines and surfaces.
     pub const fn local_faces(self) -> &'static [(ElementKind, &'static [usize])] {
         match self {
             Self::Tet4 => reference_tables::TET4_FACES,

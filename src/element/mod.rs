@@ -1,4 +1,4 @@
-//! Element kinds: node counts, faces, reference node order (gmsh's), shape functions; one file per finite element.
+//! Finite elements: [`ElementKind`] (node counts, faces, gmsh's node order) and [`ShapeFunctions`]; one file per element.
 
 mod dual;
 mod hex20;

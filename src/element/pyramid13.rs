@@ -1,6 +1,6 @@
-//! The 13-node pyramid on the base [-1, 1]^2 at z = 0 with its tip at (0, 0, 1).
+//! The 13-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
 //!
-//! Rational: quadratic on the triangles, serendipity on the base.
+//! Rational shape functions: quadratic on the triangles, serendipity on the base.
 //!
 //! # Source
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
@@ -15,9 +15,9 @@ pub struct Pyramid13;
 impl DualShapeFunctions<13> for Pyramid13 {
     const NODES: [[f64; 3]; 13] = *Pyramid14::NODES.first_chunk().unwrap();
 
-    /// All functions but those that [`super::Pyramid14`] changes.
+    /// Shape functions; [`super::Pyramid14`] corrects them with its bubble.
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {
-        // The side of the section at height z; the tip itself is the limit.
+        // Half side of the cross-section at height z; the value at the apex is the limit.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let (to_x, to_y) = (|a: f64| side + x * a, |b: f64| side + y * b);
         Self::NODES.map(|[a, b, height]| match (height > 0.0, a == 0.0, b == 0.0) {

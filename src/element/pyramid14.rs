@@ -1,6 +1,6 @@
-//! The 14-node pyramid on the base [-1, 1]^2 at z = 0 with its tip at (0, 0, 1).
+//! The 14-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
 //!
-//! The 13-node pyramid with a bubble on the base: quadratic on the triangles, biquadratic on the base.
+//! The 13-node pyramid with a bubble function on the base: quadratic on the triangles, biquadratic on the base.
 
 use super::Pyramid13;
 use super::dual::{Dual, one_minus};
@@ -32,7 +32,7 @@ impl DualShapeFunctions<14> for Pyramid14 {
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
         let thirteen = Pyramid13::dual_values(xi);
-        // The functions of the base at its middle: -1/4 of the corners, 1/2 of the middles of the edges.
+        // Shape functions of the 13-node pyramid at the centre of the base: -1/4 at corners, 1/2 at middle nodes.
         let at_middle = Pyramid13::values([0.0; 3]);
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
     }

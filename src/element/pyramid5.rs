@@ -1,6 +1,6 @@
-//! The 5-node pyramid on the base [-1, 1]^2 at z = 0 with its tip at (0, 0, 1).
+//! The 5-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
 //!
-//! Rational: linear on every face, bilinear on the base.
+//! Rational shape functions: linear on the triangles, bilinear on the base.
 //!
 //! # Source
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
@@ -16,7 +16,7 @@ impl DualShapeFunctions<5> for Pyramid5 {
         [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 5] {
-        // The side of the section at height z; the tip itself is the limit.
+        // Half side of the cross-section at height z; the value at the apex is the limit.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         Self::NODES.map(|[a, b, tip]| match tip == 1.0 {
             true => z,

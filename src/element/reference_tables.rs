@@ -5,7 +5,7 @@
 
 use super::ElementKind::{self, Quad4, Quad8, Quad9, Tri3, Tri6};
 
-/// A face of a solid: its kind and the solid's nodes on it, outward oriented.
+/// Face of a solid: its kind and the nodes of the solid on it, oriented outward.
 type Face = (ElementKind, &'static [usize]);
 
 pub(super) const TET4_FACES: &[Face] =

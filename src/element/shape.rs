@@ -1,4 +1,4 @@
-//! What an element with `N` nodes and `D` reference coordinates gives: its shape functions and their gradients.
+//! Shape functions and gradients of an element with `N` nodes and `D` reference coordinates.
 
 use super::dual::Dual;
 
@@ -10,16 +10,16 @@ pub trait ShapeFunctions<const N: usize, const D: usize> {
     /// Values at the reference point `xi`.
     fn values(xi: [f64; D]) -> [f64; N];
 
-    /// Derivatives by the reference coordinates at `xi`.
+    /// Derivatives with respect to the reference coordinates at `xi`.
     fn gradients(xi: [f64; D]) -> [[f64; D]; N];
 }
 
-/// Shape functions of a solid written once, in dual numbers: values and gradients follow.
+/// Shape functions of a solid in dual numbers, which give values and gradients from one formula.
 pub(super) trait DualShapeFunctions<const N: usize> {
     /// As [`ShapeFunctions::NODES`].
     const NODES: [[f64; 3]; N];
 
-    /// Values with their gradients, `xi` being the reference coordinates with theirs.
+    /// Values with their gradients; `xi` are the reference coordinates with their gradients.
     fn dual_values(xi: [Dual; 3]) -> [Dual; N];
 }
 
@@ -60,9 +60,9 @@ mod tests {
         check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
     }
 
-    /// Truths: N_a(x_b) = delta_ab; sum N = 1; the gradients are the derivatives of the values (central differences
-    /// with step 1e-5: rounding only where functions are quadratic along a coordinate, 1e-10 times the third derivative
-    /// of rational ones, 1e-9; sums of more than nine terms round to 1e-14).
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step 1e-5. Differences of
+    /// functions quadratic along a coordinate have only rounding errors, 1e-10. Rational functions add 1e-10 times the third
+    /// derivative, 1e-9. Sums of more than nine terms round to 1e-14.
     fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
         let name = std::any::type_name::<S>();
         for (a, node) in S::NODES.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The reference cells of the solids, by kind.
+//! Reference nodes and shape functions of the solids, by kind.
 
 use super::{
     ElementKind, Hex8, Hex20, Hex27, Pyramid5, Pyramid13, Pyramid14, ShapeFunctions, Tet4, Tet10, Wedge6,
@@ -25,7 +25,7 @@ macro_rules! solids {
                 }
             }
 
-            /// Derivatives of the shape functions of a solid by the reference coordinates at `xi`, `[n_nodes]`; empty
+            /// Derivatives of the shape functions of a solid with respect to the reference coordinates at `xi`, `[n_nodes]`. Empty
             /// for points, lines and surfaces.
             pub fn shape_gradients(self, xi: [f64; 3]) -> Vec<[f64; 3]> {
                 match self {

@@ -1,15 +1,15 @@
-//! The shape functions of the faces of solids, by kind.
+//! Shape functions of the faces of solids, by kind.
 
 use super::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 
-/// Most nodes of a face.
+/// Largest number of nodes of a face.
 pub const MAX_FACE_NODES: usize = 9;
 
 macro_rules! surfaces {
     ($($element:ident, $n:literal;)*) => {
         impl ElementKind {
-            /// Values of the shape functions of a surface at the reference point `xi`; those beyond its nodes, and those of
-            /// kinds that are no surfaces, are 0.
+            /// Values of the shape functions of a surface at the reference point `xi`. Entries beyond its nodes are 0; all entries
+            /// are 0 for kinds that are not surfaces.
             pub fn face_values(self, xi: [f64; 2]) -> [f64; MAX_FACE_NODES] {
                 let mut all = [0.0; MAX_FACE_NODES];
                 match self {
@@ -19,7 +19,8 @@ macro_rules! surfaces {
                 all
             }
 
-            /// Their derivatives by the reference coordinates.
+            /// Derivatives of the shape functions with respect to the reference coordinates, with zeros as in
+            /// [`Self::face_values`].
             pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MAX_FACE_NODES] {
                 let mut all = [[0.0; 2]; MAX_FACE_NODES];
                 match self {
@@ -29,7 +30,7 @@ macro_rules! surfaces {
                 all
             }
 
-            /// Reference coordinates of the nodes of a surface, corners first; none for kinds that are no surfaces.
+            /// Reference coordinates of the nodes of a surface, corners first; empty for kinds that are not surfaces.
             pub fn face_reference_nodes(self) -> &'static [[f64; 2]] {
                 match self {
                     $(Self::$element => &<$element as ShapeFunctions<$n, 2>>::NODES,)*

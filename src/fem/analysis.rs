@@ -1,4 +1,4 @@
-//! What condensing a body will take, known before any number is computed.
+//! Symbolic analysis of a condensation: memory and operations, known before any numerical factorisation.
 
 use super::condensation_method::{CondensationMethod, iterative_peak_bytes};
 use super::model::FeModel;
@@ -6,10 +6,10 @@ use crate::error::Result;
 use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 
-/// Bytes of the buffers of dense products that large supernodes touch: 15 to 17 MB were found of the 67 MB that are asked for.
+/// Memory of dense-product buffers that large supernodes touch, bytes. Measured: 15 to 17 MB of the 67 MB that are requested.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
-/// What factorising a body for some contact nodes will take.
+/// Structure and cost of the factorisation of a body for given contact nodes.
 pub struct SymbolicAnalysis {
     contact_nodes: Vec<usize>,
     n_contact_dofs: usize,
@@ -49,35 +49,35 @@ impl SymbolicAnalysis {
         self.symbolic.n_factor_entries()
     }
 
-    /// Floating-point operations of factor and flexibility.
+    /// Floating-point operations of factorisation and flexibility.
     pub fn flops(&self) -> f64 {
         self.symbolic.flops() + 2.0 / 3.0 * (self.n_contact_dofs as f64).powi(3)
     }
 
-    /// Bytes taken at the peak by a factorisation: the assembled body, the factor, and the larger of its workspace and
-    /// the dense matrices of the contact dofs. The same for any number of threads.
+    /// Peak memory of a factorisation, bytes: assembled body, factor, and the larger of its workspace and the dense matrices of the
+    /// contact dofs. It does not depend on the number of threads.
     pub fn factorisation_peak_bytes(&self) -> usize {
         let values = self.factor_bytes();
-        // The part of the buffers of dense products that is touched.
+        // Part of the dense-product buffers that is touched.
         let products = PRODUCT_BUFFER_BYTES.min(values / 4);
         let workspace = self.symbolic.memory_bytes() - values;
         self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
     }
 
-    /// Bytes of the stored values of the factor.
+    /// Memory of the stored values of the factor, bytes.
     fn factor_bytes(&self) -> usize {
         8 * self.symbolic.n_values()
     }
 
-    /// How the body is condensed within `memory`.
+    /// Chooses the condensation method that fits into `memory`.
     ///
     /// # Errors
-    /// If no method fits (kind `Resources`), with the bytes needed and allowed.
+    /// If no method fits (kind `Resources`); the message gives the bytes needed and allowed.
     pub fn choose_method(&self, model: &FeModel, memory: &MemoryLimit) -> Result<CondensationMethod> {
         CondensationMethod::choose(model, self.n_contact_dofs, self.factorisation_peak_bytes(), memory)
     }
 
-    /// Bytes at the peak and in the end of a body condensed by `method`.
+    /// Peak memory of the condensation by `method`, and memory of the condensed body, bytes.
     pub fn peak_and_resident_bytes(&self, model: &FeModel, method: CondensationMethod) -> [usize; 2] {
         let peak = match method {
             CondensationMethod::Factorisation => self.factorisation_peak_bytes(),
@@ -87,7 +87,7 @@ impl SymbolicAnalysis {
         [peak, self.model_bytes + self.solver_bytes(model, method) + flexibility]
     }
 
-    /// Bytes of what solves the systems.
+    /// Memory of the solver, bytes.
     pub(super) fn solver_bytes(&self, model: &FeModel, method: CondensationMethod) -> usize {
         match method {
             CondensationMethod::Factorisation => self.factor_bytes(),
@@ -95,12 +95,12 @@ impl SymbolicAnalysis {
         }
     }
 
-    /// Number of values that the factor is stored in.
+    /// Number of stored values of the factor.
     pub(super) fn n_values(&self) -> usize {
         self.symbolic.n_values()
     }
 
-    /// The factor from its stored values; `None` if they do not pass its check.
+    /// Restores the factor from its stored values; `None` if they fail the check.
     pub(super) fn restore(self, model: &FeModel, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
         self.symbolic.from_values(model.stiffness(), values)
     }
@@ -110,7 +110,7 @@ impl SymbolicAnalysis {
     }
 }
 
-/// Bytes of a flexibility of `n_nodes` contact nodes and of the packed triangle in use.
+/// Memory of the flexibility of `n_nodes` contact nodes and of its packed copy, bytes.
 pub fn flexibility_bytes(n_nodes: usize) -> usize {
     12 * 9 * n_nodes * n_nodes
 }

@@ -1,4 +1,4 @@
-//! Assembly of the stiffness of the free dofs, and of the forces that prescribed displacements exert on them.
+//! Assembly of the stiffness of the free dofs, and of the forces of prescribed displacements on these dofs.
 
 use rayon::prelude::*;
 
@@ -15,10 +15,10 @@ use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
-/// Elements computed side by side before they are added up: bounds the memory of their stiffnesses (14 MB of hex27).
+/// Elements computed in parallel before they are added; limits the memory of their stiffnesses (14 MB for hex27).
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// What an element's stiffness needs besides its nodes.
+/// Data for the stiffness of an element besides its nodes.
 #[derive(Clone, Copy)]
 pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
@@ -38,7 +38,7 @@ impl ElementContext<'_> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
 
-    /// Stiffness of the element `i`, lower triangle by rows.
+    /// Stiffness of the element `i`, packed lower triangle row by row.
     pub fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
         cancel::check()?;
         let cell = self.regions.cells[i];
@@ -56,7 +56,7 @@ impl ElementContext<'_> {
         Ok(packed)
     }
 
-    /// The error of an element that has no stiffness.
+    /// Error for an element without a valid stiffness.
     pub fn defect_error(&self, cell: CellRef, unsound: ElementDefect) -> Error {
         let mesh = self.mesh;
         let element = format!("element {} ({}) of {}", mesh.tag(cell), mesh.kind(cell).name(), mesh.source);
@@ -75,10 +75,10 @@ impl ElementContext<'_> {
     }
 }
 
-/// K of the free dofs, `foundations` included, and the right-hand side -K_fc ū of the prescribed ones, `[n_free]`.
+/// Assembles K of the free dofs, including `foundations`, and the right-hand side -K_fc ū of the prescribed dofs, `[n_free]`.
 ///
-/// Elements are computed in parallel and added in their order, into a pattern that `graph`, in which the nodes of each
-/// element are connected, gives beforehand: the same bits for any number of threads.
+/// Elements are computed in parallel and added in their order. `graph`, in which the nodes of each element are connected, gives the
+/// sparsity pattern. The result has the same bits for any number of threads.
 ///
 /// # Errors
 /// If an element is inverted or degenerate.
@@ -105,7 +105,7 @@ pub(super) fn assemble(
     Ok((matrix, rhs))
 }
 
-/// Number of entries that the stiffness of the free dofs stores.
+/// Number of stored entries of the stiffness of the free dofs.
 pub(super) fn n_stiffness_entries(dofs: &DofMap, graph: &NodeGraph) -> usize {
     let of_node = |&node: &usize| {
         let beside: usize = later_neighbours(graph, node).map(|other| rows_of(dofs, other).count()).sum();
@@ -123,7 +123,7 @@ fn later_neighbours(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usiz
     graph.neighbours(node).iter().copied().filter(move |&other| other > node)
 }
 
-/// The matrix of zeros that couples the free dofs of each node with those of its neighbours.
+/// Zero matrix with the sparsity pattern that couples the free dofs of each node with those of its neighbours.
 fn pattern(dofs: &DofMap, graph: &NodeGraph) -> SymmetricSparse {
     let mut offsets = Vec::with_capacity(dofs.n_free() + 1);
     offsets.push(0);

@@ -1,5 +1,5 @@
-//! Many displacement fields of one body at a time: forces of prescribed displacements and solutions for given forces, for
-//! fields that are superposed on a known one.
+//! Solutions of one body for many right-hand sides, and the forces of prescribed displacements. Used to superpose corrections on a
+//! known field.
 
 use rayon::prelude::*;
 
@@ -14,11 +14,11 @@ use crate::linalg::dense::try_zeroed;
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::CellRef;
 
-/// Right-hand sides that are solved together.
+/// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// Solves the equations of a model for any number of columns, by one factorisation or, where that does not fit into memory, by
-/// conjugate gradients.
+/// Solver of K u = f for any number of columns. Uses one factorisation, or conjugate gradients if the factor does not fit into
+/// memory.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
     n_free: usize,
@@ -26,7 +26,7 @@ pub struct ColumnSolver {
 }
 
 impl ColumnSolver {
-    /// Of a model, within `memory`.
+    /// Creates the solver of a model within the limit `memory`.
     ///
     /// # Errors
     /// As [`FeModel::condense_with`].
@@ -43,7 +43,7 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place.
+    /// Solves K u = f of the free dofs in place for the forces f, `[n_columns, n_free]`.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -51,29 +51,29 @@ impl ColumnSolver {
         let solve = |batch: &mut [f64]| self.solver.solve_in_place(batch, batch.len() / self.n_free);
         let batch = COLUMNS_PER_SOLVE * self.n_free;
         match self.method {
-            // A solution with the factor runs on one thread; batches do not depend on each other.
+            // A solve with the factor uses one thread; the batches are independent.
             CondensationMethod::Factorisation => columns.par_chunks_mut(batch).try_for_each(solve),
             CondensationMethod::ConjugateGradients(_) => columns.chunks_mut(batch).try_for_each(solve),
         }
     }
 }
 
-/// Forces that displacements of the prescribed dofs alone exert, column by column.
+/// Forces due to displacements of the prescribed dofs with all free dofs fixed, for each column.
 pub struct PrescribedDisplacementForces {
-    /// On the free dofs, N, `[n_columns, n_free]`.
+    /// Forces on the free dofs, N, `[n_columns, n_free]`.
     pub on_free_dofs: Vec<f64>,
-    /// On the prescribed dofs, N, `[n_columns, n_prescribed]`.
+    /// Forces on the prescribed dofs, N, `[n_columns, n_prescribed]`.
     pub on_prescribed_dofs: Vec<f64>,
 }
 
 impl FeModel {
-    /// The prescribed dofs, component c of node i being 3 i + c, ascending.
+    /// Prescribed dofs in ascending order; component c of node i is dof 3 i + c.
     pub fn prescribed_dofs(&self) -> Vec<usize> {
         let dofs = self.dof_map().solid_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
         dofs.filter(|&dof| self.dof_map().prescribed(dof).is_some()).collect()
     }
 
-    /// Faces of solids that stand on foundations: the solid, the index among its faces, the bedding.
+    /// Faces on foundations: the solid, the index of its face, and the foundation stiffness.
     pub fn faces_on_foundations(&self) -> impl Iterator<Item = (CellRef, usize, FoundationStiffness)> + '_ {
         self.foundations().iter().filter_map(|stiffness| match stiffness.face.load {
             FaceLoad::Foundation(bedding) => Some((stiffness.face.owner, stiffness.face.local_face, bedding)),
@@ -81,8 +81,9 @@ impl FeModel {
         })
     }
 
-    /// K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs ([`Self::prescribed_dofs`]), mm,
-    /// `[n_columns, n_prescribed]`, in place of those that the model prescribes.
+    /// Forces K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs, mm,
+    /// `[n_columns, n_prescribed]`. The dofs are those of [`Self::prescribed_dofs`]; g replaces the values that the model
+    /// prescribes.
     ///
     /// # Errors
     /// If memory does not suffice.

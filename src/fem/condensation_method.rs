@@ -1,26 +1,26 @@
-//! Whether a body is condensed by a factorisation or by conjugate gradients: what fits into the memory.
+//! Condensation method, chosen by the available memory: factorisation or conjugate gradients.
 
 use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::memory::{MemoryLimit, format_bytes};
 use crate::linalg::two_level::TwoLevelSolver;
 
-/// How the systems of a body are solved.
+/// Solution method for the systems of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CondensationMethod {
-    /// Its stiffness matrix is factorised.
+    /// Factorisation of the stiffness matrix.
     #[default]
     Factorisation,
-    /// Conjugate gradients: a factorisation would not fit.
+    /// Conjugate gradients, because a factorisation does not fit into memory.
     ConjugateGradients(MemoryShortfall),
 }
 
-/// Why a factorisation does not fit.
+/// Memory needed and allowed for a factorisation that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemoryShortfall {
-    /// Bytes that it would take with the body.
+    /// Bytes of the factorisation, including the body.
     pub needed_bytes: usize,
-    /// Bytes that are left for the body.
+    /// Bytes available for the body.
     pub allowed_bytes: u64,
 }
 
@@ -37,11 +37,11 @@ impl std::fmt::Display for MemoryShortfall {
 }
 
 impl CondensationMethod {
-    /// The method for a body with `n_trailing` contact dofs whose factorisation takes `needed_bytes`. It does not depend
-    /// on the number of threads.
+    /// Chooses the method for a body with `n_trailing` contact dofs whose factorisation takes `needed_bytes`. The choice does not
+    /// depend on the number of threads.
     ///
     /// # Errors
-    /// If conjugate gradients do not fit either (kind `Resources`), with the bytes needed and allowed.
+    /// If conjugate gradients do not fit either (kind `Resources`); the message gives the bytes needed and allowed.
     pub(super) fn choose(
         model: &FeModel,
         n_trailing: usize,
@@ -62,7 +62,7 @@ impl CondensationMethod {
         Ok(Self::ConjugateGradients(MemoryShortfall { needed_bytes, allowed_bytes }))
     }
 
-    /// What it is called in results.
+    /// Name of the method in results.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Factorisation => "factorisation",
@@ -71,7 +71,7 @@ impl CondensationMethod {
     }
 }
 
-/// Bytes of a body condensed by conjugate gradients, at the peak.
+/// Peak memory of a body condensed by conjugate gradients, bytes.
 pub(super) fn iterative_peak_bytes(model: &FeModel, n_trailing: usize) -> usize {
     let n_batches = n_trailing.div_ceil(TwoLevelSolver::rhs_per_batch());
     let solver = TwoLevelSolver::memory_bytes(model.stiffness().n_stored(), model.n_nodes(), n_batches);

@@ -1,8 +1,8 @@
-//! A body condensed to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
+//! Static condensation of a body to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
 //!
-//! With the contact dofs ordered last, K = L Lᵀ gives K_cc - K_ci K_ii⁻¹ K_ic = L_cc L_ccᵀ, the Schur complement, without
-//! any back-substitution; its inverse is the flexibility of the contact nodes. Where L does not fit into the memory, the
-//! columns of F_cc are solved for by conjugate gradients.
+//! The contact dofs are ordered last. K = L Lᵀ then gives the Schur complement K_cc - K_ci K_ii⁻¹ K_ic = L_cc L_ccᵀ without
+//! back-substitution. Its inverse is the flexibility of the contact nodes. If L does not fit into memory, conjugate gradients solve
+//! for the columns of F_cc.
 
 mod solve;
 
@@ -20,52 +20,52 @@ use crate::linalg::two_level::TwoLevelSolver;
 
 use self::solve::solve_in_place;
 
-/// What condensing a body may use.
+/// Cache and memory that a condensation may use.
 #[derive(Debug, Clone, Copy)]
 pub struct CondensationResources<'a> {
-    /// Where flexibilities are kept between runs, if they are.
+    /// Cache of flexibilities for later runs; `None` for no cache.
     pub cache: Option<&'a FlexibilityCache>,
-    /// What is kept there.
+    /// Contents of the cache.
     pub cache_contents: CacheContents,
-    /// Memory that may be taken.
+    /// Memory limit.
     pub memory: MemoryLimit,
 }
 
 impl Default for CondensationResources<'_> {
-    /// No cache, the memory that the machine has now.
+    /// No cache, and the memory that the machine has available now.
     fn default() -> Self {
         Self { cache: None, cache_contents: CacheContents::Flexibility, memory: MemoryLimit::of_machine() }
     }
 }
 
-/// What a cache keeps of a body.
+/// Results of a condensation that the cache stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CacheContents {
-    /// The flexibility of its contact nodes.
+    /// Flexibility of the contact nodes. The factor too if the body has own loads or is unconstrained.
     Flexibility,
-    /// That, and the factor that its fields are recovered with.
+    /// Flexibility and the factor, which the recovery of fields needs.
     FlexibilityAndFactor,
 }
 
-/// Where a flexibility came from.
+/// Origin of a flexibility: method, iterations, cache.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlexibilityOrigin {
-    /// How it was computed, in this run or in the one that put it into the cache.
+    /// Method of computation, in this run or in the run that wrote the cache entry.
     pub method: CondensationMethod,
-    /// Iterations of conjugate gradients in this run; 0 where there were none.
+    /// Iterations of conjugate gradients in this run; 0 without iterative solves.
     pub iterations: usize,
-    /// Whether it was read from the cache.
+    /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// What the user should know of the cache: a damaged entry, or one that could not be written.
+    /// Warning about the cache: a damaged entry, or a failed write.
     pub cache_warning: Option<String>,
 }
 
-/// A body with the flexibility of its contact nodes; what solves its systems is made when something else needs it.
+/// Body with the flexibility of its contact nodes. Its solver is created at first use.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
     solver: OnceLock<Box<dyn SymmetricSolver>>,
-    /// Where the factor is kept, if it is.
+    /// Cache and key of the factor, if the factor is cached.
     factor_cache: Option<(FlexibilityCache, CacheKey)>,
     factor_was_cached: bool,
     resident_bytes: usize,
@@ -75,7 +75,7 @@ pub struct CondensedBody {
     contact_free_displacement: Vec<[f64; 3]>,
 }
 
-/// A flexibility of the free contact dofs and how it was come by.
+/// Result of a condensation: flexibility of the free contact dofs, solver, residual and origin.
 struct CondensationResult {
     contact_nodes: Vec<usize>,
     contact_flexibility: SymmetricDense,
@@ -92,7 +92,7 @@ impl CondensedBody {
         Self::build(model, condensed, None)
     }
 
-    /// The flexibility from the cache, or computed and put there.
+    /// Reads the flexibility from the cache, or computes and stores it.
     pub(super) fn cached(
         model: FeModel,
         contact_nodes: &[usize],
@@ -190,7 +190,7 @@ impl CondensedBody {
         Ok(body)
     }
 
-    /// What solves the systems, made now if it was not needed before.
+    /// Solver of the systems of the body, created at first use.
     fn solver(&self) -> Result<&dyn SymmetricSolver> {
         if let Some(solver) = self.solver.get() {
             return Ok(solver.as_ref());
@@ -199,11 +199,11 @@ impl CondensedBody {
             CondensationMethod::Factorisation => Box::new(self.factor()?),
             CondensationMethod::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
         };
-        // A second thread may have been faster; both are equal.
+        // Another thread may have set the solver first; both are equal.
         Ok(self.solver.get_or_init(|| solver).as_ref())
     }
 
-    /// The factor, from the cache where it has it; else it is put there.
+    /// Reads the factor from the cache, or computes and stores it.
     fn factor(&self) -> Result<CholeskyFactor> {
         let analysis = self.model.analyse(&self.contact_nodes)?;
         let Some((cache, key)) = &self.factor_cache else { return analysis.factorise(&self.model) };
@@ -213,54 +213,54 @@ impl CondensedBody {
             return Ok(factor);
         }
         let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
-        // A cache that cannot be written costs the next run time and nothing else.
+        // A failed write only costs the next run time.
         let _ = cache.write_factor(key, factor.values());
         Ok(factor)
     }
 
-    /// Whether the cache was expected to have the factor when the body was made, so that solving takes no factorisation.
+    /// Whether the cache had an entry of the factor when the body was created, so that solves should need no factorisation.
     pub fn factor_was_cached(&self) -> bool {
         self.factor_was_cached
     }
 
-    /// Bytes that it keeps: the assembled body, its factor if there is one, the flexibility and its copy in use.
+    /// Memory of the body, bytes: assembled body, factor if any, flexibility and its packed copy.
     pub fn resident_bytes(&self) -> usize {
         self.resident_bytes
     }
 
-    /// Where the flexibility came from.
+    /// Origin of the flexibility.
     pub fn origin(&self) -> &FlexibilityOrigin {
         &self.origin
     }
 
-    /// The model it was condensed from.
+    /// Model of the condensed body.
     pub fn model(&self) -> &FeModel {
         &self.model
     }
 
-    /// The contact nodes, mesh indices, `[n_c]`.
+    /// Contact nodes, mesh indices, `[n_c]`.
     pub fn contact_nodes(&self) -> &[usize] {
         &self.contact_nodes
     }
 
-    /// Displacement of the contact nodes by forces on them, global axes, mm/N, `[3 n_c, 3 n_c]`, component c of contact
-    /// node i at 3 i + c; rows of prescribed dofs are zero.
+    /// Displacement of the contact nodes due to unit forces on them, global axes, mm/N, `[3 n_c, 3 n_c]`. Component c of contact
+    /// node i has index 3 i + c. Rows of prescribed dofs are zero.
     pub fn flexibility(&self) -> &SymmetricDense {
         &self.flexibility
     }
 
-    /// Takes the flexibility out, leaving an empty one: it is the largest dense matrix.
+    /// Moves the flexibility, the largest dense matrix, out of the body and leaves an empty one.
     pub fn take_flexibility(&mut self) -> SymmetricDense {
         std::mem::take(&mut self.flexibility)
     }
 
-    /// Displacement of all mesh nodes by the body's own loads and prescribed displacements, global axes, mm,
-    /// `[n_points]`; zero where there are none, and at points on no solid.
+    /// Displacement of all mesh nodes due to the body's own loads and prescribed displacements, global axes, mm, `[n_points]`. Zero
+    /// without own loads, and at points on no solid.
     pub fn contact_free_displacement(&self) -> &[[f64; 3]] {
         &self.contact_free_displacement
     }
 
-    /// Relative residual of the factorisation's check; of the solved columns, the largest, where there was none.
+    /// Relative residual of the check of the factorisation, or the largest one of the columns solved by conjugate gradients.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -285,7 +285,7 @@ pub(super) fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 
-/// By `method`; a factor is put where it is kept.
+/// Condenses the body by `method`. A factor is written to the cache in `kept`.
 fn compute(
     model: &FeModel,
     analysis: SymbolicAnalysis,
@@ -320,7 +320,7 @@ fn compute(
     })
 }
 
-/// The flexibility of the free contact dofs spread over all contact dofs, zero where prescribed.
+/// Expands the flexibility of the free contact dofs to all contact dofs, with zeros for prescribed dofs.
 fn expand_to_contact_dofs(
     model: &FeModel,
     contact_nodes: &[usize],

@@ -1,4 +1,4 @@
-//! Unknowns: which displacement components are free, which prescribed.
+//! Numbering of the displacement components: free or prescribed.
 
 use super::element_materials::ElementMaterials;
 use super::spec::FeSpec;
@@ -11,26 +11,26 @@ const UNASSIGNED: usize = usize::MAX;
 /// Free and prescribed displacement components of the mesh nodes; component `c` of node `i` is dof 3 i + c.
 #[derive(Debug, Clone)]
 pub(super) struct DofMap {
-    /// Row of each dof in the system of the free ones, `[3 n_points]`.
+    /// Row of each dof in the system of the free dofs, `[3 n_points]`.
     row_of_dof: Vec<usize>,
     /// Dof of each row, `[n_free]`.
     dof_of_row: Vec<usize>,
     /// Index of the support that prescribes each dof, `[3 n_points]`.
     support_of_dof: Vec<usize>,
-    /// Prescribed displacement, 0 elsewhere, mm, `[3 n_points]`.
+    /// Prescribed displacement, mm, `[3 n_points]`; 0 for other dofs.
     prescribed: Vec<f64>,
     /// Nodes of solid cells, ascending.
     pub solid_nodes: Vec<usize>,
-    /// Whether each mesh node is one of them, `[n_points]`.
+    /// Whether each mesh node belongs to a solid cell, `[n_points]`.
     pub is_solid_node: Vec<bool>,
 }
 
 impl DofMap {
-    /// Numbers the free dofs by node, then component.
+    /// Numbers the free dofs by node, then by component.
     ///
     /// # Errors
-    /// If a support's group is missing or not on the body, a value is not finite, two supports contradict, or nothing
-    /// is free.
+    /// If the group of a support is missing or not on the body, or a value is not finite. If two supports contradict one another,
+    /// or no dof is free.
     pub fn new(spec: &FeSpec, regions: &ElementMaterials) -> Result<Self> {
         let n_points = spec.mesh.n_points();
         let mut is_solid_node = vec![false; n_points];
@@ -102,7 +102,7 @@ impl DofMap {
         self.dof_of_row.len()
     }
 
-    /// Row of a dof in the system, `None` if it is prescribed or on no solid.
+    /// Row of a dof in the system; `None` if the dof is prescribed or on no solid.
     pub fn row(&self, dof: usize) -> Option<usize> {
         Some(self.row_of_dof[dof]).filter(|&row| row != UNASSIGNED)
     }
@@ -112,12 +112,12 @@ impl DofMap {
         &self.dof_of_row
     }
 
-    /// Prescribed displacement of a dof, `None` if it is free or on no solid.
+    /// Prescribed displacement of a dof; `None` if the dof is free or on no solid.
     pub fn prescribed(&self, dof: usize) -> Option<f64> {
         (self.support_of_dof[dof] != UNASSIGNED).then(|| self.prescribed[dof])
     }
 
-    /// Displacement of all mesh nodes, `[n_points]`, from that of the free dofs, `[n_free]`.
+    /// Displacement of all mesh nodes, `[n_points]`, from the displacement of the free dofs, `[n_free]`.
     pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
         let value = |dof: usize| self.row(dof).map_or(self.prescribed[dof], |row| free[row]);
         (0..self.is_solid_node.len())

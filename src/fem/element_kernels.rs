@@ -1,4 +1,4 @@
-//! One element: its stiffness, and the stress, energy and nodal forces that displacements cause in it.
+//! Element stiffness, and the stress, strain energy and nodal forces of an element for given nodal displacements.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -10,7 +10,7 @@ use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
 use crate::quadrature::RulePoint;
 
-/// Number of entries of the packed lower triangle of an element's stiffness, `[3 N (3 N + 1) / 2]`.
+/// Number of entries of the packed lower triangle of an element stiffness, 3 N (3 N + 1) / 2.
 pub(super) fn packed_len(kind: ElementKind) -> usize {
     let n = 3 * kind.n_nodes();
     n * (n + 1) / 2
@@ -18,15 +18,15 @@ pub(super) fn packed_len(kind: ElementKind) -> usize {
 
 /// Stress at an integration point.
 pub(super) struct PointStress {
-    /// Shape functions there, `[n_nodes]`.
+    /// Shape functions at the point, `[n_nodes]`.
     pub values: Vec<f64>,
-    /// Weight times det J.
+    /// Integration weight times det J.
     pub volume: f64,
-    /// Voigt.
+    /// Stress in Voigt order.
     pub stress: Vector6<f64>,
 }
 
-/// What displacements cause in an element.
+/// Stress, strain energy and nodal forces of an element for given displacements.
 pub(super) struct ElementState {
     /// Stress at the integration points.
     pub points: Vec<PointStress>,
@@ -36,8 +36,8 @@ pub(super) struct ElementState {
     pub forces: Vec<[f64; 3]>,
 }
 
-/// Voigt entries (row, value) of the strain of a unit displacement along `component` of a node whose shape function
-/// has the gradient `g`.
+/// Voigt entries (row, value) of the strain due to a unit displacement along `component` of a node. `g` is the gradient of the
+/// node's shape function.
 pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
     match component {
         0 => [(0, g[0]), (4, g[2]), (5, g[1])],
@@ -46,7 +46,7 @@ pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
     }
 }
 
-/// Strain at a point of nodal displacements `u`.
+/// Strain at a point for the nodal displacements `u`.
 fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<f64> {
     let mut strain = Vector6::zeros();
     for (g, u) in point.gradients.iter().zip(u) {
@@ -59,9 +59,9 @@ fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<
     strain
 }
 
-/// Adds ∫ Bᵀ C B of one point to the packed lower triangle (row by row).
+/// Adds Bᵀ C B of one integration point, times its volume, to the packed lower triangle (row by row).
 fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packed: &mut [f64]) {
-    // C B of every node, three columns of six.
+    // C B of every node: three columns of six entries.
     let stress: [[[f64; 6]; 3]; N] = point.gradients.map(|g| {
         std::array::from_fn(|component| {
             let mut column = [0.0; 6];
@@ -86,10 +86,10 @@ fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packe
     }
 }
 
-/// Stiffness of an element, packed lower triangle row by row; overwrites `packed`. Does not allocate.
+/// Computes the stiffness of an element as a packed lower triangle, row by row. Overwrites `packed`. Does not allocate.
 ///
 /// # Panics
-/// If the kind is no solid (a body has solid cells only).
+/// If the kind is not a solid (a body has only solid cells).
 pub(super) fn element_stiffness(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -105,7 +105,7 @@ pub(super) fn element_stiffness(
     visit_element(kind, StiffnessKernel { nodes, c, rules, packed })
 }
 
-/// The stiffness from the displacement interpolation alone.
+/// Stiffness kernel of the displacement interpolation, ∫ Bᵀ C B dV.
 struct StiffnessKernel<'a> {
     nodes: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
@@ -125,7 +125,7 @@ impl ElementVisitor for StiffnessKernel<'_> {
     }
 }
 
-/// The stiffness of a hexahedron with enhanced strains or mean dilatation.
+/// Stiffness of a hexahedron with enhanced strains or mean dilatation.
 fn mixed_stiffness(
     nodes: &[[f64; 3]],
     c: &Matrix6<f64>,
@@ -148,7 +148,7 @@ fn as_node_array<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values.try_into().expect("as many nodes as the kind has")
 }
 
-/// The state under `strains` at the mapped points of a rule, by the displacement interpolation.
+/// State of an element for given `strains` at the mapped points of a rule; forces by the displacement interpolation.
 fn state_of_strains<const N: usize>(
     rule: &[ReferencePoint<N>],
     mapped: &[MappedPoint<N>],
@@ -171,10 +171,10 @@ fn state_of_strains<const N: usize>(
     state
 }
 
-/// Stress, energy and forces of an element for nodal displacements `u`.
+/// Stress, energy and nodal forces of an element for the nodal displacements `u`.
 ///
 /// # Panics
-/// If the kind is no solid (a body has solid cells only).
+/// If the kind is not a solid (a body has only solid cells).
 pub(super) fn element_state(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -189,7 +189,7 @@ pub(super) fn element_state(
     visit_element(kind, StateKernel { nodes, u, c, rules })
 }
 
-/// The state from the displacement interpolation alone.
+/// State kernel of the displacement interpolation.
 struct StateKernel<'a> {
     nodes: &'a [[f64; 3]],
     u: &'a [[f64; 3]],
@@ -210,7 +210,7 @@ impl ElementVisitor for StateKernel<'_> {
     }
 }
 
-/// The state of a hexahedron with enhanced strains or mean dilatation.
+/// State of a hexahedron with enhanced strains or mean dilatation.
 fn mixed_state(
     nodes: &[[f64; 3]],
     u: &[[f64; 3]],
@@ -236,11 +236,11 @@ fn mixed_state(
     Ok(state)
 }
 
-/// Stress of the displacement interpolation alone at the points of a rule; not for hexahedra with enhanced strains or mean
+/// Stress of the displacement interpolation at the points of a rule. Does not apply to hexahedra with enhanced strains or mean
 /// dilatation.
 ///
 /// # Panics
-/// If the kind is no solid (a body has solid cells only).
+/// If the kind is not a solid (a body has only solid cells).
 pub(super) fn stresses_at(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -302,8 +302,8 @@ mod tests {
         .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
     }
 
-    /// Truth: an element has exactly six zero modes, the rigid ones, and no negative one (catalogue rigid-body-modes:
-    /// |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest), distorted or slender.
+    /// Truth: an element has exactly six zero modes, the rigid-body modes, and no negative eigenvalue, also if it is distorted or
+    /// slender (catalogue rigid-body-modes: |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest).
     #[test]
     fn six_zero_modes() {
         let rules = RuleSet::new();
@@ -320,7 +320,7 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let largest = values[n - 1];
             assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
-            // Slender quadratic elements come nearer to zero: the catalogue's 1e-9.
+            // Slender quadratic elements have smaller nonzero eigenvalues: the catalogue's 1e-9.
             let least = if matches!(kind, ElementKind::Hex8 | ElementKind::Tet4) { 1e-7 } else { 1e-9 };
             assert!(values[6] > least * largest, "{values:?}");
         };
@@ -342,8 +342,8 @@ mod tests {
         }
     }
 
-    /// Truth: the forces are the stiffness times the displacements, and the energy half their product, two routes to
-    /// the condensed element. Tolerance: rounding.
+    /// Truth: the nodal forces equal stiffness times displacements, and the energy is half of their product. Both are alternative
+    /// evaluations of the condensed element. Tolerance: rounding.
     #[test]
     fn forces_are_stiffness_times_displacements() {
         let rules = RuleSet::new();

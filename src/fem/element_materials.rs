@@ -1,4 +1,4 @@
-//! Which solid cells the body has, and the material of each with its axes.
+//! Solid cells of the body, with the material and the material axes of each.
 
 use std::collections::HashMap;
 
@@ -11,36 +11,37 @@ use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
-/// Axes of one material that turn by less than this from an element to its neighbour belong to one winding; radians.
+/// Largest rotation of the axes of one material between neighbouring elements for which stress is continuous, as in a filament
+/// winding; radians.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
-/// The solid cells with their materials. Elements share their axes where they are the same: a table of the distinct
-/// ones is kept, and stiffnesses are turned when they are asked for, which takes far less than an element's stiffness.
+/// Solid cells with their materials and material axes. Elements with equal material and axes share one table entry. Stiffnesses are
+/// rotated on request, because a stored stiffness per element takes far more memory.
 #[derive(Debug, Clone)]
 pub struct ElementMaterials {
     /// Solid cells of the mesh, `[n_cells]`.
     pub(super) cells: Vec<CellRef>,
-    /// The materials of all regions and plies, in their order.
+    /// Materials of all regions and plies, in their order.
     materials: Vec<PlacedMaterial>,
-    /// Distinct pairs of a material and its axes.
+    /// Distinct pairs of material index and axes.
     material_states: Vec<(usize, Matrix3<f64>)>,
     /// Index into `material_states` of each cell, `[n_cells]`.
     state_of_cell: Vec<u32>,
 }
 
 impl ElementMaterials {
-    /// Gives each solid cell of the mesh its material.
+    /// Assigns each solid cell of the mesh its material.
     ///
     /// # Errors
-    /// If there is no solid cell, one has no region or several; if a group is missing; if an
-    /// element has no material or no axes in its region.
+    /// If the mesh has no solid cell, or a cell has no region or several regions. If a group is missing, or an element has no
+    /// material or no axes in its region.
     pub fn new(spec: &FeSpec) -> Result<Self> {
         let (cells, region) = cells_and_regions(spec)?;
         let (regions, problems) = Self::assign(spec, cells, &region);
         problems.into_iter().flatten().next().map_or(Ok(regions), Err)
     }
 
-    /// The materials of cells whose regions are known, and what is wrong with each region, `[n_regions]`.
+    /// Assigns materials to cells with known regions. Also returns the error of each region, `[n_regions]`.
     fn assign(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
         let mut first = vec![0; spec.regions.len()];
         let mut materials = Vec::new();
@@ -87,9 +88,9 @@ impl ElementMaterials {
         &self.cells
     }
 
-    /// Index of the element that is the solid `cell`.
+    /// Index of the element of the solid `cell`.
     pub fn element(&self, cell: CellRef) -> Option<usize> {
-        // Cells stand block by block.
+        // Cells are sorted, block by block.
         self.cells.binary_search(&cell).ok()
     }
 
@@ -104,8 +105,9 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether stress goes on smoothly from element `i` to element `j` beside it: their stiffness is the same, or they belong to one
-    /// winding, whose axes turn little from one to the other. Plies are materials of their own, however little they turn.
+    /// Whether the material is continuous across the face between elements `i` and `j`. Either the stiffness in global axes is
+    /// equal, or both have one material whose axes turn by less than 0.26 rad (filament winding). Each ply is a separate material,
+    /// however little its axes turn.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
@@ -119,30 +121,30 @@ impl ElementMaterials {
         material(i) == material(j) && cosine >= MAX_SMOOTH_TURN_RAD.cos()
     }
 
-    /// The material of the element `i`, its stiffness in material axes.
+    /// Material of the element `i`, with the stiffness in material axes.
     pub fn material(&self, i: usize) -> &PlacedMaterial {
         &self.materials[self.material_states[self.state_of_cell[i] as usize].0]
     }
 }
 
-/// What is found in a region of a body.
+/// Errors and notes on the materials of a region.
 #[derive(Debug, Clone, Default)]
 pub struct RegionReport {
-    /// What is wrong with it.
+    /// Errors of the region.
     pub errors: Vec<String>,
-    /// What the user should know of it.
+    /// Notes for the user on the region.
     pub notes: Vec<String>,
 }
 
-/// Elements without a material or axes, plies without elements, and elements that straddle plies, by region,
-/// `[n_regions]`.
+/// Checks the materials of each region, `[n_regions]`: elements without material or axes, plies without elements, and elements that
+/// straddle plies.
 ///
 /// # Errors
-/// If the solids cannot be divided into regions at all.
+/// If the solids cannot be divided into regions.
 pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let (cells, region) = cells_and_regions(spec)?;
     let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
-    // Corners are needed where there are plies.
+    // Only stacked regions need the corners.
     let stacked: Vec<bool> = spec.regions.iter().map(|(_, placement)| placement.is_stacked()).collect();
     let mut corners_by_region: Vec<Vec<Vec<Point>>> = vec![Vec::new(); spec.regions.len()];
     for (&cell, &region) in cells.iter().zip(&region) {
@@ -153,7 +155,7 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let mut findings = Vec::with_capacity(problems.len());
     for (((_, placement), problem), corners) in spec.regions.iter().zip(problems).zip(corners_by_region) {
         let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
-        // Without elements there is nothing that plies could miss.
+        // A region without elements has no empty plies to report.
         if errors.is_empty() && !corners.is_empty() {
             errors = placement.empty_ply_errors(&corners);
         }
@@ -165,7 +167,7 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     Ok(findings)
 }
 
-/// The solid cells, and the index into the regions of the body of each.
+/// Solid cells, and the index of the region of each.
 fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
     let mesh = &spec.mesh;
     let cells: Vec<CellRef> = mesh.volume_cells().collect();
@@ -199,7 +201,7 @@ fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
     Ok((cells, region))
 }
 
-/// Index of the material of a cell in its region, and its axes.
+/// Index of the material of a cell within its region, and the material axes.
 fn material_and_axes(
     mesh: &Mesh,
     cell: CellRef,
@@ -224,12 +226,12 @@ fn material_and_axes(
     Ok((index, axes))
 }
 
-/// The graph of the nodes that lie in the same cells.
+/// Graph of the nodes; nodes of the same cell are connected.
 pub(super) fn node_graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
     NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
 }
 
-/// The corners of a cell, mm.
+/// Corners of a cell, mm.
 fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
     let nodes = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
     nodes.iter().map(|&node| mesh.points[node].into()).collect()

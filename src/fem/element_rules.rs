@@ -1,4 +1,4 @@
-//! The solid elements: the integration rules of each, and how code written once runs for all of them.
+//! Integration rules of the solid elements, and dispatch of generic code to an element kind.
 
 use super::integration_points::{ReferencePoint, reference_points};
 use crate::element::{
@@ -7,37 +7,37 @@ use crate::element::{
 };
 use crate::quadrature::{RulePoint, gauss_legendre, hexahedron, pyramid, tetrahedron, wedge};
 
-/// Integration points of a kind of element with `N` nodes.
+/// Integration points of an element kind with `N` nodes.
 #[derive(Debug, Clone)]
 pub(super) struct IntegrationRules<const N: usize> {
-    /// For the stiffness.
+    /// Points for the stiffness.
     pub stiffness: Vec<ReferencePoint<N>>,
-    /// For loads that vary in space.
+    /// Points for loads that vary in space.
     pub loads: Vec<ReferencePoint<N>>,
 }
 
-/// A kind of element with `N` nodes.
+/// Solid element kind with `N` nodes.
 pub(super) trait SolidElement<const N: usize>: ShapeFunctions<N, 3> {
-    /// Its rules.
+    /// Integration rules of the element kind.
     fn rules(all: &RuleSet) -> &IntegrationRules<N>;
 }
 
-/// Something to be done for one kind of element.
+/// Generic computation that runs for one element kind (visitor).
 pub(super) trait ElementVisitor {
-    /// What it gives.
+    /// Result of the computation.
     type Output;
 
-    /// Does it for the element `S`.
+    /// Runs the computation for the element `S`.
     fn visit_element<S: SolidElement<N>, const N: usize>(self) -> Self::Output;
 }
 
 macro_rules! solids {
     ($($element:ident, $n:literal, $field:ident: $stiffness:expr, $loads:expr;)*) => {
-        /// Every kind.
+        /// All solid element kinds.
         #[cfg(test)]
         pub(super) const ALL: &[ElementKind] = &[$(ElementKind::$element),*];
 
-        /// The rules of all elements.
+        /// Integration rules of all element kinds.
         #[derive(Debug, Clone)]
         pub(super) struct RuleSet {
             $($field: IntegrationRules<$n>,)*
@@ -55,10 +55,10 @@ macro_rules! solids {
             }
         })*
 
-        /// Lets `visitor` work for the element of a kind.
+        /// Runs `visitor` for the element of a kind.
         ///
         /// # Panics
-        /// If the kind is no solid (a body has solid cells only).
+        /// If the kind is not a solid (a body has only solid cells).
         pub(super) fn visit_element<V: ElementVisitor>(kind: ElementKind, visitor: V) -> V::Output {
             match kind {
                 $(ElementKind::$element => visitor.visit_element::<$element, $n>(),)*
@@ -68,8 +68,8 @@ macro_rules! solids {
     };
 }
 
-// The stiffness rules are exact for parallelepipeds, or have as many points as the rank needs and integrate what a
-// constant strain needs on curved elements.
+// The stiffness rules are exact for parallelepipeds. Otherwise they have enough points for full rank, and integrate the
+// constant-strain terms on curved elements.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);
@@ -84,7 +84,7 @@ solids! {
     Pyramid14, 14, pyramid14: pyramid(3), pyramid(4);
 }
 
-/// 2 x 2 x 2 Gauss points in the order of the nodes of a hexahedron.
+/// 2 x 2 x 2 Gauss points in the node order of the hexahedron.
 fn corners() -> Vec<RulePoint<3>> {
     let gauss = gauss_legendre(2)[1].0;
     Hex8::NODES.map(|node| (node.map(|x| x * gauss), 1.0)).to_vec()

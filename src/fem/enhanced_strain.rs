@@ -1,9 +1,9 @@
-//! The nine enhanced strain modes of the 8-node hexahedron, condensed in the element.
+//! Nine enhanced strain modes of the 8-node hexahedron, condensed in the element.
 //!
-//! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ), M linear in ξ with zero mean: as ∫ G dV = j0 T0 ∫ M dξ = 0,
-//! constant stresses do no work on the modes and the patch test holds on any hexahedron. The modes are those of
-//! Wilson's incompatible displacements 1 - ξ². Stationarity in α gives α = -H⁻¹ Γ u with H = ∫ Gᵀ C G dV,
-//! Γ = ∫ Gᵀ C B dV, and K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
+//! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ). M is linear in ξ with zero mean, so ∫ G dV = j0 T0 ∫ M dξ = 0. Constant
+//! stresses then do no work on the modes, and the patch test holds on any hexahedron. The modes are those of Wilson's incompatible
+//! displacements 1 - ξ². With H = ∫ Gᵀ C G dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed stiffness is
+//! K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
 //!
 //! # Source
 //! Simo and Rifai (1990), Int. J. Numer. Meth. Engng 29, eqs. 3.6-3.15; Taylor, Beresford and Wilson (1976).
@@ -17,14 +17,14 @@ use crate::material::VOIGT;
 
 type Modes = SMatrix<f64, 6, 9>;
 
-/// Strain modes at the integration points, and what ties them to the nodal displacements.
+/// Enhanced strain modes at the integration points, and the matrices H and Γ.
 pub(super) struct EnhancedStrain {
     modes: [Modes; 8],
     gamma: SMatrix<f64, 9, 24>,
     h: Cholesky<f64, Const<9>>,
 }
 
-/// Strains in the body from strains in the centre's natural coordinates: ε_ij = A_ki Ê_kl A_lj, A = J0⁻¹.
+/// Transformation of strains from the natural coordinates at the centre to global axes: ε_ij = A_ki Ê_kl A_lj, A = J0⁻¹.
 fn transformation(inverse: &Matrix3<f64>) -> Matrix6<f64> {
     let a = inverse;
     Matrix6::from_fn(|row, column| {
@@ -49,7 +49,7 @@ fn natural_modes([x, y, z]: [f64; 3]) -> Modes {
 }
 
 impl EnhancedStrain {
-    /// The modes of the element of nodes `nodes` and stiffness `c`; `mapped` are its integration points.
+    /// Modes of the element with nodes `nodes` and stiffness `c`; `mapped` are its integration points.
     pub fn new(
         nodes: &[[f64; 3]; 8],
         samples: &[ReferencePoint<8>],
@@ -95,7 +95,7 @@ impl EnhancedStrain {
         }
     }
 
-    /// Enhanced part G α of the strain at each integration point for the nodal displacements `u`.
+    /// Enhanced strain G α at each integration point for the nodal displacements `u`.
     pub fn strains(&self, u: &[[f64; 3]; 8]) -> [SVector<f64, 6>; 8] {
         let u = SVector::<f64, 24>::from_iterator(u.iter().flatten().copied());
         let alpha = -self.h.solve(&(self.gamma * u));
@@ -103,7 +103,7 @@ impl EnhancedStrain {
     }
 }
 
-/// Maps the eight integration points.
+/// Maps the eight integration points to the element.
 pub(super) fn map_gauss_points(
     nodes: &[[f64; 3]; 8],
     samples: &[ReferencePoint<8>],

@@ -1,22 +1,22 @@
-//! Factors kept beside the flexibilities of the cache: fields of a second run need no factorisation either.
+//! Cache of factors, next to the flexibilities: the recovery of fields in a second run needs no factorisation.
 //!
-//! A factor is the list of the stored values of L. Its structure is not kept: the analysis finds it again in a few per cent of the
-//! time.
+//! An entry is the list of the stored values of L. The structure of L is not stored. The symbolic analysis recomputes it in a few
+//! per cent of the time.
 
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use crate::error::Result;
 use crate::linalg::cache::{CacheLookup, list_bytes};
 
-/// Names of kept factors end so.
+/// File extension of the entries.
 pub(super) const FILE_EXTENSION: &str = "factor";
 
 impl FlexibilityCache {
-    /// Whether there is a whole factor under a key, judged by head and size.
+    /// Whether a complete factor exists for a key, judged by head and size.
     pub(super) fn has_factor(&self, key: &CacheKey) -> bool {
         self.has_list(key, FILE_EXTENSION)
     }
 
-    /// The `n` stored values of the factor under a key; `None` if there is no such file, or it is damaged.
+    /// Reads the `n` stored values of the factor of a key. `None` if the file does not exist, is damaged or has another size.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -27,10 +27,10 @@ impl FlexibilityCache {
         })
     }
 
-    /// Keeps the stored values of a factor, unless they take more than half of the cache.
+    /// Writes the stored values of a factor, unless they exceed half of the cache limit.
     ///
     /// # Errors
-    /// If the directory cannot be made or written.
+    /// If the directory cannot be created or written.
     pub(super) fn write_factor(&self, key: &CacheKey, values: &[f64]) -> Result<()> {
         if list_bytes(values.len() as u64) > self.limit_bytes() / 2 {
             return Ok(());
@@ -46,7 +46,8 @@ mod tests {
     use super::*;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Truth: what was written is read, to the last bit; what is damaged, of another size or too large is not.
+    /// Truth: the cache returns written values to the last bit. Damaged entries, entries of another size and too large ones are not
+    /// returned.
     #[test]
     fn factors_come_back_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
@@ -65,7 +66,7 @@ mod tests {
         bytes[100_000] ^= 1;
         fs::write(&path, &bytes).unwrap();
         assert_eq!(cache.read_factor(&key, 20_000).unwrap(), None);
-        // Factors of versions that had a head of their own count as damaged, and are written anew.
+        // Factors in an older format with its own head count as damaged, and are rewritten.
         bytes[..8].copy_from_slice(b"ORTHOFCT");
         fs::write(&path, &bytes).unwrap();
         assert!(!cache.has_factor(&key) && cache.read_factor(&key, 20_000).unwrap().is_none());

@@ -1,7 +1,7 @@
-//! Condensed flexibilities kept on disk: a second run of the same body skips its factorisation.
+//! Cache of condensed flexibilities on disk: a second run of the same body skips the factorisation.
 //!
-//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and
-//! the lower triangle row by row, `[n (n + 1) / 2]`. Besides them a cache holds the factors of bodies and the lists of other modules.
+//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
+//! triangle row by row, `[n (n + 1) / 2]`. The cache also stores the factors of bodies and the lists of other modules.
 
 use crate::error::Result;
 use crate::linalg::cache::CacheKeyBuilder;
@@ -9,27 +9,27 @@ pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey, CacheLookup}
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
-/// Raised whenever layout or arithmetic change.
+/// Version of the entries. Increase it whenever layout or arithmetic change.
 const FORMAT: u64 = 4;
 /// Number of values before the lower triangle.
 const HEADER_VALUES: usize = 2;
-/// Names of entries end so.
+/// File extension of the entries.
 const FILE_EXTENSION: &str = "flexibility";
 
-/// What an entry holds.
+/// Cached flexibility of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlexibilityEntry {
     /// (K^-1)_cc of the free contact dofs, `[n, n]`, mm/N.
     pub flexibility: SymmetricDense,
-    /// Relative residual of the check of factorisation or solutions.
+    /// Relative residual of the check of the factorisation, or of the iterative solutions.
     pub residual: f64,
     /// Bytes that a factorisation takes.
     pub factorisation_bytes: usize,
 }
 
 impl CacheKey {
-    /// The key of the flexibility of the rows `contact` of `stiffness` by `method`: of the matrix, the rows in their
-    /// order, the method, the version of the program, and the instructions that its dense kernels choose among.
+    /// Key of the flexibility of the rows `contact` of `stiffness`, computed by `method`. The hash covers the matrix, the rows in
+    /// their order, the method, the program version, and the instruction set of the dense kernels.
     pub fn new(stiffness: &SymmetricSparse, contact: &[usize], method: &str) -> Self {
         let mut hash = CacheKeyBuilder::new(&format!("format {FORMAT} {method}"));
         let (offsets, rows, values) = stiffness.lower();
@@ -42,8 +42,8 @@ impl CacheKey {
 }
 
 impl FlexibilityCache {
-    /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
-    /// read; `None` if there is none.
+    /// Bytes that a factorisation takes, from the entry of a flexibility of `n` rows. Reads only the size and the head of the
+    /// entry; `None` if there is no entry.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
         let (found, [_, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
         (found == n_values(n) as u64).then_some(bytes as usize)
@@ -78,7 +78,7 @@ impl FlexibilityCache {
         }))
     }
 
-    /// Writes an entry, and removes others beyond the limit. One that is larger than the limit is not written.
+    /// Writes an entry and removes old entries beyond the size limit. An entry larger than the limit is not written.
     ///
     /// # Errors
     /// If the directory cannot be made or written.
@@ -90,7 +90,7 @@ impl FlexibilityCache {
     }
 }
 
-/// Number of values of the entry of a flexibility of `n` rows.
+/// Number of values in the entry of a flexibility of `n` rows.
 fn n_values(n: usize) -> usize {
     HEADER_VALUES + n * (n + 1) / 2
 }
@@ -104,7 +104,7 @@ mod tests {
     use crate::linalg::cache::list_bytes;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Unfinished files of this age have no writer any more.
+    /// Age at which unfinished files are stale.
     const STALE: Duration = Duration::from_secs(86_400);
 
     fn key(number: usize) -> CacheKey {
@@ -121,8 +121,8 @@ mod tests {
         FlexibilityEntry { flexibility, residual: 1e-15, factorisation_bytes: 77 }
     }
 
-    /// Truth: what was written is read, to the last bit; another matrix or other rows have another key; an entry of another size is
-    /// damaged.
+    /// Truth: the cache returns written entries to the last bit. Another matrix or other rows have another key, and an entry of
+    /// another size is damaged.
     #[test]
     fn entries_come_back() {
         let folder = tempfile::tempdir().unwrap();
@@ -139,7 +139,8 @@ mod tests {
         assert_eq!(cache.peek_factorisation_bytes(&key(0), 6), None);
     }
 
-    /// Truth: the entry used longest ago goes first; one larger than the limit is not kept, nor are stale leftovers.
+    /// Truth: the least recently used entry is removed first. An entry larger than the limit is not kept, and stale unfinished
+    /// files are removed.
     #[test]
     fn the_limit_holds() {
         let folder = tempfile::tempdir().unwrap();
@@ -166,7 +167,7 @@ mod tests {
         assert!(cache.peek_factorisation_bytes(&key(3), 90).is_none() && !leftover.exists());
     }
 
-    /// Truth: runs that write the same entry at the same time leave one whole entry.
+    /// Truth: concurrent writes of the same entry leave one complete entry.
     #[test]
     fn writers_do_not_disturb_each_other() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Elastic foundations: springs to the ground spread over surfaces, K += ∫ N_a k N_b dS.
+//! Elastic (Winkler) foundations on surfaces: K += ∫ N_a k N_b dS.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,30 +8,30 @@ use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// The stiffness of one face.
+/// Foundation stiffness of one face.
 pub(super) struct FoundationFace {
-    /// The face and its bedding.
+    /// Face and its foundation stiffness per area.
     pub face: LoadedFace,
     /// Nodes of the face.
     pub nodes: Vec<usize>,
-    /// Lower triangle by rows, component c of node a at 3 a + c, N/mm.
+    /// Lower triangle row by row, N/mm; component c of node a has index 3 a + c.
     pub packed: Vec<f64>,
 }
 
-/// A node of a foundation and a direction in which it resists.
+/// Node of a foundation and a direction in which the foundation resists motion.
 pub(super) type RestrainedDirection = (usize, Vector3<f64>);
 
-/// Stiffness of every face that stands on a foundation.
+/// Stiffness of all faces on foundations.
 ///
 /// # Errors
-/// If a group is missing or no outer surface, or a stiffness is no positive number.
+/// If a group is missing or is no outer surface, or a stiffness is not positive.
 pub(super) fn foundation_faces(spec: &FeSpec) -> Result<Vec<FoundationFace>> {
     let mut faces = Vec::new();
     for_each_face(spec, |mesh, face, bedding| faces.push(stiffness(mesh, face, bedding)))?;
     Ok(faces)
 }
 
-/// Nodes and directions that foundations resist.
+/// Nodes and directions in which foundations resist motion.
 ///
 /// # Errors
 /// As [`foundation_faces`].
@@ -43,7 +43,7 @@ pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirec
         let entry = |i: usize, j: usize| stiffness.packed[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
         debug_assert_eq!(stiffness.packed.len(), n * (n + 1) / 2);
         for (a, &node) in face.nodes.iter().enumerate() {
-            // The node's own block, scaled to 1: which directions it resists, not how much.
+            // Diagonal block of the node, scaled to 1: only the directions matter, not the magnitude.
             let block = Matrix3::from_fn(|i, j| entry(3 * a + i, 3 * a + j));
             let largest = block.diagonal().max();
             for c in (0..3).filter(|&c| block[(c, c)] > 1e-12 * largest) {
@@ -76,7 +76,7 @@ fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     Err(Error::input(format!("the stiffness {values:?} must be positive (components may be 0, not all)")))
 }
 
-/// ∫ N_a k N_b dS of one face; on flat faces the rules are exact.
+/// ∫ N_a k N_b dS of one face; the rules are exact on flat faces.
 fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> FoundationFace {
     let n = 3 * face.nodes.len();
     let mut packed = vec![0.0; n * (n + 1) / 2];

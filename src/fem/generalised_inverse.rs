@@ -1,9 +1,8 @@
-//! Bodies that their supports leave free to move: a generalised inverse of their singular stiffness.
+//! Generalised inverse of the singular stiffness of an unconstrained body.
 //!
-//! With R the free motions on the free dofs and M the volume of each node over that of the body, Rᵀ M R = 1, the
-//! displacement u = Π K⁺ Πᵀ f with Π = 1 - R Rᵀ M is that of the forces f less the share M R Rᵀ f that moves the body as
-//! a whole, and its mean motion Rᵀ M u is zero. It does not depend on K⁺, any inverse on forces in equilibrium; here
-//! the one of K with springs to the ground at as many dofs as there are motions: they carry nothing then.
+//! R are the rigid-body modes at the free dofs, M the nodal volume fractions. With Rᵀ M R = 1 and Π = 1 - R Rᵀ M, the solution is
+//! u = Π K⁺ Πᵀ f. Its mean rigid motion Rᵀ M u is zero, and Πᵀ f = f - M R Rᵀ f is in equilibrium. K⁺ is the inverse of K with
+//! grounding springs at as many dofs as there are modes. The springs carry no force under Πᵀ f, so u does not depend on them.
 
 use nalgebra::Vector3;
 
@@ -14,22 +13,22 @@ use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::vector::dot;
 
-/// The free motions of a body on its dofs.
+/// Rigid-body modes of an unconstrained body on its dofs.
 #[derive(Debug, Clone)]
 pub(super) struct GeneralisedInverse {
-    /// The motions, their mean square displacement over the body being 1 each.
+    /// Rigid-body modes, with mean square displacement 1 over the body.
     pub modes: RigidBodyModes,
-    /// R: each motion at the free dofs, `[n_free]`.
+    /// R: each mode at the free dofs, `[n_free]`.
     modes_on_dofs: Vec<Vec<f64>>,
-    /// M R, the columns of which the forces are rid of, `[n_free]` each.
+    /// Columns of M R, `[n_free]` each; subtracting them puts the forces in equilibrium.
     weighted_modes: Vec<Vec<f64>>,
 }
 
 impl GeneralisedInverse {
-    /// Floating along `motions`, of a body whose nodes have the given volumes, `[n_points]`, mm3.
+    /// Generalised inverse for the rigid-body modes `motions` and the nodal volumes `volumes`, `[n_points]`, mm3.
     ///
     /// # Errors
-    /// If the volumes do not determine the motions: the nodes lie on a line.
+    /// If the volumes do not determine the modes, because the nodes lie on a line.
     pub fn new(motions: RigidBodyModes, points: &[[f64; 3]], volumes: &[f64], dofs: &DofMap) -> Result<Self> {
         let total: f64 = volumes.iter().sum();
         let modes = motions.orthonormal(points, |node| volumes[node] / total).ok_or_else(|| {
@@ -46,8 +45,8 @@ impl GeneralisedInverse {
         Ok(Self { modes, modes_on_dofs, weighted_modes })
     }
 
-    /// Adds springs to the ground at as many dofs as there are motions, as far apart as they can be, each as stiff as
-    /// the body is there.
+    /// Adds grounding springs at as many dofs as there are modes. Each dof is chosen for the largest part of the modes that the
+    /// dofs before it leave free. The spring stiffness is the diagonal entry of K at the dof.
     pub fn add_grounding_springs(&self, stiffness: &mut SymmetricSparse) {
         let n = stiffness.n();
         let diagonal = stiffness.diagonal();
@@ -71,15 +70,15 @@ impl GeneralisedInverse {
         }
     }
 
-    /// Work of forces on the free dofs, `[n_free]`, on each motion.
+    /// Work of forces on the free dofs, `[n_free]`, on each mode.
     pub fn work(&self, forces: &[f64]) -> Vec<f64> {
         self.modes_on_dofs.iter().map(|mode| dot(mode, forces)).collect()
     }
 
-    /// The generalised inverse applied to forces, `[n_free]`, in place; `inverse` is that of K with its springs.
+    /// Applies the generalised inverse to forces, `[n_free]`, in place. `inverse` applies the inverse of K with grounding springs.
     ///
     /// # Errors
-    /// Those of `inverse`.
+    /// Errors of `inverse`.
     pub fn solve(&self, forces: &mut [f64], inverse: impl FnOnce(&mut [f64]) -> Result<()>) -> Result<()> {
         let work = self.work(forces);
         for (column, work) in self.weighted_modes.iter().zip(work) {
@@ -92,10 +91,10 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// The block Π K⁺ Πᵀ of some dofs, given by their rows (`None` where prescribed), from that of K⁺ in place.
+    /// Replaces the block of K⁺ for some dofs by that of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None` where prescribed).
     ///
     /// # Errors
-    /// Those of `inverse`.
+    /// Errors of `inverse`.
     pub fn project_flexibility(
         &self,
         flexibility: &mut SymmetricDense,
@@ -109,7 +108,7 @@ impl GeneralisedInverse {
             inverse(&mut image)?;
             images.push(image);
         }
-        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R: the last is shared out to both others.
+        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Each middle term takes half of the last.
         let moved: Vec<Vec<f64>> = images.iter().map(|image| self.mean_motions(image)).collect();
         let row = |columns: &[Vec<f64>], row: Option<usize>| -> Vec<f64> {
             columns.iter().map(|column| row.map_or(0.0, |row| column[row])).collect()
@@ -136,7 +135,7 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Mean of a displacement of the free dofs along each motion.
+    /// Mean of a displacement of the free dofs along each mode.
     fn mean_motions(&self, displacement: &[f64]) -> Vec<f64> {
         self.weighted_modes.iter().map(|column| dot(column, displacement)).collect()
     }

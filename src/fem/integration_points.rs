@@ -1,14 +1,14 @@
-//! Integration points of the elements, and the map from the reference cell to the body at each.
+//! Integration points of the elements, and the map from the reference cell to the body.
 
 use nalgebra::Matrix3;
 
 use crate::element::ShapeFunctions;
 use crate::quadrature::RulePoint;
 
-/// The least det J that still is a volume, relative to the cube of the longest column of J.
+/// Smallest det J of a valid element, relative to the cube of the longest column of J.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-12;
 
-/// An integration point of the reference cell with the shape functions there.
+/// Integration point of the reference cell, with its shape functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ReferencePoint<const N: usize> {
     pub xi: [f64; 3],
@@ -17,27 +17,27 @@ pub(super) struct ReferencePoint<const N: usize> {
     pub gradients: [[f64; 3]; N],
 }
 
-/// The same point in the body.
+/// Integration point mapped to the body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MappedPoint<const N: usize> {
     /// det J.
     pub determinant: f64,
-    /// Weight times det J.
+    /// Integration weight times det J.
     pub volume: f64,
-    /// Derivatives of the shape functions by x, y, z.
+    /// Derivatives of the shape functions with respect to x, y, z.
     pub gradients: [[f64; 3]; N],
 }
 
-/// Why an element has no stiffness.
+/// Defect of an element that has no valid stiffness.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum ElementDefect {
-    /// It is inverted or degenerate where its det J is this.
+    /// The element is inverted or degenerate, with this value of det J.
     NonpositiveJacobian(f64),
-    /// Its shape is sound, but the stiffness of its enhanced strains is not positive definite.
+    /// The stiffness of the enhanced strains is not positive definite, although the shape is valid.
     IndefiniteEnhancedModes,
 }
 
-/// The shape functions at the points of a rule.
+/// Evaluates the shape functions at the points of a rule.
 pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(
     rule: Vec<RulePoint<3>>,
 ) -> Vec<ReferencePoint<N>> {
@@ -59,7 +59,7 @@ pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64;
     j
 }
 
-/// Maps a sample into the element of nodes `nodes`.
+/// Maps an integration point to the element with nodes `nodes`.
 pub(super) fn map_point<const N: usize>(
     nodes: &[[f64; 3]; N],
     sample: &ReferencePoint<N>,

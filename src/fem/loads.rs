@@ -15,19 +15,19 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Nodal forces, global axes, N, `[n_points]`.
 pub(super) type NodalForces = Vec<[f64; 3]>;
 
-/// What acts on a face by itself.
+/// Load on a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum FaceLoad {
-    /// Against its outward normal, MPa.
+    /// Pressure, MPa, positive against the outward normal.
     Pressure(f64),
-    /// Along a fixed direction, MPa.
+    /// Traction in global axes, MPa.
     Traction(Vector3<f64>),
-    /// Against its displacement.
+    /// Foundation, whose traction opposes the displacement.
     Foundation(FoundationStiffness),
 }
 
 impl FaceLoad {
-    /// Traction on the body, MPa, where the outward normal (of length 1) and the displacement (mm) are these.
+    /// Traction on the body, MPa, for an outward unit normal and a displacement (mm).
     pub fn traction(&self, normal: &Vector3<f64>, displacement: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Pressure(pressure) => -*pressure * normal,
@@ -40,12 +40,12 @@ impl FaceLoad {
     }
 }
 
-/// A face of a solid on which a load acts.
+/// Loaded face of a solid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadedFace {
-    /// The solid.
+    /// Solid of the face.
     pub owner: CellRef,
-    /// Index among its faces.
+    /// Index of the face in the solid.
     pub local_face: usize,
     /// The load.
     pub load: FaceLoad,
@@ -53,16 +53,16 @@ pub(super) struct LoadedFace {
 
 /// Loads of a body.
 pub(super) struct Loads {
-    /// Their nodal forces.
+    /// Nodal forces of the loads.
     pub forces: NodalForces,
-    /// The faces that they act on; one with several loads stands there for each.
+    /// Loaded faces; a face with several loads is listed once per load.
     pub faces: Vec<LoadedFace>,
 }
 
-/// All loads of `spec`; foundations, whose forces depend on the displacement, are not among them.
+/// All loads of `spec` except foundations, whose forces depend on the displacement.
 ///
 /// # Errors
-/// If a group is missing or no outer surface, or a value is not finite.
+/// If a group is missing or is no outer surface, or a value is not finite.
 pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) -> Result<Loads> {
     let mut loads = Loads { forces: vec![[0.0; 3]; spec.mesh.n_points()], faces: Vec::new() };
     for (group, value) in &spec.pressures {
@@ -97,16 +97,16 @@ fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut Loads) -> Re
     Ok(())
 }
 
-/// ∫ N_a dS of the faces as vectors, outward, mm2, `[n_points]`.
+/// Nodal area vectors ∫ N_a n dS of the faces, outward, mm2, `[n_points]`.
 pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalForces {
     let mut areas = vec![[0.0; 3]; mesh.n_points()];
     faces.iter().for_each(|face| add_face_load(mesh, face, FaceLoad::Pressure(-1.0), &mut areas));
     areas
 }
 
-/// Adds the forces of one face, ∫ N_a t dS.
+/// Adds the nodal forces ∫ N_a t dS of one face.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
-    // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
+    // The integrand is N_a times the area vector: bilinear on quad4, of degree 2 or 3 in each direction on second order.
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
         let normal = area.try_normalize(0.0).unwrap_or_default();
         let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
@@ -116,7 +116,7 @@ fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut N
     }
 }
 
-/// Integration rule of a face; that of a linear triangle is exact for polynomials of `linear_triangle_degree`.
+/// Integration rule of a face. The rule of a linear triangle is exact for polynomials of degree `linear_triangle_degree`.
 pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec<RulePoint<2>> {
     match kind {
         ElementKind::Tri3 => triangle(linear_triangle_degree),
@@ -127,7 +127,7 @@ pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec
     }
 }
 
-/// Shape functions and area vector times the weight at the points of a rule on a face.
+/// Shape functions, and area vector times weight, at the points of a rule on a face.
 pub(super) fn face_points(
     mesh: &Mesh,
     face: &SurfaceFace,
@@ -139,7 +139,7 @@ pub(super) fn face_points(
     })
 }
 
-/// Derivatives along both reference coordinates of a field with the values `at` the nodes of a face.
+/// Derivatives along the two reference coordinates of a field with nodal values `at` on a face.
 pub(super) fn face_tangents(
     face: &SurfaceFace,
     xi: [f64; 2],
@@ -152,7 +152,7 @@ pub(super) fn face_tangents(
     [along(0), along(1)]
 }
 
-/// Adds ∫ N_a b(x) dV over the cells; `b` is the force per volume at a point.
+/// Adds the nodal forces ∫ N_a b(x) dV over the cells; `b` is the force per volume at a point.
 pub(super) fn add_body_force(
     mesh: &Mesh,
     cells: &[CellRef],
@@ -193,7 +193,7 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // The sign of the Jacobian counts: the longer rule of loads may see a fold at a node that the stiffness does not.
+        // Uses the signed Jacobian: the longer rule of the loads may detect a fold at a node that the stiffness rule misses.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

@@ -1,7 +1,7 @@
-//! The 8-node hexahedron with the volume change of its mean ("B-bar").
+//! 8-node hexahedron with mean dilatation ("B-bar").
 //!
-//! The dilatation tr ε is replaced by its mean over the element, ε̄ = ε + (θ̄ - tr ε) I / 3, in strain and virtual strain
-//! alike: nearly incompressible material does not lock, any anisotropy is allowed, and a constant strain stays exact.
+//! The dilatation tr ε is replaced by its element mean θ̄ in strain and virtual strain: ε̄ = ε + (θ̄ - tr ε) I / 3. Nearly
+//! incompressible material does not lock, any anisotropy is allowed, and a constant strain stays exact.
 //!
 //! # Source
 //! Hughes (1980), Int. J. Numer. Meth. Engng 15, 1413-1418.
@@ -11,10 +11,10 @@ use nalgebra::{Matrix6, Vector6};
 use super::element_kernels::{ElementState, unit_strain};
 use super::integration_points::MappedPoint;
 
-/// What the mean dilatation adds to each normal strain at an integration point, by node and component.
+/// Change of each normal strain at an integration point due to the mean dilatation, by node and component.
 type NormalStrainCorrection = [[f64; 3]; 8];
 
-/// The changes at all integration points.
+/// Strain corrections at all integration points.
 pub(super) struct MeanDilatation {
     corrections: [NormalStrainCorrection; 8],
 }
@@ -34,7 +34,7 @@ impl MeanDilatation {
         Self { corrections }
     }
 
-    /// Adds to the strains of nodal displacements `u` at the integration points.
+    /// Adds the correction to the strains of nodal displacements `u` at the integration points.
     pub fn correct_strains(&self, u: &[[f64; 3]; 8], strains: &mut [Vector6<f64>; 8]) {
         for (strain, change) in strains.iter_mut().zip(&self.corrections) {
             let sum: f64 = change.iter().flatten().zip(u.iter().flatten()).map(|(c, u)| c * u).sum();
@@ -42,7 +42,7 @@ impl MeanDilatation {
         }
     }
 
-    /// Adds to the nodal forces of the stresses at the integration points.
+    /// Adds the correction to the nodal forces of the stresses at the integration points.
     pub fn correct_forces(&self, mapped: &[MappedPoint<8>; 8], state: &mut ElementState) {
         for ((point, found), change) in mapped.iter().zip(&state.points).zip(&self.corrections) {
             let pull = (found.stress[0] + found.stress[1] + found.stress[2]) * point.volume;
@@ -52,7 +52,7 @@ impl MeanDilatation {
         }
     }
 
-    /// Adds ∫ B̄ᵀ C B̄ to the packed lower triangle.
+    /// Adds ∫ B̄ᵀ C B̄ dV to the packed lower triangle.
     pub fn add_stiffness(&self, mapped: &[MappedPoint<8>; 8], c: &Matrix6<f64>, packed: &mut [f64]) {
         for (point, change) in mapped.iter().zip(&self.corrections) {
             let strains: [Vector6<f64>; 24] = std::array::from_fn(|dof| {

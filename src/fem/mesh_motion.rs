@@ -1,9 +1,9 @@
-//! A mesh whose nodes follow those of its contact surface.
+//! Moves the nodes of a mesh after its contact surface has receded.
 //!
-//! Each component of the motion along the axes of the frame solves Laplace's equation in the body. Contact nodes move as told.
-//! Other nodes of the outer faces, and of the faces where the material changes, move in their face alone; what a support
-//! prescribes stays. A uniform motion of one face of a layer then compresses the layer evenly, and outside of the contact
-//! surface the body keeps its shape.
+//! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have prescribed
+//! displacements. Other nodes on outer faces and material interfaces move only within their face. They do not move along components
+//! that a support prescribes. A uniform motion of one face of a layer therefore compresses the layer evenly, and outside the
+//! contact surface the body keeps its shape.
 
 use rayon::prelude::*;
 
@@ -21,23 +21,23 @@ use crate::mesh::faces::{SolidFace, SurfaceFace, solid_faces};
 use crate::mesh::quality;
 use crate::mesh::{CellRef, Mesh};
 
-/// Sine of the angle between a face and a direction up to which the direction lies in the face.
+/// Sine of the angle between a face and a direction below which the direction lies in the face.
 const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
 
-/// Share of the longest motion that is none.
+/// Motion, relative to the largest motion, below which a component counts as zero.
 const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
 
-/// Share of an edge that has to be left of it.
+/// Smallest allowed length of a moved edge, relative to its length before.
 const MIN_EDGE_RATIO: f64 = 0.1;
 
-/// Elements computed side by side before they are added up.
+/// Elements computed in parallel before they are added.
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes of `axes`, `[n_points]`; `None` stands for
-/// other nodes, which follow. `contact`: the faces of the contact surface.
+/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes `axes`, `[n_points]`. `None` marks other nodes,
+/// which follow. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would turn over, fold, or lose more than nine tenths of an edge; if memory does not suffice.
+/// If an element would be inverted, fold, or lose more than nine tenths of an edge; if memory does not suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -74,7 +74,8 @@ pub(crate) fn move_mesh(
     Ok(mesh)
 }
 
-/// Contact nodes on a plane face beside the contact, a plane of symmetry above all, move along it, as far.
+/// Projects the motion of contact nodes on adjacent plane faces, such as symmetry planes, into these planes. The magnitude of the
+/// motion is kept.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
     for (node, by) in motion.iter_mut().enumerate() {
@@ -89,26 +90,26 @@ fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 
         if along > FACE_ALIGNMENT_TOLERANCE * far {
             *by *= far / along;
         } else {
-            // The motion is normal to the face up to rounding, whose direction means nothing.
+            // The motion is normal to the face up to rounding, so its direction within the face is arbitrary.
             *by = Point::zeros();
         }
     }
     motion
 }
 
-/// Whether a node moves along an axis.
+/// Constraint on the motion of a node along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum MotionConstraint {
-    /// It does.
+    /// The node moves along the axis.
     Free,
-    /// It does not, unless it is one of the contact.
+    /// The node does not move along the axis, unless it is a contact node.
     WithinFace,
-    /// It does not, for it lies on an outer face across the axis.
+    /// The node does not move along the axis, because it lies on a plane outer face normal to the axis.
     WithinPlane,
 }
 
-/// What keeps nodes from moving along `axis`, `[n_points]`: a support, or that they lie on an outer face or where the material
-/// changes, unless the axis lies in the face.
+/// Constraints on the motion of nodes along `axis`, `[n_points]`. Supports, outer faces and material interfaces constrain a node,
+/// unless the axis lies in the face.
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,
@@ -150,7 +151,7 @@ fn motion_constraints(
     Ok(held)
 }
 
-/// The harmonic function with the values `given` at nodes, `[n_points]`; 0 at points on no solid.
+/// Harmonic function with the nodal values `given`, `[n_points]`; 0 at points on no solid.
 fn solve_laplace(
     mesh: &Mesh,
     cells: &[CellRef],
@@ -203,7 +204,7 @@ fn solve_laplace(
     Ok(values)
 }
 
-/// The matrix of zeros that couples free nodes of the same element.
+/// Zero matrix with the sparsity pattern of the free nodes that share an element.
 fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for &node in nodes {
@@ -217,7 +218,7 @@ fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse
     SymmetricSparse::from_pattern(offsets, rows)
 }
 
-/// ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
+/// Laplace kernel: ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
 struct LaplaceKernel<'a> {
     mesh: &'a Mesh,
     cell: CellRef,
@@ -247,7 +248,7 @@ fn degenerate(mesh: &Mesh, cell: CellRef) -> Error {
     Error::input(format!("element {} of {} is degenerate", mesh.tag(cell), mesh.source))
 }
 
-/// Refuses a moved mesh that is worse than the one before in a way that matters.
+/// Checks a moved mesh. Returns an error if more elements fold at their nodes than before, or if an edge becomes too short.
 fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
     let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
     let is = folded(after).context(|| "after moving its surface".to_owned())?;
@@ -282,8 +283,8 @@ mod tests {
     use super::*;
     use crate::mesh::structured::{BlockElements, GradedBlock};
 
-    /// Truth: a node on a plane moves within it, as far as it was told to. A motion along the normal of the plane but for rounding
-    /// has no direction within it: the node stays.
+    /// Truth: a contact node on a plane moves within it by the prescribed distance. A motion normal to the plane up to rounding has
+    /// no direction within it, so the node stays.
     #[test]
     fn motions_normal_to_a_plane_end_there() {
         let mut held = [0; 3].map(|_| vec![MotionConstraint::Free; 2]);
@@ -294,8 +295,8 @@ mod tests {
         assert!((moved[1].unwrap() - Point::new(5e-4, 0.0, 0.0)).norm() < 1e-18, "{moved:?}");
     }
 
-    /// Truth: a linear function is harmonic, and in the space of the elements; it is given on the outer faces of a distorted
-    /// block of hexahedra or tetrahedra.
+    /// Truth: linear functions are harmonic and in the space of the elements. The function is prescribed on the outer faces of a
+    /// distorted block of hexahedra or tetrahedra.
     #[test]
     fn linear_functions_are_found() {
         for solids in [BlockElements::Hex8, BlockElements::Tet4] {

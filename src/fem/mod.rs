@@ -1,10 +1,13 @@
-//! Finite elements: from a mesh, materials, supports and loads to a body's flexibility at its contact nodes.
+//! Finite elements: from mesh, materials, supports and loads to the flexibility of a body at its contact nodes.
 //!
-//! The weak form: find u with u = ū on the supports and ∫ ε(v) : C : ε(u) dV = ∫ v · b dV + ∫ v · t dS for all v that
-//! vanish there. [`FeSpec`] says what is given, [`FeModel`] holds K u = f of the free unknowns, [`CondensedBody`] the
-//! factor of K and the flexibility of the contact nodes, and recovers displacement, stress, energy and reactions.
+//! Weak form: find u with u = ū on the supports and ∫ ε(v) : C : ε(u) dV = ∫ v · b dV + ∫ v · t dS for all v that vanish on the
+//! supports.
 //!
-//! Unknowns are nodal displacements in global axes. Voigt order 11 22 33 23 13 12, engineering shears.
+//! [`FeSpec`] is the specification, [`FeModel`] the assembled system K u = f of the free dofs. [`CondensedBody`] has the factor of
+//! K and the flexibility of the contact nodes, and solves for displacements. [`FeModel`] gives strain energy and reactions for a
+//! displacement, [`StressRecovery`] the stress.
+//!
+//! Unknowns are nodal displacements in global axes. The Voigt order is 11 22 33 23 13 12, with engineering shear strains.
 
 mod analysis;
 mod assembly;

@@ -1,4 +1,4 @@
-//! A finite-element body ready to be solved: K u = f of its free dofs.
+//! Assembled finite-element body: the system K u = f of the free dofs.
 
 use std::sync::Arc;
 
@@ -25,19 +25,19 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
 
-/// Bytes per unknown of mesh, elements and the assembly of the matrix beside the matrix itself: 290 to 500 were measured on
-/// bodies of 50 000 unknowns, up to 1360 on small ones (first order and second, tetrahedra and hexahedra).
+/// Bytes per unknown of mesh, elements and assembly, without the matrix. Measured: 290 to 500 on bodies of 50 000 unknowns, up to
+/// 1360 on small bodies (first and second order, tetrahedra and hexahedra).
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
-/// Bytes per unknown of mesh and elements once the matrix is there.
+/// Bytes per unknown of mesh and elements after assembly.
 const RESIDENT_BYTES_PER_DOF: usize = 350;
 
-/// Bytes of an assembled body of `n_free` unknowns and of its making.
+/// Peak memory of the assembly of a body with `n_free` unknowns and `n_stored` matrix entries, bytes.
 fn assembly_bytes(n_free: usize, n_stored: usize) -> usize {
     ASSEMBLY_BYTES_PER_DOF * n_free + 16 * n_stored
 }
 
-/// An assembled finite-element body.
+/// Assembled finite-element body.
 pub struct FeModel {
     name: String,
     mesh: Arc<Mesh>,
@@ -56,7 +56,7 @@ pub struct FeModel {
 }
 
 impl FeModel {
-    /// Assembles the body, within the memory that the machine has now.
+    /// Assembles the body within the memory that the machine has available now.
     ///
     /// # Errors
     /// See [`Self::with_memory_limit`].
@@ -67,9 +67,8 @@ impl FeModel {
     /// Assembles the body within a memory limit.
     ///
     /// # Errors
-    /// If it does not fit (kind `Resources`); if an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
-    /// motions of one of several parts free (which are
-    /// named).
+    /// If the body does not fit (kind `Resources`). If an element is inverted or has no material, or a group is missing. If
+    /// supports contradict one another, or leave rigid-body modes of one of several parts free; the message names these modes.
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let name = spec.name.clone();
         let build = || {
@@ -117,17 +116,17 @@ impl FeModel {
         build().context(|| name)
     }
 
-    /// What messages call it.
+    /// Name of the body in messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its mesh.
+    /// Mesh of the body.
     pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
-    /// Its elements with their materials and material axes.
+    /// Elements of the body with their materials and material axes.
     pub fn regions(&self) -> &ElementMaterials {
         &self.regions
     }
@@ -137,40 +136,40 @@ impl FeModel {
         self.dof_map.n_free()
     }
 
-    /// Row of a displacement component of a node in the system of the free dofs; `None` if it is prescribed, or the
-    /// node belongs to no solid.
+    /// Row of a displacement component of a node in the system of the free dofs. `None` if the component is prescribed or the node
+    /// belongs to no solid.
     pub fn free_dof(&self, node: usize, component: usize) -> Option<usize> {
         self.dof_map.row(3 * node + component)
     }
 
-    /// Prescribed displacement of a component of a node, mm; `None` if it is free.
+    /// Prescribed displacement of a component of a node, mm; `None` if the component is free.
     pub fn prescribed_displacement(&self, node: usize, component: usize) -> Option<f64> {
         self.dof_map.prescribed(3 * node + component)
     }
 
-    /// The rigid motions that the supports leave free, mean square displacement 1 each; `None` if the body is held.
+    /// Rigid-body modes that the supports leave free, with mean square displacement 1 each; `None` if the body is fixed.
     pub fn rigid_body_modes(&self) -> Option<&RigidBodyModes> {
         self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
 
-    /// Work of the body's own loads on each of its free motions, N mm / mm.
+    /// Work of the body's own loads on each free rigid-body mode, N mm / mm.
     pub fn load_work_on_rigid_body_modes(&self) -> Vec<f64> {
         self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }
 
-    /// K of the free dofs, `[n_free, n_free]`, N/mm, elastic foundations included; of a body that floats with springs to the ground at as many dofs as
-    /// it has free motions, which carry nothing under forces in equilibrium.
+    /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. An unconstrained body has grounding
+    /// springs at as many dofs as it has rigid-body modes. The springs carry no force under loads in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
 
-    /// Right-hand side of the free dofs, `[n_free]`, N: loads, and -K_fc ū of prescribed displacements.
+    /// Right-hand side of the free dofs, `[n_free]`, N: loads, and -K_fc ū of the prescribed displacements.
     pub fn load_vector(&self) -> Vec<f64> {
         let rows = self.dof_map.dofs_of_rows().iter().zip(&self.prescribed_dof_forces);
         rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
     }
 
-    /// Whether loads or prescribed displacements act on the body by themselves.
+    /// Whether the body has own loads or prescribed displacements other than zero.
     pub fn has_own_loads(&self) -> bool {
         self.load_vector().iter().any(|&f| f != 0.0)
             || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
@@ -181,13 +180,13 @@ impl FeModel {
         &self.external_forces
     }
 
-    /// Its uniform force per volume, global axes, N/mm3.
+    /// Uniform force per volume, global axes, N/mm3.
     pub fn body_force(&self) -> [f64; 3] {
         self.body_force
     }
 
-    /// Loads on its faces: the solid, the index among its faces, pressure (MPa), traction (global axes, MPa); a face with several loads stands
-    /// there for each.
+    /// Loads on faces: the solid, the index of its face, pressure (MPa) and traction (global axes, MPa). A face with several loads
+    /// is listed once per load.
     pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
         self.loaded_faces.iter().filter_map(|face| {
             let at = (face.owner, face.local_face);
@@ -204,15 +203,15 @@ impl FeModel {
         add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external_forces);
     }
 
-    /// Displacement of all mesh nodes, mm, `[n_points]`, from that of the free dofs, `[n_free]`.
+    /// Displacement of all mesh nodes, mm, `[n_points]`, from the displacement of the free dofs, `[n_free]`.
     pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
         self.dof_map.expand(free)
     }
 
-    /// Orders the unknowns, those of `contact_nodes` last, and finds the structure of the factor: what it will cost.
+    /// Orders the unknowns with those of `contact_nodes` last and computes the structure of the factor, which gives its cost.
     ///
     /// # Errors
-    /// If a contact node is given twice or is on no solid; if memory does not suffice.
+    /// If a contact node is given twice or belongs to no solid; if memory does not suffice.
     pub fn analyse(&self, contact_nodes: &[usize]) -> Result<SymbolicAnalysis> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
         let order = nested_dissection(&self.graph, &self.dof_map.solid_nodes, contact_nodes)
@@ -223,20 +222,19 @@ impl FeModel {
         SymbolicAnalysis::new(self, contact_nodes, order).context(|| self.name.clone())
     }
 
-    /// Factorises K and forms the flexibility of `contact_nodes` (mesh node indices).
+    /// Factorises K and computes the flexibility of `contact_nodes` (mesh node indices).
     ///
     /// # Errors
-    /// See [`Self::analyse`]; further if K is singular, the factorisation fails its check, or does not fit into the
-    /// memory that the machine has.
+    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, or the machine has too little memory.
     pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], within a memory limit, and with the flexibility from a cache where it has it; else it is
-    /// put there.
+    /// As [`Self::condense`], within a memory limit. The flexibility is read from the cache if it is there, and is otherwise
+    /// computed and stored.
     ///
     /// # Errors
-    /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
+    /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
     pub fn condense_with(
         self,
         contact_nodes: &[usize],
@@ -255,23 +253,23 @@ impl FeModel {
         .context(|| name)
     }
 
-    /// Bytes that the body takes while it is assembled: mesh, elements, matrix and its making.
+    /// Peak memory of the assembly, bytes: mesh, elements, matrix and workspace.
     pub fn assembly_bytes(&self) -> usize {
         assembly_bytes(self.n_free(), self.stiffness.n_stored())
     }
 
-    /// Bytes that the assembled body keeps: mesh, elements, matrix.
+    /// Memory of the assembled body, bytes: mesh, elements, matrix.
     pub fn resident_bytes(&self) -> usize {
         RESIDENT_BYTES_PER_DOF * self.n_free() + 16 * self.stiffness.n_stored()
     }
 
-    /// The key of the flexibility of `contact_nodes` by `method` in a cache.
+    /// Cache key of the flexibility of `contact_nodes` computed by `method`.
     pub fn cache_key(&self, contact_nodes: &[usize], method: CondensationMethod) -> CacheKey {
         CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// The entry that a cache has of the flexibility of `contact_nodes` by `method`, judged by its head and size: the
-    /// bytes that a factorisation takes.
+    /// Bytes that a factorisation takes, from the cache entry of the flexibility of `contact_nodes` by `method`. Only the head and
+    /// the size of the entry are checked. `None` if there is no entry.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -284,12 +282,12 @@ impl FeModel {
         )
     }
 
-    /// Whether a cache has the factor that fields are recovered with.
+    /// Whether the cache has the factor for the recovery of fields.
     pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
         cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
     }
 
-    /// Number of nodes of its solids.
+    /// Number of nodes of the solids.
     pub fn n_nodes(&self) -> usize {
         self.dof_map.solid_nodes.len()
     }
@@ -329,18 +327,18 @@ impl FeModel {
         NodalUnknowns { of_row, points }
     }
 
-    /// What a row of the system is, for messages.
+    /// Node and direction of a row of the system, for messages.
     pub(super) fn describe_row(&self, row: usize) -> String {
         let dof = self.dof_map.dofs_of_rows()[row];
         format!("the node at {}, direction {}", format_point(&self.mesh.points[dof / 3]), AXIS_NAMES[dof % 3])
     }
 
-    /// The faces that loads and foundations act on; one with several stands there for each.
+    /// Faces with loads or foundations. A face with several of them is listed once for each.
     pub(super) fn loaded_faces(&self) -> &[LoadedFace] {
         &self.loaded_faces
     }
 
-    /// The stiffness of the faces that stand on foundations.
+    /// Stiffness of the faces on elastic foundations.
     pub(super) fn foundations(&self) -> &[FoundationFace] {
         &self.foundations
     }

@@ -1,4 +1,4 @@
-//! What a displacement field means: stress, strain energy, reactions.
+//! Postprocessing of a displacement field: stress, strain energy, reactions.
 
 mod estimate;
 mod exposure;
@@ -25,21 +25,21 @@ pub use superconvergent::StressRecovery;
 pub use surface_stress::SurfaceStressPoint;
 pub(crate) use surface_stress::{FaceAverages, FaceContribution, surface_stress_points};
 
-/// Elements evaluated side by side before they are added up.
+/// Elements evaluated in parallel before they are added.
 const ELEMENTS_PER_BATCH: usize = 4096;
 
 impl FeModel {
-    /// Strain energy 1/2 ∫ ε : C : ε dV, N mm, for a displacement of all mesh nodes `[n_points]`.
+    /// Strain energy 1/2 ∫ ε : C : ε dV, N mm, for a displacement of all mesh nodes, `[n_points]`.
     ///
     /// # Errors
-    /// If an element is inverted (a model with such elements is refused when it is made).
+    /// If an element is inverted ([`FeModel`] already refuses such meshes).
     pub fn strain_energy(&self, displacement: &[[f64; 3]]) -> Result<f64> {
         let mut energy = 0.0;
         for_each_state(self.elements(), displacement, |_, state| energy += state.energy)?;
         Ok(energy)
     }
 
-    /// Forces that the stresses exert at the mesh nodes, ∫ Bᵀ σ dV, global axes, N, `[n_points]`.
+    /// Nodal forces of the stresses, ∫ Bᵀ σ dV, global axes, N, `[n_points]`.
     ///
     /// # Errors
     /// As [`Self::strain_energy`].
@@ -53,8 +53,8 @@ impl FeModel {
         Ok(forces)
     }
 
-    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. A contact force on a
-    /// prescribed dof counts as part of its reaction.
+    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. A contact force on a prescribed dof is
+    /// included in the reaction.
     ///
     /// # Errors
     /// As [`Self::strain_energy`].
@@ -73,7 +73,7 @@ impl FeModel {
     }
 }
 
-/// Calls `visit` for each element in order with its nodes and state; elements are evaluated in parallel.
+/// Calls `visit` for each element, in order, with its nodes and state. Elements are evaluated in parallel.
 fn for_each_state(
     elements: ElementContext,
     displacement: &[[f64; 3]],

@@ -1,4 +1,4 @@
-//! Rigid motions that the supports leave free: along them the contact must balance a body's loads.
+//! Rigid-body modes that the supports leave free. Along these modes the contact must balance the loads of the body.
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -10,27 +10,27 @@ use crate::error::{Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::ordering::NodeGraph;
 
-/// Eigenvalues of the supports' Gram matrix below this share of its largest are zero: supports that are nearer to
-/// one another than a millionth of the body do not hold a rotation.
+/// Ratio to the largest eigenvalue below which an eigenvalue of the Gram matrix of the supports is zero. Supports closer to one
+/// another than a millionth of the body size do not prevent a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
-/// Share of a unit vector outside a space below which it lies in it.
+/// Part of a unit vector outside a subspace below which the vector lies in the subspace.
 pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
-/// The rigid motions of a body that its supports leave free.
+/// Rigid-body modes that the supports of a body leave free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyModes {
-    /// Their names in the global axes: "translation x", "rotation about z".
+    /// Names of the modes in the global axes: "translation x", "rotation about z".
     pub names: Vec<String>,
     centre: Vector3<f64>,
     size: f64,
-    /// Translation and rotation (times the size) about the centre.
+    /// Translation, and rotation times the body size, about the centre.
     basis: Vec<Vector6<f64>>,
 }
 
 impl RigidBodyModes {
-    /// The motions of the points `part` among `points` that move none of the `held` ones along the direction in which it is held;
-    /// orthonormal as translations and rotations.
+    /// Rigid-body modes of the points `part` among `points` that leave the points of `held` at rest along the given directions. The
+    /// modes are orthonormal as vectors of translation and rotation.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],
@@ -63,18 +63,18 @@ impl RigidBodyModes {
         Self { names, centre, size, basis }
     }
 
-    /// Number of motions.
+    /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.basis.len()
     }
 
-    /// Displacement at a point by a unit of motion `j`.
+    /// Displacement at the point `x` for unit amplitude of mode `j`.
     pub fn displacement(&self, x: &Vector3<f64>, j: usize) -> Vector3<f64> {
         let [shift, turn] = self.translation_and_rotation(j);
         shift + turn.cross(&((x - self.centre) / self.size))
     }
 
-    /// Translation at the point `origin` and rotation (radians) of a unit of motion `j`, global axes.
+    /// Translation at the point `origin` and rotation (radians) for unit amplitude of mode `j`, global axes.
     pub fn motion_about(&self, origin: &Vector3<f64>, j: usize) -> [Vector3<f64>; 2] {
         [self.displacement(origin, j), self.translation_and_rotation(j)[1] / self.size]
     }
@@ -83,8 +83,7 @@ impl RigidBodyModes {
         [0, 3].map(|row| self.basis[j].fixed_view::<3, 1>(row, 0).into_owned())
     }
 
-    /// The same motions, orthonormal in the mean over the points with the given weights; `None` if they are not
-    /// independent there.
+    /// The same modes, orthonormal in the weighted mean over the points. `None` if they are linearly dependent there.
     pub(crate) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
         let n = self.n_modes();
         let mut gram = DMatrix::<f64>::zeros(n, n);
@@ -106,18 +105,18 @@ impl RigidBodyModes {
     }
 }
 
-/// The rigid motions that the supports of a body leave free, before anything is assembled; `None` if it is held.
+/// Rigid-body modes that the supports of a body leave free, found without assembly; `None` if the body is fixed.
 ///
 /// # Errors
-/// If supports contradict one another, or a body of several parts that share no node is not held in all of them. Cells
-/// that are no finite elements here are left to [`super::FeModel::new`].
+/// If supports contradict one another. If a body of several parts without shared nodes is not fixed in all of them. Errors in the
+/// materials of the elements are not reported here, but by [`super::FeModel::new`].
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;
     rigid_body_modes_of_dofs(spec, &dofs, &node_graph(&spec.mesh, &regions.cells))
 }
 
-/// As [`find_rigid_body_modes`], of numbered dofs.
+/// As [`find_rigid_body_modes`], for numbered dofs.
 ///
 /// # Errors
 /// As [`find_rigid_body_modes`].
@@ -148,7 +147,7 @@ pub(super) fn rigid_body_modes_of_dofs(
     Ok(None)
 }
 
-/// Nodes of each connected part, ascending.
+/// Nodes of each connected part, in ascending order.
 fn connected_parts(graph: &NodeGraph, nodes: &[usize]) -> Vec<Vec<usize>> {
     let mut seen = vec![false; graph.n_nodes()];
     let mut parts = Vec::new();
@@ -176,7 +175,7 @@ fn centre(points: &[[f64; 3]], part: &[usize]) -> Vector3<f64> {
     part.iter().fold(Vector3::zeros(), |sum, &node| sum + Vector3::from(points[node])) / part.len() as f64
 }
 
-/// The displacement along `component` at `x` (from the centre, in body sizes) by each of the six unit motions.
+/// Displacement along `component` at `x` (relative to the centre, in body sizes) due to each of the six unit modes.
 fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
     let mut row = Vector6::zeros();
     row[component] = 1.0;
@@ -188,7 +187,7 @@ fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
     row
 }
 
-/// The rigid motions of `part` that move no prescribed dof and work against no foundation.
+/// Rigid-body modes of `part` with zero displacement at prescribed dofs and no work against foundations.
 fn modes_of_part(
     points: &[[f64; 3]],
     part: &[usize],
@@ -202,7 +201,7 @@ fn modes_of_part(
     RigidBodyModes::unconstrained(points, part, held.chain(bedded.copied()))
 }
 
-/// Orthonormal basis of the pure translations in a space of rigid motions, given by its orthogonal projector.
+/// Orthonormal basis of the pure translations in a space of rigid-body motions, given by its orthogonal projector.
 pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
     let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
     (0..3)
@@ -211,8 +210,8 @@ pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Names the space spanned by `directions`: along the axes where it holds them, else by direction; `what` is said of an
-/// axis and of any other direction.
+/// Names of a basis of the space spanned by `directions`, along the coordinate axes where the space contains them. `what` is the
+/// prefix for a coordinate axis and for any other direction.
 fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
     let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
     let mut rank = 0;
@@ -233,7 +232,7 @@ fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> 
 }
 
 fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
-    // Rounding of a zero must not show as a sign.
+    // Rounding of a zero must not appear as a sign.
     let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
         Some(c) => format!("{} {}", what[0], AXIS_NAMES[c]),

@@ -1,4 +1,4 @@
-//! What makes a finite-element body: mesh, materials, supports, loads.
+//! Specification of a finite-element body: mesh, materials, supports, loads.
 
 use std::sync::Arc;
 
@@ -9,15 +9,15 @@ use serde::Deserialize;
 use crate::material::RegionMaterial;
 use crate::mesh::Mesh;
 
-/// How 8-node hexahedra represent strain.
+/// Strain formulation of 8-node hexahedra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum HexFormulation {
-    /// Nine enhanced strain modes, condensed in the element ("hex8-eas"): bends without locking.
+    /// Nine enhanced strain modes, condensed in the element ("hex8-eas"). No locking in bending.
     #[default]
     Enhanced,
-    /// Displacement interpolation only ("hex8"): far too stiff in bending; a baseline.
+    /// Displacement interpolation only ("hex8"). Far too stiff in bending; for comparison.
     Standard,
-    /// The volume change of the element's mean ("hex8-bbar"): does not lock in nearly incompressible material.
+    /// Mean dilatation of the element, B-bar ("hex8-bbar"). No locking in nearly incompressible material.
     MeanDilatation,
 }
 
@@ -25,7 +25,7 @@ impl HexFormulation {
     /// Every formulation.
     pub const ALL: [Self; 3] = [Self::Enhanced, Self::Standard, Self::MeanDilatation];
 
-    /// Its name in scenes.
+    /// Name of the formulation in scenes.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Enhanced => "hex8-eas",
@@ -40,11 +40,11 @@ impl HexFormulation {
 pub struct Support {
     /// Physical group of points, lines, surfaces or volumes.
     pub group: String,
-    /// Which of the components x, y, z are prescribed.
+    /// Whether the components x, y, z are prescribed.
     pub components: [bool; 3],
-    /// Their values at the origin of the global axes, mm; those of free components are not used.
+    /// Displacements at the origin of the global axes, mm; values of free components are not used.
     pub value: [f64; 3],
-    /// Their change per length along x, y, z, a row for each component: a far field u = value + gradient x.
+    /// Displacement gradient, one row per component, derivatives along x, y, z: a far field u = value + gradient x.
     pub gradient: [[f64; 3]; 3],
 }
 
@@ -59,7 +59,7 @@ pub enum FoundationStiffness {
 }
 
 impl FoundationStiffness {
-    /// Its numbers, N/mm3.
+    /// Stiffness values, N/mm3.
     pub fn values(&self) -> &[f64] {
         match self {
             Self::Normal(k) => std::slice::from_ref(k),
@@ -86,16 +86,16 @@ pub struct Foundation {
     pub stiffness: FoundationStiffness,
 }
 
-/// A finite-element body.
+/// Specification of a finite-element body.
 #[derive(Debug, Clone)]
 pub struct FeSpec {
-    /// What messages call it ("body1").
+    /// Name of the body in messages ("body1").
     pub name: String,
-    /// Its mesh; all solid cells are the body.
+    /// Mesh of the body; all solid cells belong to the body.
     pub mesh: Arc<Mesh>,
-    /// What fills each physical group of volumes; `None` stands for all cells in no named region.
+    /// Material of each physical group of volumes; `None` selects all cells outside the named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
-    /// Formulation of its hexahedra.
+    /// Formulation of the 8-node hexahedra.
     pub formulation: HexFormulation,
     /// Supports and prescribed displacements.
     pub supports: Vec<Support>,

@@ -1,4 +1,4 @@
-//! Displacements of a condensed body: back-substitutions with what solves its equations.
+//! Displacements of a condensed body for given forces, by back-substitution with its solver.
 
 use super::CondensedBody;
 use crate::error::Result;
@@ -7,20 +7,20 @@ use crate::linalg::cholesky::SymmetricSolver;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
-    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution. A body that floats is
-    /// left where its mean motion is zero, without the share of the forces that would move it as a whole.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads and contact forces. One
+    /// back-substitution. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an
+    /// unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.
     ///
     /// # Panics
-    /// If there are not 3 n_c forces.
+    /// If the number of forces is not 3 n_c.
     pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
         self.solve_with_forces_on(&self.contact_nodes, contact_forces)
     }
 
-    /// As [`Self::solve`], with forces `[3 n]` on any `n` nodes of the mesh.
+    /// As [`Self::solve`], with forces `[3 n]` on any `n` mesh nodes.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -35,8 +35,8 @@ impl CondensedBody {
         Ok(self.model.expand(&rhs))
     }
 
-    /// Displacement of nodes by forces on them alone, both `[3 n]`, N, mm, global axes; zero for prescribed dofs. One
-    /// back-substitution.
+    /// Displacement of nodes due to forces on these nodes, without the body's own loads. Both are `[3 n]`, mm and N, global axes;
+    /// zero for prescribed dofs. One back-substitution.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -46,8 +46,8 @@ impl CondensedBody {
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_of_forces`], corrected once by the residual of the assembled equations, so that it is as right as they
-    /// are; `None` if what solves them is not at hand (the flexibility came from a cache, and nothing else needed it).
+    /// As [`Self::displacement_of_forces`], with one step of iterative refinement against the assembled stiffness. `None` if no
+    /// solver exists yet, because the flexibility came from the cache.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -71,7 +71,7 @@ impl CondensedBody {
         Ok(Some(self.at_nodes(nodes, &rhs)))
     }
 
-    /// Forces on the free dofs, `[n_free]`, by those on nodes.
+    /// Forces on the free dofs, `[n_free]`, from forces on nodes.
     fn right_hand_side(&self, nodes: &[usize], forces: &[f64]) -> Vec<f64> {
         assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
         let mut rhs = vec![0.0; self.model.n_free()];
@@ -89,15 +89,15 @@ impl CondensedBody {
         }
     }
 
-    /// Displacement `[3 n]` of nodes, of that of the free dofs.
+    /// Displacement of nodes, `[3 n]`, from the displacement of the free dofs.
     fn at_nodes(&self, nodes: &[usize], displacement: &[f64]) -> Vec<f64> {
         let free = |node: usize, component: usize| self.model.free_dof(node, component);
         let dofs = nodes.iter().flat_map(|&node| (0..3).map(move |component| free(node, component)));
         dofs.map(|dof| dof.map_or(0.0, |row| displacement[row])).collect()
     }
 
-    /// Displacement of the nodes `at` by unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row
-    /// by row; zero for prescribed dofs. A solve for each.
+    /// Displacement of the nodes `at` due to unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row by
+    /// row. Zero for prescribed dofs. One solve per dof of `loaded`.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.
@@ -132,11 +132,10 @@ impl CondensedBody {
     }
 }
 
-/// Right-hand sides that are solved together.
+/// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 24;
 
-/// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
-/// inverse.
+/// Replaces forces on the free dofs, `[n_free]`, by their displacements. Unconstrained bodies use the generalised inverse.
 pub(super) fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
     match model.generalised_inverse() {
         Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),

@@ -1,6 +1,6 @@
-//! The error of the stress in the energy norm, estimated from the recovered stress.
+//! Estimated error of the stress in the energy norm.
 //!
-//! The recovered stress σ* converges faster than the elements' own σ_h; their difference estimates its error,
+//! The recovered stress σ* converges faster than the element stress σ_h. Their difference estimates the error in each element K,
 //! e_K² = ∫_K (σ* - σ_h) : C⁻¹ : (σ* - σ_h) dV.
 //!
 //! # Source
@@ -14,7 +14,7 @@ use super::superconvergent::StressRecovery;
 use crate::error::Result;
 use crate::fem::FeModel;
 
-/// The estimated error of a body's stress. Norms are energy norms, the root of ∫ σ : C⁻¹ : σ dV (twice the strain energy).
+/// Estimated error of the stress of a body. Norms are energy norms, the square root of ∫ σ : C⁻¹ : σ dV (twice the strain energy).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ErrorEstimate {
     /// Norm of the error in each solid cell, `[n_cells]`.
@@ -23,11 +23,11 @@ pub struct ErrorEstimate {
     pub cell_volumes: Vec<f64>,
     /// Centre of each solid cell, `[n_cells]`.
     pub cell_centres: Vec<[f64; 3]>,
-    /// Norm of the elements' own stress over the body.
+    /// Norm of the element stress over the body.
     pub stress_norm: f64,
 }
 
-/// Relative errors below this are rounding and the tolerance of the contact, whatever the mesh.
+/// Relative error below which rounding and the contact tolerance dominate, on any mesh.
 pub const MIN_RELATIVE_ERROR: f64 = 1e-8;
 
 impl ErrorEstimate {
@@ -36,25 +36,25 @@ impl ErrorEstimate {
         self.cell_errors.iter().map(|e| e * e).sum::<f64>().sqrt()
     }
 
-    /// Square of the norm of the true stress as far as it is known: that of the elements' plus that of the error.
+    /// Estimated squared norm of the true stress: squared norm of the element stress plus squared norm of the error.
     pub fn norm_squared(&self) -> f64 {
         self.stress_norm * self.stress_norm + self.error_norm().powi(2)
     }
 
-    /// Error of the body relative to the norm of its stress; 0 without stress.
+    /// Error of the body relative to the norm of its stress; 0 if the stress is zero.
     pub fn relative_error(&self) -> f64 {
         let whole = self.norm_squared().sqrt();
         if whole > 0.0 { self.error_norm() / whole } else { 0.0 }
     }
 
-    /// Squared error per volume over the mean of the squared norm per volume, `[n_cells]`; 0 without stress.
+    /// Squared error per volume, relative to the mean squared norm per volume, `[n_cells]`; 0 if the stress is zero.
     pub fn error_density(&self) -> Vec<f64> {
         let mean = self.norm_squared() / self.cell_volumes.iter().sum::<f64>();
         let density = |(e, v): (&f64, &f64)| if mean > 0.0 { e * e / (v * mean) } else { 0.0 };
         self.cell_errors.iter().zip(&self.cell_volumes).map(density).collect()
     }
 
-    /// The fewest cells that hold `share` (0..1) of the squared error, worst first; none without error.
+    /// Smallest set of cells with the fraction `share` (0..1) of the squared error, worst first; empty without error.
     pub fn worst_cells(&self, share: f64) -> Vec<usize> {
         let mut order: Vec<usize> =
             (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
@@ -71,11 +71,10 @@ impl ErrorEstimate {
 }
 
 impl StressRecovery {
-    /// Estimates the error of the elements' stress for a displacement of all mesh nodes and its recovered `stress`
-    /// at the points.
+    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress` at the points.
     ///
     /// # Errors
-    /// If an element is inverted (a model with such elements is refused when it is made).
+    /// If an element is inverted ([`FeModel`] already refuses such meshes).
     pub fn estimate_error(
         &self,
         model: &FeModel,
@@ -122,7 +121,7 @@ impl StressRecovery {
     }
 }
 
-/// Squares of the norms in a cell.
+/// Squared norms of error and stress, volume and centroid of a cell.
 #[derive(Default)]
 struct CellError {
     error: f64,

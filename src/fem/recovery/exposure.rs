@@ -1,23 +1,23 @@
-//! How near a body's stress comes to the limits of its materials.
+//! Stress exposure of a body by failure criterion, at points and in cells: 0 without stress, 1 at failure.
 
 use rayon::prelude::*;
 
 use super::points::RecoveryPoints;
 use crate::material::strength::{FailureCriterion, MaterialStrength, StressExposure, stress_in_axes};
 
-/// Exposure by one criterion.
+/// Exposure field of one failure criterion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExposureField {
-    /// The criterion.
+    /// Failure criterion.
     pub criterion: FailureCriterion,
-    /// At each recovery point the largest over the cells that meet there, each in its own material axes, `[n_points]`.
+    /// Largest exposure at each recovery point over its cells, each evaluated in the material axes of the cell, `[n_points]`.
     pub points: Vec<StressExposure>,
-    /// In each solid cell the largest over its nodes, `[n_cells]`.
+    /// Largest exposure over the nodes of each solid cell, `[n_cells]`.
     pub cells: Vec<StressExposure>,
 }
 
-/// Exposures by all criteria that apply somewhere, for recovered `stress` at the points; `limit` gives the limit and
-/// the material axes (columns, global) of a cell, `None` where nothing is known.
+/// Exposures by all criteria that apply to any cell, for the recovered `stress` at the points. `limit` returns the strength and the
+/// material axes (columns, global) of a cell, or `None` if its strength is unknown.
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],

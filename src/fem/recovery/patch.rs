@@ -1,41 +1,41 @@
-//! Least-squares polynomials over a patch of samples, as weights of the samples at a point.
+//! Least-squares polynomials over a patch of samples, evaluated as weights of the samples.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Singular values below this share of the largest belong to polynomials that the samples do not determine (all in
-/// one plane, say). Scaled coordinates of patches with an aspect ratio of 1e4 stay above it.
+/// Ratio to the largest singular value below which polynomials are undetermined (all samples in one plane, for example). Scaled
+/// coordinates of patches with an aspect ratio of 1e4 stay above it.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Which polynomials are fitted.
+/// Space of the fitted polynomials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum PolynomialSpace {
-    /// Up to degree 1, 4 terms.
+    /// Degree 1, 4 terms.
     Linear,
-    /// Up to degree 2, 10 terms.
+    /// Degree 2, 10 terms.
     Quadratic,
-    /// Up to degree 2 along each axis, 27 terms.
+    /// Degree 2 along each axis, 27 terms.
     Triquadratic,
 }
 
-/// The polynomial that fits the samples best.
+/// Least-squares polynomial of a patch.
 pub(super) struct PatchFit {
-    /// Samples, indices into those of the body, `[n]`.
+    /// Samples as indices into the samples of the body, `[n]`.
     pub samples: Vec<usize>,
     space: PolynomialSpace,
-    /// From global coordinates to those of the polynomial.
+    /// Transformation from global coordinates to the axes of the polynomial.
     to_axes: Matrix3<f64>,
     centre: [f64; 3],
     scale: [f64; 3],
-    /// Maps the values at the samples to the coefficients of the monomials, `[n_terms, n]`.
+    /// Map from sample values to coefficients of the monomials, `[n_terms, n]`.
     inverse: DMatrix<f64>,
 }
 
 impl PatchFit {
-    /// The fit of polynomials of `space` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
-    /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
+    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples` at `positions`. Undetermined
+    /// components are zero: the fit falls back to lower polynomials, in the end to the mean.
     ///
     /// # Errors
     /// If a position is not finite.
@@ -51,7 +51,7 @@ impl PatchFit {
         let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
         let scale: [f64; 3] =
             std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
-        // An axis along which the samples do not differ, to rounding, has no size of its own.
+        // The samples do not differ along this axis, up to rounding, so it takes the largest scale.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
         let mut patch = Self { samples, space, to_axes, centre, scale, inverse: DMatrix::zeros(0, 0) };
@@ -61,7 +61,7 @@ impl PatchFit {
         Ok(patch)
     }
 
-    /// The monomials at a point in the polynomial's axes.
+    /// Values of the monomials at a point given in the axes of the polynomial.
     fn monomials(&self, x: [f64; 3]) -> Vec<f64> {
         let [x, y, z]: [f64; 3] = std::array::from_fn(|c| (x[c] - self.centre[c]) / self.scale[c]);
         let powers = |x: f64| [1.0, x, x * x];
@@ -76,7 +76,7 @@ impl PatchFit {
         }
     }
 
-    /// Weights of the samples in the value of the polynomial at `x`, `[n]`; they sum to 1.
+    /// Weights of the samples for the value of the polynomial at `x`, `[n]`; their sum is 1.
     pub fn weights_at(&self, x: [f64; 3]) -> DVector<f64> {
         let local = self.to_axes * Vector3::from(x);
         self.inverse.tr_mul(&DVector::from_vec(self.monomials(local.into())))
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Truth: samples in one plane say nothing of the direction across it, one sample only of itself: the fit is
+    /// Truth: samples in one plane do not determine the gradient normal to it, and one sample determines only the mean. The fit is
     /// constant there.
     #[test]
     fn what_the_samples_leave_open_is_constant() {

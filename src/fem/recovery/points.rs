@@ -1,4 +1,4 @@
-//! The points at which stress is recovered: the nodes, doubled where two materials meet.
+//! Points of stress recovery: the mesh nodes, duplicated where two materials meet.
 
 use nalgebra::Vector3;
 
@@ -7,19 +7,18 @@ use crate::fem::loads::face_tangents;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SolidFace, SurfaceFace};
 
-/// Cosine of the largest angle between faces over which stress goes on: 30 degrees.
+/// Cosine of the largest angle between face normals across which surface stress is continuous: 30 degrees.
 const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 
-/// The nodes of the solids, once for each material that meets there, so that stress may jump across the border; of a body that is known by
-/// its surface the nodes of that, once for each smooth part that meets there, the faces being its cells.
+/// Points of stress recovery. Solids have one point per node and material, so that stress may jump at interfaces. Bodies given by
+/// their surface have one point per node and smooth surface part; their cells are the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
-    /// Mesh node of each point, ascending, `[n_points]`.
+    /// Mesh node of each point, in ascending order, `[n_points]`.
     pub mesh_nodes: Vec<usize>,
-    /// Points of the solid cells, one cell after the other (gmsh's node order), cells as in
-    /// [`crate::mesh::Mesh::volume_cells`].
+    /// Points of the solid cells, cell by cell (gmsh's node order), with cells ordered as in [`crate::mesh::Mesh::volume_cells`].
     pub cell_points: Vec<usize>,
-    /// Start of each cell in `cell_points`, and its end, `[n_cells + 1]`.
+    /// Start of each cell in `cell_points`, and the end of the last, `[n_cells + 1]`.
     pub offsets: Vec<usize>,
 }
 
@@ -39,7 +38,7 @@ impl RecoveryPoints {
         &self.cell_points[self.offsets[cell]..self.offsets[cell + 1]]
     }
 
-    /// The nodes of the outer `faces` of a body, once for each smooth part of the surface that meets there.
+    /// Points on the outer `faces` of a body: one point per node and smooth surface part.
     pub(crate) fn on_surface(mesh: &Mesh, faces: &[SurfaceFace]) -> Self {
         let mut at_nodes: Vec<Vec<(usize, Vector3<f64>)>> = vec![Vec::new(); mesh.n_points()];
         let mut offsets = vec![0];
@@ -91,15 +90,15 @@ impl RecoveryPoints {
     }
 }
 
-/// Unit normal of a face at its node `k`; zero where it has none.
+/// Unit normal of a face at its node `k`; zero if the face is degenerate there.
 fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
     let xi = face.kind.face_reference_nodes()[k];
     let [a, b] = face_tangents(face, xi, |node| mesh.points[node].into());
     a.cross(&b).try_normalize(0.0).unwrap_or_default()
 }
 
-/// Which elements stress is smooth over: those joined through faces between elements whose material goes on
-/// ([`crate::fem::ElementMaterials::is_continuous`]). The class is the first element of each such part, `[n_cells]`.
+/// Parts of the body with continuous stress: elements joined through faces across which the material is continuous
+/// ([`crate::fem::ElementMaterials::is_continuous`]). Each element gets the index of the first element of its part, `[n_cells]`.
 pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..elements.n_elements()).collect();
     for face in faces {
@@ -112,7 +111,7 @@ pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec
     (0..elements.n_elements()).map(|i| find_root(&mut parent, i)).collect()
 }
 
-/// First element of the part of element `i`; shortens the way there.
+/// First element of the part of element `i`; compresses the path (union-find).
 fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
@@ -121,9 +120,9 @@ fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// How points and elements hang together, for patches.
+/// Connectivity of points and elements, for patches.
 pub(super) struct PointTopology {
-    /// Cells at each point, ascending, `[n_points]`.
+    /// Cells at each point, in ascending order, `[n_points]`.
     pub cells_at: Vec<Vec<usize>>,
     /// Whether a point is a corner of a cell, `[n_points]`.
     pub is_vertex: Vec<bool>,

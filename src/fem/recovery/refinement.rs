@@ -1,23 +1,22 @@
-//! Sizes of the elements of the next mesh, from the estimated error of this one.
+//! Element sizes of the next mesh, from the estimated error on the present mesh.
 //!
-//! With the local rate p, an element's part of the body that is meshed at r times its size has the squared error
-//! e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a given total error has the same error in
-//! each of them, e² r^(2p+3) = c², so r = (c/e)^(2/(2p+3)), c following from Σ e² r^2p = (wanted error)².
+//! Let p be the local rate of convergence. If the region of an element is meshed at r times its size, the squared error is e² r^2p,
+//! spread over r^-3 elements. The mesh with the fewest elements for a given total error has equal errors, e² r^(2p+3) = c². Hence
+//! r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
 //!
-//! Where the solution is singular (edges of contact, corners, supports) the error falls more slowly than with the rate
-//! p and the formula would ask for ever smaller elements. The change of size in one round is limited; several rounds
-//! reach any grading.
+//! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The formula would then
+//! ask for ever smaller elements. The change of size per round is limited, and several rounds reach any grading.
 //!
 //! # Source
 //! Li and Bettess (1995), Commun. Numer. Meth. Engng 11, 1-9, on the optimality of equal error per element.
 
 use super::estimate::ErrorEstimate;
 
-/// Least and largest size of the next elements in units of the present ones.
+/// Smallest and largest size of the next elements, relative to the present elements.
 pub const SIZE_RATIO_BOUNDS: [f64; 2] = [0.25, 2.0];
 
-/// Size of the next elements in units of the present ones, in each solid cell, `[n_cells]`, for a wanted error relative to
-/// the norm of the stress; `degree` is the rate of convergence p of the elements.
+/// Size of the next elements relative to the present elements, `[n_cells]`, for the error `wanted` relative to the stress norm.
+/// `degree` is the rate of convergence p of the elements.
 pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<f64> {
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);
@@ -32,7 +31,7 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
         |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
     let positive = || estimate.cell_errors.iter().copied().filter(|e| *e > 0.0);
-    // Beyond these every ratio is at its limit.
+    // Beyond these bounds every ratio is at its limit.
     let mut low = positive().fold(f64::INFINITY, f64::min) * SIZE_RATIO_BOUNDS[0].powf(1.0 / exponent);
     let mut high = positive().fold(0.0, f64::max) * SIZE_RATIO_BOUNDS[1].powf(1.0 / exponent);
     if high == 0.0 {
@@ -59,7 +58,7 @@ mod tests {
         }
     }
 
-    /// Truths: the predicted error is the wanted one; the predicted elements have equal errors.
+    /// Truths: the predicted error equals the wanted error; the predicted elements have equal errors.
     #[test]
     fn predicted_errors_are_equal_and_add_up() {
         for degree in [1, 2] {
@@ -76,7 +75,7 @@ mod tests {
         }
     }
 
-    /// Truth: the limits of one round; a body without error may be meshed coarser.
+    /// Truth: size changes per round are limited; a body without error may be coarsened.
     #[test]
     fn changes_are_limited() {
         let ratios = size_ratios(&estimate(vec![1e3, 1.0, 1e-6, 0.0]), 1, 1e-3);

@@ -1,4 +1,4 @@
-//! Stress inside the elements: at the points where it is most accurate, and at those of an integral of its square.
+//! Stress samples in the elements: at superconvergent points, and at the points of energy integrals.
 
 use std::collections::BTreeMap;
 
@@ -12,16 +12,16 @@ use crate::fem::assembly::ElementContext;
 use crate::fem::element_kernels::{PointStress, stresses_at};
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
-/// Stress at a point of an element.
+/// Stress sample at a point of an element.
 #[derive(Debug, Clone)]
 pub(super) struct StressSample {
     pub position: [f64; 3],
-    /// Its share of the volume.
+    /// Volume of the sample.
     pub volume: f64,
     pub stress: Vector6<f64>,
 }
 
-/// Rules by kind, where they are not those of the stiffness.
+/// Integration rules by element kind, where they differ from the stiffness rules.
 #[derive(Debug, Clone)]
 pub(super) struct RecoveryRules {
     superconvergent: BTreeMap<ElementKind, Vec<RulePoint<3>>>,
@@ -30,7 +30,7 @@ pub(super) struct RecoveryRules {
 
 impl RecoveryRules {
     pub fn new() -> Self {
-        // Barlow's points of elements of second order; for wedges and pyramids the nearest there is to them.
+        // Barlow points of second-order elements; for wedges and pyramids the rules closest to them.
         let superconvergent = [
             (ElementKind::Hex20, hexahedron(2)),
             (ElementKind::Hex27, hexahedron(2)),
@@ -40,13 +40,13 @@ impl RecoveryRules {
             (ElementKind::Pyramid13, pyramid(2)),
             (ElementKind::Pyramid14, pyramid(2)),
         ];
-        // The square of a polynomial of the element's degree; the stiffness rules of tetrahedra are too short for it.
+        // Exact for the square of a polynomial of the element's degree; the stiffness rules of tetrahedra are too short.
         let energy = [(ElementKind::Tet4, tetrahedron(2)), (ElementKind::Tet10, tetrahedron(4))];
         Self { superconvergent: superconvergent.into(), energy: energy.into() }
     }
 }
 
-/// The polynomials that an element's stress is recovered with: of the degree of its displacement.
+/// Polynomial space of the recovered stress of an element: the degree of its displacement.
 pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
         (false, _) => PolynomialSpace::Linear,
@@ -55,7 +55,7 @@ pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     }
 }
 
-/// Stress of element `i` at the points of `rule`, at those of its stiffness if there is none.
+/// Stress of element `i` at the points of `rule`, or at its stiffness points if `rule` is `None`.
 fn point_stresses(
     elements: ElementContext,
     i: usize,
@@ -70,7 +70,7 @@ fn point_stresses(
         .map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-/// Stress of element `i` at the points of `rule` (those of its stiffness if there is none), with their positions.
+/// Stress and positions in element `i` at the points of `rule`, or at its stiffness points if `rule` is `None`.
 fn samples_at(
     elements: ElementContext,
     i: usize,
@@ -96,8 +96,7 @@ pub(super) fn integration_point_samples(
     samples_at(elements, i, u, None)
 }
 
-/// Stress of element `i` where it is one order more accurate than elsewhere: of a linear element the mean, at the
-/// centre.
+/// Stress of element `i` at points where it is one order more accurate. For linear elements: the mean stress at the centre.
 pub(super) fn superconvergent_samples(
     elements: ElementContext,
     i: usize,
@@ -119,7 +118,7 @@ pub(super) fn superconvergent_samples(
     Ok(vec![mean])
 }
 
-/// Points of a rule that integrates the square of the difference of a recovered and the element's own stress.
+/// Stress at the points of a rule for the squared difference between recovered stress and element stress.
 pub(super) fn energy_points(
     elements: ElementContext,
     i: usize,

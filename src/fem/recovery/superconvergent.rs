@@ -1,13 +1,12 @@
 //! Superconvergent patch recovery: nodal stress from polynomials over the elements around each vertex.
 //!
-//! At a vertex inside a material, a polynomial of the elements' own degree is fitted to the stress at the
-//! superconvergent points of the elements around it; where these are hexahedra of second order, one with all products of
-//! degree 2 along each of their axes, as their shape functions have, because the complete quadratic one smooths over two
-//! elements what they resolve. A vertex on the border of its material takes the polynomial of the
-//! nearest inner vertex of its elements; where there is none (one layer of elements), one over its own elements and
-//! those around them, at their integration points. A middle node takes the mean of the polynomials of the corners
-//! nearest to it. Materials never share a patch. All of it is linear in the samples and depends on the mesh only: it is
-//! kept as weights.
+//! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
+//! surrounding elements. Second-order hexahedra use all products of degree 2 along each of their axes, as their shape functions do.
+//! The complete quadratic polynomial would smooth over two elements what they resolve. A vertex on the border of its material takes
+//! the polynomial of the nearest inner vertex of its elements. Without such a vertex (one layer of elements), the fit uses the
+//! integration points of its own elements and their neighbours. A middle node takes the mean of the polynomials of its nearest
+//! corners. Materials never share a patch. The recovery is linear in the samples and depends only on the mesh, so it is stored as
+//! weights.
 //!
 //! # Source
 //! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
@@ -25,29 +24,29 @@ use crate::fem::FeModel;
 use crate::fem::assembly::ElementContext;
 use crate::mesh::faces::solid_faces;
 
-/// Corners whose distance exceeds the least by no more than this share are equally near.
+/// Relative difference of distances up to which corners are equally near.
 const EQUAL_DISTANCE_TOLERANCE: f64 = 1e-6;
 
-/// Polynomials fitted side by side before their weights are put into the rows.
+/// Polynomials fitted in parallel before their weights are added to the rows.
 const PATCHES_PER_BATCH: usize = 1024;
 
-/// How the stress at the points of a body follows from that in its elements.
+/// Stress recovery of a body: weights that map the stress samples in the elements to the recovery points.
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
     rules: RecoveryRules,
     /// Elements whose integration points are samples too, `[n_cells]`.
     samples_gauss_points: Vec<bool>,
-    /// Weights of the samples at each point: start of each point's entries, samples, values.
+    /// Weights of the samples at each point: start of the entries of each point, sample indices, values.
     starts: Vec<usize>,
     samples: Vec<u32>,
     weights: Vec<f64>,
 }
 
 impl StressRecovery {
-    /// The recovery on the mesh of `model`.
+    /// Computes the weights of the recovery on the mesh of `model`.
     ///
     /// # Errors
-    /// If an element is inverted (a model with such elements is refused when it is made).
+    /// If an element is inverted ([`FeModel`] already refuses such meshes).
     pub fn new(model: &FeModel) -> Result<Self> {
         let elements = model.elements();
         let faces = solid_faces(elements.mesh);
@@ -91,16 +90,16 @@ impl StressRecovery {
         &self.rules
     }
 
-    /// Where the stress is recovered.
+    /// Points of the stress recovery.
     pub fn points(&self) -> &Arc<RecoveryPoints> {
         &self.points
     }
 
-    /// Recovered stress at the points, Voigt 11 22 33 23 13 12, global axes, MPa, `[n_points]`, for a displacement of
-    /// all mesh nodes. The same bits for any number of threads.
+    /// Recovered stress at the points for a displacement of all mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa,
+    /// `[n_points]`. The result has the same bits for any number of threads.
     ///
     /// # Errors
-    /// If an element is inverted (a model with such elements is refused when it is made).
+    /// If an element is inverted ([`FeModel`] already refuses such meshes).
     pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
         let layout = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
         let value = |point: usize| {
@@ -115,16 +114,16 @@ impl StressRecovery {
     }
 }
 
-/// Where the value at a point comes from.
+/// Patch whose polynomial gives the value at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum PatchSource {
-    /// The polynomial over the elements around an inner vertex.
+    /// Superconvergent points of the elements around an inner vertex.
     InnerVertex(usize),
-    /// That over the elements around a vertex and their neighbours, at the integration points.
+    /// Integration points of the elements around a vertex and of their neighbours.
     ExtendedRing(usize),
 }
 
-/// The samples of all elements, element by element: superconvergent ones, then those at the integration points of `dense` elements.
+/// Samples of all elements, element by element: superconvergent points, then the integration points of `dense` elements.
 fn all_samples(
     elements: ElementContext,
     dense: &[bool],
@@ -150,14 +149,14 @@ fn all_samples(
     Ok(layout)
 }
 
-/// Which samples belong to which element.
+/// Stress samples and their range for each element.
 struct SampleLayout {
-    /// Start of each element's samples, of its integration points among them, and its end.
+    /// For each element: start of its samples, start of its integration points, end.
     starts: Vec<[usize; 3]>,
     samples: Vec<StressSample>,
 }
 
-/// Cells around a vertex and those that share a point with them, ascending.
+/// Cells around a vertex and the cells that share a point with them, in ascending order.
 fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usize) -> Vec<usize> {
     let around = topology.cells_at[vertex].iter().flat_map(|&cell| points.points_of_cell(cell));
     let mut cells: Vec<usize> = around.flat_map(|&point| topology.cells_at[point].iter().copied()).collect();
@@ -166,7 +165,7 @@ fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usiz
     cells
 }
 
-/// Where the value at point `p` comes from; equally near vertices count alike.
+/// Patches for the value at point `p`; equally near vertices have equal weights.
 fn patch_sources(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -198,7 +197,7 @@ fn patch_sources(
     }
 }
 
-/// The corners nearest to a middle node in the first of its cells: two on an edge, all around a face.
+/// Corners nearest to a middle node in the first of its cells: two for an edge, all corners of the face for a face node.
 fn nearest_corners(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -217,7 +216,7 @@ fn nearest(elements: ElementContext, points: &RecoveryPoints, p: usize, among: &
     among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + EQUAL_DISTANCE_TOLERANCE)).collect()
 }
 
-/// Adds one row to another.
+/// Adds one row to another; weights of the same sample are summed.
 fn add_row(row: &mut WeightRow, part: WeightRow) {
     row.extend(part);
     row.sort_by_key(|entry| entry.0);
@@ -229,7 +228,7 @@ fn add_row(row: &mut WeightRow, part: WeightRow) {
     });
 }
 
-/// Makes the rows of the operator.
+/// Builds the rows of weights of the recovery.
 struct RowBuilder<'a> {
     elements: ElementContext<'a>,
     points: &'a RecoveryPoints,
@@ -237,11 +236,11 @@ struct RowBuilder<'a> {
     layout: &'a SampleLayout,
 }
 
-/// Samples and their weights, samples ascending.
+/// Samples and their weights, in ascending order of samples.
 type WeightRow = Vec<(u32, f64)>;
 
 impl RowBuilder<'_> {
-    /// The rows of all points, from the sources of each; a polynomial is fitted once for all points that take it.
+    /// Rows of all points, from the patches of each. A polynomial is fitted once for all points that use it.
     fn rows(&self, sources: &[Vec<PatchSource>]) -> Result<Vec<WeightRow>> {
         let mut uses: Vec<(PatchSource, usize)> = sources
             .iter()
@@ -261,7 +260,7 @@ impl RowBuilder<'_> {
         Ok(rows)
     }
 
-    /// What one source adds to the points that use it.
+    /// Contribution of one patch to each point that uses it.
     fn weight_rows(
         &self,
         uses: &[(PatchSource, usize)],
@@ -290,8 +289,8 @@ impl RowBuilder<'_> {
         PatchFit::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
     }
 
-    /// The polynomials for a patch: those that all its elements can bear, products along the axes only where there are
-    /// twice as many samples.
+    /// Polynomial space of a patch: the smallest space of its elements. Products along the axes need at least twice as many samples
+    /// as terms.
     fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
         let least = cells
@@ -302,7 +301,7 @@ impl RowBuilder<'_> {
         if n_samples < 2 * 27 { least.min(PolynomialSpace::Quadratic) } else { least }
     }
 
-    /// The edges of a hexahedron at its first corner: the axes along which neighbours in a row lie.
+    /// Edge vectors of a hexahedron at its first corner; neighbours in a row lie along these axes.
     fn axes(&self, cell: usize) -> Matrix3<f64> {
         let cell = self.elements.regions.cells[cell];
         let points = self.elements.node_coordinates(cell);

@@ -1,9 +1,9 @@
-//! Stress on the contact surface, from the strain in it and the traction on it.
+//! Stress on the contact surface, from the surface strain and the surface traction.
 //!
-//! Of the strain on a surface the part in its plane follows from the surface's own displacement, of the stress the part
-//! on it is the known traction, of the contact and of the body's own loads and foundations there. The material law gives the rest: with p for the components 11, 22, 12 in the plane and n
-//! for 33, 23, 13 on it, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from the
-//! inside of the elements, which smooths the peaks beside a contact.
+//! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
+//! the body. The material law gives the other components. The index p stands for 11, 22, 12 in the plane, n for 33, 23, 13. Then
+//! ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from inside the elements, which would
+//! smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -19,18 +19,18 @@ use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Voigt components in the plane, and on it.
+/// Voigt components in the plane (11, 22, 12), and of the traction (33, 23, 13).
 const IN_PLANE_VOIGT: [usize; 3] = [0, 1, 5];
 const OUT_OF_PLANE_VOIGT: [usize; 3] = [2, 3, 4];
 
-/// A point of the contact surface.
+/// Strain, stiffness and own traction at a point of the contact surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceStressPoint {
-    /// Which of the [`RecoveryPoints`] it is.
+    /// Index into the [`RecoveryPoints`].
     pub point: usize,
-    /// Two directions in the surface and its outward normal, columns in global axes.
+    /// Two tangents of the surface and its outward normal, columns in global axes.
     pub axes: Matrix3<f64>,
-    /// Strain in the surface, 11, 22, 12 (engineering) in these axes.
+    /// Surface strain 11, 22, 12 (engineering) in these axes.
     strain: Vector3<f64>,
     /// Stiffness in these axes, MPa.
     stiffness: Matrix6<f64>,
@@ -39,14 +39,13 @@ pub struct SurfaceStressPoint {
 }
 
 impl SurfaceStressPoint {
-    /// Adds the strain of a further gradient of displacement, global axes.
+    /// Adds the strain of a further displacement gradient, global axes.
     pub(crate) fn add_gradient(&mut self, gradient: &Matrix3<f64>) {
         let local = self.axes.transpose() * gradient * self.axes;
         self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
     }
 
-    /// The stress under a traction on the body (global axes, MPa) beside its own loads, Voigt 11 22 33 23 13 12, global
-    /// axes, MPa.
+    /// Stress due to a traction on the body (global axes, MPa) and its own loads. Voigt 11 22 33 23 13 12, global axes, MPa.
     pub fn stress(&self, traction: &[f64; 3]) -> [f64; 6] {
         let block = |rows: [usize; 3], columns: [usize; 3]| {
             Matrix3::from_fn(|i, j| self.stiffness[(rows[i], columns[j])])
@@ -65,42 +64,42 @@ impl SurfaceStressPoint {
     }
 }
 
-/// What a face says at one of its nodes.
+/// Contribution of a face to the average at one of its nodes.
 pub(crate) struct FaceContribution<'a> {
-    /// Its area vector there.
+    /// Area vector of the face at the node.
     pub area: Vector3<f64>,
-    /// By which it counts at the point.
+    /// Weight of the face in the average.
     pub weight: f64,
     /// Surface gradient of the displacement.
     pub gradient: Matrix3<f64>,
-    /// MPa.
+    /// Stiffness, MPa.
     pub stiffness: &'a Matrix6<f64>,
-    /// Traction of the body's own loads, MPa.
+    /// Traction of the body's own loads and foundations, MPa.
     pub own_traction: Vector3<f64>,
 }
 
-/// What the faces at a point say.
+/// Weighted sums over the faces at a point.
 #[derive(Clone, Default)]
 struct FaceSum {
     /// Sum of the area vectors.
     area: Vector3<f64>,
     weight: f64,
-    /// Weighted surface gradient of the displacement.
+    /// Weighted sum of the surface gradients of the displacement.
     gradient: Matrix3<f64>,
     stiffness: Matrix6<f64>,
     load: Vector3<f64>,
 }
 
-/// Sums over the faces at each point.
+/// Averages over the faces at each point.
 pub(crate) struct FaceAverages(Vec<FaceSum>);
 
 impl FaceAverages {
-    /// Of no faces.
+    /// Creates empty sums for `n_points` points.
     pub fn new(n_points: usize) -> Self {
         Self(vec![FaceSum::default(); n_points])
     }
 
-    /// Adds what a face says at a point.
+    /// Adds the contribution of a face at a point.
     pub fn add(&mut self, point: usize, sample: &FaceContribution) {
         let sum = &mut self.0[point];
         sum.area += sample.area;
@@ -110,17 +109,17 @@ impl FaceAverages {
         sum.load += sample.own_traction * sample.weight;
     }
 
-    /// The points that faces were added at, ascending.
+    /// Points with at least one face, in ascending order.
     pub fn points(&self) -> Vec<SurfaceStressPoint> {
         let found = self.0.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
         found.filter_map(|(point, sum)| sum.point(point)).collect()
     }
 }
 
-/// The points of the contact `faces` with the strain of a displacement of all mesh nodes, ascending.
+/// Points of the contact `faces` with the surface strain of a displacement of all mesh nodes, in ascending order.
 ///
-/// At a point the faces count by the inverse of their areas: on a graded grid that interpolates between the middles of
-/// the cells. At the border of a load this is the mean of both sides.
+/// Faces at a point are weighted by their inverse areas. On a graded grid this interpolates between the cell centres. At the border
+/// of a load the result is the mean of both sides.
 pub(crate) fn surface_stress_points(
     model: &FeModel,
     points: &RecoveryPoints,
@@ -160,7 +159,7 @@ pub(crate) fn surface_stress_points(
 impl FaceSum {
     fn point(&self, point: usize) -> Option<SurfaceStressPoint> {
         let n = self.area.try_normalize(0.0)?;
-        // The global axis that is most across the normal gives the first direction.
+        // The global axis most nearly normal to n gives the first tangent.
         let least = n.iamin();
         let a = n.cross(&Vector3::ith(least, 1.0)).normalize();
         let axes = Matrix3::from_columns(&[a, n.cross(&a), n]);
