@@ -11,9 +11,9 @@ use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
 
-/// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.
+/// S = I F I^T A: F gives the displacement of the contact nodes due to nodal forces, I averages over the cells.
 ///
-/// Symmetric in the area-weighted sense because F is and the same I serves forces and displacements.
+/// S is symmetric in the area-weighted sense, because F is symmetric and the same I serves forces and displacements.
 ///
 /// # Source
 /// docs/theory-coupling.md.
@@ -21,23 +21,23 @@ pub struct CondensedFlexibility {
     map: FaceMap,
     nodal: PackedSymmetric,
     normal: NormalOperator,
-    /// Forces and displacements of the contact nodes, `[3 n_c]`.
+    /// Buffers: forces and displacements of the contact nodes, `[3 n_c]`.
     scratch: Mutex<[Vec<f64>; 2]>,
-    /// Tractions and gaps of the full normal path, `[3, N]`.
+    /// Buffers: tractions and gaps for normal gaps by the full operator, `[3, N]`.
     planes: Mutex<[Vec<f64>; 2]>,
 }
 
-/// How normal gaps follow from pressures.
+/// Computation of normal gaps from pressures.
 enum NormalOperator {
-    /// All cells have the normal of the first one: n^T F n, `[n_c, n_c]`.
+    /// All cells have the normal n of the first one: n^T F n, `[n_c, n_c]`.
     SharedNormal(PackedSymmetric),
-    /// By the full operator.
+    /// Product with the full operator.
     Full,
 }
 
 impl CondensedFlexibility {
-    /// Operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof
-    /// 3 node + component, global axes, mm/N).
+    /// Creates the operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof 3 node +
+    /// component, global axes, mm/N).
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -57,12 +57,12 @@ impl CondensedFlexibility {
         Ok(Self { map, nodal, normal, scratch, planes })
     }
 
-    /// The map between the contact nodes and the cells.
+    /// Map between the contact nodes and the cells.
     pub(super) fn map(&self) -> &FaceMap {
         &self.map
     }
 
-    /// Displacement of dof `i` by a force on dof `j` of the contact nodes, global axes, mm/N.
+    /// Displacement of dof `i` due to a force on dof `j` of the contact nodes, global axes, mm/N.
     pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
         self.nodal.at(i, j)
     }

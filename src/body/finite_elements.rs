@@ -1,4 +1,4 @@
-//! Meshed finite-element bodies, condensed to the nodes under the frame.
+//! Finite-element bodies, condensed to the nodes under the frame.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -17,26 +17,26 @@ use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// A finite-element body tied to a frame through the faces of one physical group.
+/// Finite-element body, tied to a frame through the faces of one physical group.
 pub struct FeBody {
     side: Side,
     condensed: Arc<CondensedBody>,
     map: FaceMap,
-    /// The cells that its flexibility is formed on, `[N]`; `None` stands for all.
+    /// Cells on which the flexibility is formed, `[N]`; `None` for all cells.
     candidates: Option<Vec<bool>>,
-    /// On the mesh as it was read: that of the gap.
+    /// Surface of the initial mesh, which defines the gap.
     surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
-    /// Limits of the materials by their names, which the stress is judged by.
+    /// Strengths of the materials by name, for the exposures.
     pub limits: BTreeMap<String, MaterialStrength>,
     recovery: OnceLock<StressRecovery>,
 }
 
 impl FeBody {
-    /// Assembles and factorises the body and forms the flexibility of its contact nodes, the nodes of the faces of
-    /// the group `contact` that the cells of `frame` lie over.
+    /// Assembles and factorises the body and forms the flexibility of its contact nodes. These are the nodes of those faces of the
+    /// group `contact` that lie under the cells of `frame`.
     ///
     /// # Errors
     /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
@@ -44,8 +44,8 @@ impl FeBody {
         Self::with_worn_mesh(spec, (contact, side), frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`, and with the stiffness of the mesh `worn` ([`super::worn_mesh::worn_mesh`]) where there is one; the gap and the
-    /// map to the cells are those of the mesh as it was read.
+    /// As [`Self::new`], with the cache and the memory of `resources`. If given, the mesh `worn` ([`super::worn_mesh::worn_mesh`])
+    /// provides the stiffness. The gap and the map to the cells remain those of the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -90,27 +90,27 @@ impl FeBody {
         build().context(|| name)
     }
 
-    /// The weights of the recovery, made when they are first needed.
+    /// Weights of the stress recovery, computed when first needed.
     fn stress_recovery(&self) -> Result<&StressRecovery> {
         if let Some(recovery) = self.recovery.get() {
             return Ok(recovery);
         }
         let recovery = StressRecovery::new(self.condensed.model())?;
-        // A second thread may have been faster; both are equal.
+        // Another thread may have been faster; both results are equal.
         Ok(self.recovery.get_or_init(|| recovery))
     }
 
-    /// The factorised body.
+    /// Factorised body.
     pub fn condensed(&self) -> &CondensedBody {
         &self.condensed
     }
 
-    /// The map between its contact faces and the frame.
+    /// Map between the contact faces and the frame.
     pub fn map(&self) -> &FaceMap {
         &self.map
     }
 
-    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, for tractions on body 2, `[3, N]` by planes.
+    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2, `[3, N]` by planes.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];
         self.map.apply_transpose(tractions, &mut forces);
@@ -119,7 +119,7 @@ impl FeBody {
     }
 }
 
-/// The free motions as the frame sees them.
+/// Rigid-body modes in the form that the contact uses.
 fn rigid_body_modes(
     condensed: &CondensedBody,
     map: &FaceMap,

@@ -21,46 +21,45 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest angle (radians) between a cell's axes and the plane's.
+/// Largest difference of a cell's axes from those of the plane (radians), and largest height of a cell over the frame size.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Points less deep than this share of the size of a cell count as so deep: on the border of a cell the stress of uniform tractions has no
-/// bound.
+/// Smallest depth of evaluation, over the cell size. The stress under uniform tractions is unbounded at the border of a cell.
 const MIN_DEPTH_CELLS: f64 = 0.02;
 
-/// Height over the size of a cell up to which a point above the surface counts as on it.
+/// Height above the surface, over the cell size, up to which a point counts as on the surface.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
-/// Largest error of displacement or gradient in the table of the field inside, over the largest entry, above which a warning is given.
+/// Error of displacement or gradient in the table of the interior field, over the largest entry, above which a warning is given.
 const FIELD_ERROR_WARNING: f64 = 1e-3;
 
-/// Points evaluated between two looks at whether to stop.
+/// Points evaluated between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 256;
 
-/// A half-space of any anisotropy whose surface is the plane of the frame.
+/// Half-space of any anisotropy whose surface is the plane of the frame.
 pub struct HalfSpaceBody {
     side: Side,
     green: SurfaceGreen,
     axes: Triad,
     cells: PlaneCells,
-    /// Tolerance of a compressed operator.
+    /// Relative tolerance of a compressed operator.
     tolerance: f64,
-    /// Blocks of an operator that is made for fields alone.
+    /// Blocks of an operator that is only built for output fields.
     cross: CrossBlocks,
-    /// Limit of the memory for an operator that is compressed.
+    /// Memory limit of a compressed operator.
     pub memory: MemoryLimit,
-    /// Stiffness in axes in which the outward normal is the third.
+    /// Stiffness in axes whose third axis is the outward normal.
     stiffness: Stiffness,
-    /// Where tables of its field are kept between runs.
+    /// Cache of the field tables between runs.
     pub cache: Option<Cache>,
-    /// The field of a point force, made when points inside are asked for.
+    /// Point-force field, computed when interior points are first requested.
     point_force: OnceLock<PointForceField>,
-    /// Its own operator: the one that was taken, or made when fields are asked for.
+    /// Operator of this body: the one taken for the contact, or one built for output fields.
     operator: OnceLock<Arc<dyn Flexibility>>,
 }
 
 impl HalfSpaceBody {
-    /// Half-space on `side` of `frame`, its stiffness in global axes.
+    /// Half-space on `side` of `frame`, with the stiffness in global axes.
     ///
     /// # Errors
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
@@ -86,17 +85,17 @@ impl HalfSpaceBody {
         })
     }
 
-    /// With another relative tolerance of an operator that is compressed.
+    /// Sets the relative tolerance of a compressed operator.
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// With all blocks, and no compression, of an operator that fields alone need, or without.
+    /// Sets the blocks of an operator that is only built for fields. An operator with all blocks is not compressed.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
     }
 
-    /// Bytes that its operator takes with these blocks, before it is made.
+    /// Memory of the operator with these blocks, bytes, estimated before it is built.
     pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
         match &self.cells {
             // Nine planes of the symbol and the padded vectors of one application.
@@ -110,19 +109,19 @@ impl HalfSpaceBody {
         }
     }
 
-    /// Seconds that making a compressed operator usually takes.
+    /// Typical build time of a compressed operator, s.
     pub fn building_seconds(&self) -> f64 {
         CompressedFlexibility::typical_build_seconds(self.cells.n(), &self.green, self.tolerance)
     }
 
-    /// Makes the field of a point force, which points inside need: what the user should know of its accuracy, or of the cache.
+    /// Computes the point-force field for interior points. Returns a warning about its accuracy or the cache, if any.
     ///
     /// # Errors
     /// As [`PointForceField::load_or_compute`].
     pub fn prepare_interior_field(&self) -> Result<Option<String>> {
         let (field, note) = PointForceField::load_or_compute(&self.stiffness, self.cache.as_ref())?;
         let error = field.error();
-        // A second thread may have been faster; both are equal.
+        // Another thread may have been faster; both fields are equal.
         let _ = self.point_force.set(field);
         let doubt = (error > FIELD_ERROR_WARNING).then(|| {
             format!(
@@ -140,12 +139,12 @@ impl HalfSpaceBody {
     }
 }
 
-/// What turns the axes of the plane so that the outward normal is the third: nothing, or half a turn about the first.
+/// Rotation that makes the outward normal the third axis: the identity, or half a turn about the first axis.
 fn outward_rotation(side: Side) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Point::new(1.0, side.outward(), side.outward()))
 }
 
-/// The first of `points` above the surface of a half-space on `side` of a plane frame, and how far.
+/// First of `points` above the surface of a half-space on `side` of a plane frame: its index and height.
 ///
 /// # Errors
 /// If the frame is not plane.
@@ -160,12 +159,12 @@ pub fn first_point_above_surface(
     Ok(points.iter().map(height).enumerate().find(|(_, height)| *height > slack))
 }
 
-/// A length that measures the cells of a frame.
+/// Cell size of a frame: square root of the mean cell area.
 fn cell_size(frame: &ContactFrame) -> f64 {
     (frame.areas.iter().sum::<f64>() / frame.areas.len().max(1) as f64).sqrt()
 }
 
-/// The common axes of a plane frame.
+/// Common axes of the cells of a plane frame.
 fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     let first = frame.triads.first().ok_or_else(|| Error::input("the contact frame has no cells"))?;
     let (origin, size) = (frame.centers[0], frame.areas.iter().sum::<f64>().sqrt());
@@ -184,9 +183,9 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     Ok(*first)
 }
 
-/// The cells of a plane frame in the x and y of its plane, as the half-space operators take them.
+/// Cells of a plane frame in coordinates of the plane, as input of the half-space operators.
 enum PlaneCells {
-    /// A grid, or some of its places.
+    /// A grid, or the cells `places` of a grid.
     Grid {
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -212,7 +211,7 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
     Ok((frame.centers.iter().map(flat).collect(), corners))
 }
 
-/// The smallest grid around some places of a grid of `cells`, and their places in it.
+/// Smallest grid around the cells `places` of a grid of `cells`, and the indices of these cells in it.
 fn bounding_grid(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
     let at = |place: usize| [place / cells[1], place % cells[1]];
     let mut bounds = [[usize::MAX, 0]; 2];
@@ -234,7 +233,7 @@ impl PlaneCells {
         if let Some(grid) = frame.grid {
             let (spacing, periodic) = (grid.spacing, grid.periodic);
             let (cells, places) = match &frame.grid_indices {
-                // The period is the whole grid.
+                // The period is that of the whole grid.
                 Some(places) if periodic == [false; 2] => {
                     let (cells, places) = bounding_grid(grid.cells, places);
                     (cells, Some(places))
@@ -282,13 +281,13 @@ impl PlaneCells {
     }
 }
 
-/// Whether the operator on a frame of so many cells that is no grid is compressed.
+/// Whether the operator of a frame that is not a grid is compressed for this number of cells.
 pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
     n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }
 
-/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, periodic or not; elsewhere dense, or
-/// compressed to the usual tolerance where the cells are many and work is skipped.
+/// Operator of a half-space, or of two half-spaces with summed Green's functions. On grids, periodic or not, it uses FFT. Elsewhere
+/// it is dense; with many cells and vanishing blocks skipped, it is compressed to the default tolerance.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -300,10 +299,10 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross, (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
 }
 
-/// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.
+/// The same operator as a dense matrix of the integrals over each cell, on any frame that is not periodic.
 ///
 /// # Errors
-/// If the frame is not plane or repeats itself, or memory does not suffice.
+/// If the frame is not plane or is periodic, or memory does not suffice.
 pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<DenseFlexibility> {
     if frame.is_periodic() {
         return Err(Error::input(
@@ -314,7 +313,7 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }
 
-/// Displacement at the centres of the cells of a plane frame by tractions on body 2: the share in the gap of the body at `side`.
+/// Displacement at the cell centres of a plane frame due to tractions on body 2: the contribution of the body at `side` to the gap.
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],
@@ -349,17 +348,17 @@ impl ElasticBody for HalfSpaceBody {
         Ok(Some(shared))
     }
 
-    /// Displacement at the centres of the cells.
+    /// Displacement at the cell centres.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
-            // A second thread may have been faster; both operators are equal.
+            // Another thread may have been faster; both operators are equal.
             let _ = self.operator.set(self.make(self.cross)?);
         }
         let operator = self.operator.get().expect("set above");
         Ok(surface_displacement(operator.as_ref(), tractions, (&self.axes, self.side)))
     }
 
-    /// The displacement is that from infinity.
+    /// Displacements are relative to infinity.
     fn recover_at_points(
         &self,
         frame: &ContactFrame,

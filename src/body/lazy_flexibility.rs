@@ -1,8 +1,7 @@
-//! Flexibility on the frame of a condensed body, formed on the cells that may come into contact and grown when contact
-//! comes to others.
+//! Flexibility of a condensed body on the frame, with rows formed for part of the cells.
 //!
-//! All of them, where contact may be anywhere. Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
-//! solve for each dof that they bring.
+//! Rows are first formed for the cells that may come into contact, or all cells if this is unknown; other rows are empty. The gap
+//! of the other cells takes one solve with the body's factor. Additional rows take one solve for each new dof.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -18,9 +17,9 @@ use crate::flexibility::per_cell::PerCell;
 use crate::frame::FaceMap;
 use crate::linalg::dense::SymmetricDense;
 
-/// S = I F I^T A on some of the cells.
+/// S = I F I^T A, with rows for some of the cells.
 pub struct LazyFlexibility {
-    /// The map of all cells.
+    /// Map of all cells.
     whole: FaceMap,
     body: Arc<CondensedBody>,
     formed: RwLock<FormedRows>,
@@ -29,15 +28,15 @@ pub struct LazyFlexibility {
 struct FormedRows {
     cells: Vec<bool>,
     flexibility: CondensedFlexibility,
-    /// Whether it was compared with the body solved afresh.
+    /// Whether the rows were compared with a direct solve of the body.
     verified: AtomicBool,
-    /// Cells that came after the first ones, call by call.
+    /// Cells that were added later, one entry per call.
     added_cells: Vec<Vec<usize>>,
 }
 
 impl LazyFlexibility {
-    /// The operator on the `cells` for which it holds; `nodal` is the flexibility of the nodes that they touch, the contact
-    /// nodes of `body`.
+    /// Operator on the `cells` with formed rows. `nodal` is the flexibility of the nodes under these cells, the contact nodes of
+    /// `body`.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -53,15 +52,15 @@ impl LazyFlexibility {
         Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
-    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes; without the
-    /// body's sign, which the gap has once more.
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes. The sign of the body
+    /// is omitted, because it cancels with its sign in the gap.
     fn forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
         self.whole.apply_transpose(tractions, &mut forces);
         forces
     }
 
-    /// Gaps in all cells, `[3, N]` by planes, by displacements of those nodes.
+    /// Gaps in all cells, `[3, N]` by planes, due to displacements of these nodes.
     fn gap(&self, displacement: &[f64]) -> Vec<f64> {
         let mut gap = vec![0.0; 3 * self.n_cells()];
         self.whole.apply(displacement, &mut gap);
@@ -73,7 +72,7 @@ impl LazyFlexibility {
     }
 }
 
-/// `old` with the cells of `cells`, its new rows solved for with `body`.
+/// Extends `old` to `cells`; `body` is solved for the new rows.
 fn extend_rows(
     old: &CondensedFlexibility,
     whole: &FaceMap,
@@ -109,7 +108,7 @@ impl Flexibility for LazyFlexibility {
         self.formed().flexibility.apply_normal(pressure, normal_gap);
     }
 
-    /// Cells that are not formed have the mean of the others.
+    /// Cells that are not formed get the mean of the formed cells.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let formed = self.formed();
         let mut blocks = formed.flexibility.diagonal_blocks().into_vec();
@@ -133,9 +132,9 @@ impl Flexibility for LazyFlexibility {
         Ok(())
     }
 
-    /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. Once for the rows that
-    /// are formed, since it costs as much as many products and they stay as they are; `None` after that. `None` too where it
-    /// would take a factorisation, or if the body cannot be solved; a later call then compares.
+    /// Gaps from a direct solve of the body's assembled equations, for comparison with the condensed flexibility. The solve costs
+    /// as much as many products, so that it runs once for each set of formed rows; later calls return `None`. If it would need a
+    /// factorisation or fails, the result is also `None`, and a later call compares.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
         let formed = self.formed();
@@ -171,7 +170,7 @@ impl Flexibility for LazyFlexibility {
         }
     }
 
-    /// Row by row in the order in which they came: the entries between new cells are those of the later of two.
+    /// Forms the rows in the original order, because the entries between new cells come from the later solve.
     fn replay(&self, course: &OperatorHistory) -> Result<()> {
         course.formed.iter().try_for_each(|cells| self.form_rows(cells))?;
         self.formed().verified.store(course.formed_rows_checked, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! Rigid motions that the supports of a body leave free: the contact has to balance the body's loads along them.
+//! Unconstrained rigid-body modes of a body, along which the contact must balance the body's loads.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -6,30 +6,30 @@ use crate::fem::{RigidBodyModes, SUBSPACE_TOLERANCE, translations_in};
 use crate::frame::ContactFrame;
 use crate::geometry::Side;
 
-/// A motion that the supports of a body leave free, as the contact sees it.
+/// Rigid-body mode that the supports leave unconstrained, in the form that the contact uses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyMode {
-    /// Motion of body 2 relative to body 1 per unit: along the frame's x, y, n at its origin, then the rotation about
-    /// them, radians. The body's mean square displacement per unit is 1.
+    /// Motion of body 2 relative to body 1 per unit amplitude: translation along the frame's x, y, n at its origin, then rotation
+    /// about these axes, radians. The mean square displacement of the body per unit amplitude is 1.
     pub relative_motion: [f64; 6],
-    /// Gap per unit, `[3, N]` by planes.
+    /// Gap per unit amplitude, `[3, N]` by planes.
     pub gap: Vec<f64>,
-    /// Work of the body's own loads per unit, N mm / mm.
+    /// Work of the body's own loads per unit amplitude, N mm / mm.
     pub load_work: f64,
 }
 
-/// The free motions of one body.
+/// Unconstrained rigid-body modes of one body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnconstrainedModes {
-    /// Which body.
+    /// Side of the body.
     pub side: Side,
-    /// Its motions.
+    /// Modes of the body.
     pub modes: Vec<RigidBodyMode>,
-    /// What they are, in the global axes ("translation x").
+    /// Names of the modes, in global axes ("translation x").
     pub names: Vec<String>,
 }
 
-/// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, of the body at `side` of `frame`.
+/// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, for the body at `side` of `frame`.
 pub(crate) fn relative_motion(
     (free, j): (&RigidBodyModes, usize),
     frame: &ContactFrame,
@@ -40,25 +40,25 @@ pub(crate) fn relative_motion(
     [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
 
-/// Orthonormal translations (frame's x, y, n) in the space of relative `motions`; lengths are measured by `size`.
+/// Orthonormal translations (frame's x, y, n) in the span of relative `motions`; `size` is the length scale of rotations.
 pub fn unconstrained_translations(motions: &[[f64; 6]], size: f64) -> Vec<Vector3<f64>> {
     let Some(projector) = projector(motions, size) else { return Vec::new() };
     translations_in(&projector)
 }
 
-/// Whether two sets of motions have one in common.
+/// Whether the spans of two sets of motions have a motion in common.
 pub fn have_common_motion(a: &[[f64; 6]], b: &[[f64; 6]], size: f64) -> bool {
     let (Some(p), Some(q)) = (projector(a, size), projector(b, size)) else { return false };
     SymmetricEigen::new(p + q).eigenvalues.max() > 2.0 - SUBSPACE_TOLERANCE
 }
 
-/// Orthogonal projector on the space of some motions.
+/// Orthogonal projector on the span of motions; `None` if it is empty.
 fn projector(motions: &[[f64; 6]], size: f64) -> Option<Matrix6<f64>> {
     let mut basis: Vec<Vector6<f64>> = Vec::new();
     for motion in motions {
         let mut v = Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * size });
         let length = v.norm();
-        // Twice is enough for orthogonality to rounding.
+        // Two passes suffice for orthogonality to rounding.
         for _ in 0..2 {
             basis.iter().for_each(|b| v -= b * b.dot(&v));
         }

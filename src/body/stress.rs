@@ -1,4 +1,4 @@
-//! Stress in the volume of a meshed body, what it means for its materials, and how far it may be trusted.
+//! Stress in the volume of a meshed body, the exposure of its materials, and its estimated error.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,32 +6,32 @@ use std::sync::Arc;
 use crate::fem::{ErrorEstimate, ExposureField, FeModel, RecoveryPoints, SurfaceStressPoint, exposures};
 use crate::material::strength::MaterialStrength;
 
-/// Whether the error of the stress is estimated too.
+/// Whether to estimate the error of the stress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorEstimation {
-    /// It is.
+    /// Estimate the error.
     Estimate,
-    /// It is not.
+    /// Skip the estimate.
     Skip,
 }
 
 /// Stress in the volume of a body.
 #[derive(Debug, Clone)]
 pub struct StressField {
-    /// Where: nodes of the mesh, doubled where materials meet.
+    /// Points of the stress: nodes of the mesh, doubled where materials meet.
     pub points: Arc<RecoveryPoints>,
     /// Recovered stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`.
     pub stress: Vec<[f64; 6]>,
-    /// Exposure of the materials whose limits are known, by criterion.
+    /// Exposure of the materials with known strengths, by criterion.
     pub exposures: Vec<ExposureField>,
-    /// The strain in the contact surface, which with the tractions gives the stress there.
+    /// Strain in the contact surface, which gives the stress there together with the tractions.
     pub contact: Vec<SurfaceStressPoint>,
-    /// Estimated error of the elements' own stress, where it was asked for.
+    /// Estimated error of the elements' own stress, if requested.
     pub error: Option<ErrorEstimate>,
 }
 
 impl StressField {
-    /// The stress of a model at `points`, its error if that was estimated, judged by the limits of the materials, by their names.
+    /// Stress of a model at `points`, its estimated error, if any, and its exposures by `limits`, the strengths by material name.
     pub(super) fn new(
         (model, points): (&FeModel, &Arc<RecoveryPoints>),
         (stress, error): (Vec<[f64; 6]>, Option<ErrorEstimate>),

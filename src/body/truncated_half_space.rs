@@ -1,6 +1,7 @@
-//! A half-space whose surface is meshed around the frame, by the kernels of a full space: what lies beyond the elements is taken to be at rest.
+//! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
+//! zero.
 //!
-//! Kept to reproduce programs that have no other half-space. The exact operator stands beside it, and what the two differ by is reported.
+//! Kept to reproduce programs without an exact half-space. The exact operator is computed as well, and the difference is reported.
 
 use std::sync::Arc;
 
@@ -25,37 +26,37 @@ use crate::material::Stiffness;
 /// Accuracy of the integrals, over the largest values.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// How far the surface may be meshed, over half of the longer side of the frame: farther out its elements are needles, and the truncation is below
-/// what else is wrong.
+/// Range of the meshed distance over half of the longer side of the frame. Farther out, elements are needles and other errors
+/// exceed the truncation error.
 const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
-/// By how much an element beyond the frame may be longer than the one before it.
+/// Largest ratio of the lengths of successive elements beyond the frame.
 const MAX_ELEMENT_GROWTH: f64 = 1.4;
 
-/// A half-space below or above a plane frame, its surface meshed as far as `half_size` along the frame's x and y.
+/// Half-space below or above a plane frame, with a surface mesh up to `half_size` along the frame's x and y.
 #[derive(Debug, Clone)]
 pub struct TruncatedSpec<'a> {
-    /// Its material, global axes.
+    /// Stiffness of the material, global axes.
     pub stiffness: &'a Stiffness,
-    /// Half of the sides of the square of its elements, mm.
+    /// Half of the side of the meshed square, mm.
     pub half_size: f64,
 }
 
-/// How far the meshed surface is from the half-space.
+/// Deviation of the meshed surface from the half-space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truncation {
     /// Number of elements.
     pub n_elements: usize,
-    /// Mean displacement of the frame along its normal by uniform pressure on it, mm/MPa: meshed, and exact.
+    /// Mean normal displacement of the frame under uniform pressure, mm/MPa: meshed, and exact.
     pub compliance: [f64; 2],
-    /// Norm of what the works of uniform tractions on the displacements by one another differ by, over that of the exact ones.
+    /// Norm of the difference of the works of uniform tractions on each other's displacements, over the norm of the exact works.
     pub difference: f64,
-    /// Relative residual of equations computed afresh.
+    /// Relative residual of recomputed equations.
     pub residual: f64,
 }
 
-/// The body on a frame.
+/// Half-space with a meshed surface on a frame.
 pub struct TruncatedHalfSpace {
     side: Side,
     axes: Triad,
@@ -64,7 +65,7 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Ends of the elements along an axis of the frame: those of its cells, then growing ones, about its middle.
+/// Edges of the elements along an axis of the frame, about its centre: edges of the cells, then of growing elements.
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;
@@ -81,7 +82,7 @@ fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     outer.chain(inner).chain((1..=k).map(beyond)).collect()
 }
 
-/// The elements of a grid frame: its ends along x and y.
+/// Element edges of a grid frame along x and y.
 fn element_ends(grid: &Grid, half_size: f64) -> [Vec<f64>; 2] {
     [0, 1].map(|axis| element_edges(grid.cells[axis], grid.spacing[axis], half_size))
 }
@@ -90,19 +91,19 @@ impl TruncatedSpec<'_> {
     /// Number of elements.
     ///
     /// # Errors
-    /// If the frame is no grid or repeats itself, or reaches beyond the elements.
+    /// If the frame is not a grid or is periodic, or `half_size` is out of range.
     pub fn n_elements(&self, frame: &ContactFrame) -> Result<usize> {
         let grid = self.grid(frame)?;
         Ok(element_ends(&grid, self.half_size).iter().map(|ends| ends.len() - 1).product())
     }
 
-    /// Bytes that making it takes.
+    /// Memory needed to build the body, bytes.
     ///
     /// # Errors
     /// As [`Self::n_elements`].
     pub fn bytes(&self, frame: &ContactFrame) -> Result<u128> {
         let (n, loaded) = (3 * self.n_elements(frame)? as u128, 3 * frame.n_cells() as u128);
-        // The equations, their solution twice, and the part of the buffers of dense products that is touched.
+        // The equations, two copies of the solution, and the used part of the buffers of dense products.
         let equations = 8 * n * n;
         Ok(equations + 16 * n * loaded + dense_lu::product_buffer_bytes(equations))
     }
@@ -134,7 +135,7 @@ impl TruncatedSpec<'_> {
 }
 
 impl TruncatedHalfSpace {
-    /// The body on `side` of `frame`, within the memory that is left for it.
+    /// Builds the body on `side` of `frame`, within the available memory.
     ///
     /// # Errors
     /// As [`TruncatedSpec::n_elements`]; if memory does not suffice.
@@ -196,23 +197,23 @@ impl TruncatedHalfSpace {
         Ok(Self { side, axes: frame.axes, flexibility, truncation, cache_warning })
     }
 
-    /// How far it is from the half-space.
+    /// Deviation from the half-space.
     pub fn truncation(&self) -> &Truncation {
         &self.truncation
     }
 
-    /// What the user should know of the cache.
+    /// Warning about the cache, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
 
-    /// Bytes that it keeps.
+    /// Memory that the body keeps, bytes.
     pub fn held_bytes(&self) -> usize {
         72 * self.flexibility.n_cells().pow(2)
     }
 }
 
-/// Works of uniform tractions along x, y, n on the displacements by one another.
+/// Works of uniform tractions along x, y, n on each other's displacements.
 fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> Matrix3<f64> {
     let n = frame.n_cells();
     let mut sums = Matrix3::zeros();
@@ -227,7 +228,7 @@ fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> M
     sums
 }
 
-/// The elements between their ends along the frame's x and y, normals out of the body.
+/// Elements between the edges `x` and `y` along the frame's axes, normals out of the body.
 fn panels(frame: &ContactFrame, [x, y]: [&[f64]; 2], side: Side) -> Vec<Panel> {
     let at = |x: f64, y: f64| frame.origin + frame.axes.to_global(&Point::new(x, y, 0.0));
     let mut panels = Vec::with_capacity((x.len() - 1) * (y.len() - 1));
@@ -254,7 +255,7 @@ impl ElasticBody for TruncatedHalfSpace {
         Ok(Some(self.flexibility.clone()))
     }
 
-    /// Displacement at the centres of the cells.
+    /// Displacement at the cell centres.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         Ok(surface_displacement(self.flexibility.as_ref(), tractions, (&self.axes, self.side)))
     }

@@ -1,9 +1,9 @@
-//! The mesh of a worn body: its contact surface moved inward by the depth that it has lost.
+//! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
-//! What the cells have lost goes to the corners of the contact faces by the transpose of the map that averages over the cells, over
-//! the area of each corner, ∫ L_c dS; L_c is linear or bilinear between the corners of a face, so that all areas are positive,
-//! and middle nodes follow the corners beside them. The volume between the surfaces before and after is that of the
-//! cells, and an even depth stays even (docs/theory-wear.md).
+//! The transpose of the cell averages distributes the wear volume of the cells to the corners of the contact faces. The depth of a
+//! corner is its volume over its area ∫ L_c dS. L_c is linear or bilinear between the corners of a face, so that all areas are
+//! positive. Middle nodes follow the adjacent corners. The volume between old and new surface is that of the cells, and a uniform
+//! depth stays uniform (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;
@@ -14,11 +14,10 @@ use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// The mesh of a body that has lost `depth` (`[N]`, mm along the normals of the cells of `frame`) on the faces of the group
-/// `contact`.
+/// Mesh of a body with the wear `depth` (`[N]`, mm along the normals of the cells of `frame`) on the faces of the group `contact`.
 ///
 /// # Errors
-/// If group and frame do not fit; if an element would turn over or get too flat; if memory does not suffice.
+/// If group and frame do not fit; if an element would become inverted or too flat; if memory does not suffice.
 pub fn worn_mesh(
     spec: &FeSpec,
     (contact, side): (&str, Side),
@@ -62,7 +61,7 @@ pub fn worn_mesh(
     move_mesh(spec, &faces, (&motion, &frame.axes), memory)
 }
 
-/// Volume that each node of the mesh gets of a depth in the cells, along their normals, `[n_points]`, mm3.
+/// Volume that each node gets from a depth in the cells, along their normals, `[n_points]`, mm3.
 fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     let mut planes = vec![0.0; 3 * depth.len()];
     planes[2 * depth.len()..].copy_from_slice(depth);
@@ -75,7 +74,7 @@ fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     volumes
 }
 
-/// The corners of a face in the middle of which its node `i` lies; itself if it is one.
+/// Corners of a face whose mean position is that of its node `i`; for a corner, the corner itself.
 fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     const CORNERS: [&[usize]; 4] = [&[0], &[1], &[2], &[3]];
     const OF_SQUARE: [&[usize]; 5] = [&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]];
@@ -88,11 +87,11 @@ fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     }
 }
 
-/// Height of the solid behind each contact node, the least of those that it belongs to, along the normal of its face, `[n_points]`,
-/// mm; infinite at other nodes.
+/// Height of the solid behind each contact node along the normal of its face, `[n_points]`, mm. It is the smallest height of the
+/// adjacent solids, and infinite at other nodes.
 ///
 /// # Errors
-/// If the group is none of outer faces.
+/// If the group does not consist of outer faces.
 pub fn element_height_at_nodes(mesh: &Mesh, contact: &str) -> Result<Vec<f64>> {
     let mut heights = vec![f64::INFINITY; mesh.n_points()];
     for face in group_faces(mesh, contact)? {

@@ -1,4 +1,4 @@
-//! Material axes given element by element: from a field of the mesh file or a table.
+//! Material axes per element, from a field of the mesh file or a table.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -9,7 +9,7 @@ use super::orientation::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// Axes by the file's element numbers.
+/// Material axes by the file numbers of the elements.
 #[derive(Debug, Clone, Default)]
 pub struct ElementAxes {
     source: String,
@@ -17,15 +17,15 @@ pub struct ElementAxes {
 }
 
 impl ElementAxes {
-    /// No axes yet; `source` is what messages call them ("the field \"fibre\" of block.msh").
+    /// Creates a set without axes; `source` names it in messages ("the field \"fibre\" of block.msh").
     pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), axes: HashMap::new() }
     }
 
-    /// Adds an element's fibre direction (any length, global axes), with a second direction towards axis 2.
+    /// Adds the fibre direction of an element (any length, global axes), with an optional second direction towards axis 2.
     ///
     /// # Errors
-    /// If the vectors have no direction, or the element has axes already.
+    /// If the vectors have no direction, or the element already has axes.
     pub fn add(&mut self, element: u64, first: [f64; 3], second: Option<[f64; 3]>) -> Result<()> {
         let Some(axes) = axes_from_directions(first.into(), second.map(Point::from)) else {
             let second = second.map_or(String::new(), |second| format!(", second {second:?}"));
@@ -43,7 +43,7 @@ impl ElementAxes {
         }
     }
 
-    /// The element numbers that have axes, ascending.
+    /// Numbers of the elements with axes, ascending.
     pub fn elements(&self) -> Vec<u64> {
         let mut elements: Vec<u64> = self.axes.keys().copied().collect();
         elements.sort_unstable();
@@ -53,7 +53,7 @@ impl ElementAxes {
     /// Axes of the element with the number `element`.
     ///
     /// # Errors
-    /// If it has none.
+    /// If the element has no axes.
     pub fn axes(&self, element: u64) -> Result<Matrix3<f64>> {
         self.axes.get(&element).copied().ok_or_else(|| {
             Error::input(format!("no fibre is given for it in {}; each element needs one", self.source))

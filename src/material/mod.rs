@@ -1,6 +1,5 @@
-//! Stiffness tensors: isotropic, transversely isotropic, orthotropic, general; rotation and admissibility.
-//!
-//! Voigt order 11, 22, 33, 23, 13, 12 with engineering shear strains, everywhere.
+//! Elastic materials: [`Stiffness`] tensors of any anisotropy, material axes of elements ([`Orientation`]), and materials of
+//! regions ([`RegionMaterial`]). The Voigt order is always 11, 22, 33, 23, 13, 12, with engineering shear strains.
 
 mod element_axes;
 mod orientation;
@@ -17,20 +16,20 @@ pub use orientation::{Orientation, axes_from_directions, centroid};
 pub use region_material::{PlacedMaterial, Ply, RegionMaterial};
 pub use winding::{Winding, WoundLayer};
 
-/// Voigt index to tensor indices.
+/// Tensor indices of each Voigt component.
 pub const VOIGT: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
-/// The tensor of a stress in Voigt order.
+/// Stress tensor from its Voigt components.
 pub fn voigt_to_tensor(s: &[f64; 6]) -> Matrix3<f64> {
     Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
 }
 
-/// A symmetric stress tensor in Voigt order.
+/// Voigt components of a symmetric stress tensor.
 pub fn tensor_to_voigt(tensor: &Matrix3<f64>) -> [f64; 6] {
     VOIGT.map(|(i, j)| tensor[(i, j)])
 }
 
-/// Strain of a gradient of displacement in Voigt order, shears as angles.
+/// Strain in Voigt order, with engineering shear strains, of a displacement gradient.
 pub fn strain_of_gradient(gradient: &Matrix3<f64>) -> Vector6<f64> {
     let entry = |(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] };
     Vector6::from(VOIGT.map(entry))
@@ -40,8 +39,8 @@ pub fn strain_of_gradient(gradient: &Matrix3<f64>) -> Vector6<f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffness(Matrix6<f64>);
 
-/// Engineering constants of an orthotropic material (MPa; axis 1 = fibre); ν_ij is minus the strain along j over
-/// the strain along i under a stress along i.
+/// Engineering constants of an orthotropic material (MPa; axis 1 = fibre). ν_ij is minus the ratio of the strain along j to the
+/// strain along i, under a stress along i.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orthotropic {
     /// Young's modulus along axis 1.
@@ -65,7 +64,7 @@ pub struct Orthotropic {
 }
 
 impl Orthotropic {
-    /// The compliance `[6, 6]`, 1/MPa: S_ij = -ν_ij / E_i off the diagonal.
+    /// Compliance `[6, 6]`, 1/MPa: S_ij = -ν_ij / E_i off the diagonal.
     fn compliance(&self) -> Matrix6<f64> {
         let mut s = Matrix6::from_diagonal(&nalgebra::vector![
             1.0 / self.e1,
@@ -84,7 +83,7 @@ impl Orthotropic {
         s
     }
 
-    /// Refuses what is not a number or not positive where it has to be.
+    /// Refuses constants that are not finite, and moduli that are not positive.
     fn check_signs(&self) -> Result<()> {
         let moduli = [
             ("E1", self.e1),
@@ -106,7 +105,7 @@ impl Orthotropic {
         }
     }
 
-    /// Says which condition of a positive definite compliance is violated.
+    /// Error that names the violated condition of a positive definite compliance.
     fn explain_indefinite(&self) -> Error {
         let pairs = [
             ("nu12", self.nu12, "E1/E2", self.e1 / self.e2),
@@ -137,7 +136,7 @@ impl Orthotropic {
     }
 }
 
-/// Differences of a stiffness from an isotropic one, over its largest entry, that are rounding.
+/// Largest difference from an isotropic stiffness, over the largest entry, that counts as rounding.
 const ISOTROPY_TOLERANCE: f64 = 1e-11;
 
 impl Stiffness {
@@ -170,7 +169,7 @@ impl Stiffness {
     /// Transversely isotropic material about axis 1; G23 = E2 / (2 (1 + nu23)).
     ///
     /// # Errors
-    /// If the constants are not admissible (positive definite); the message names what is violated.
+    /// If the constants are not admissible (positive definite); the message names the violated condition.
     pub fn transversely_isotropic(e1: f64, e2: f64, g12: f64, nu12: f64, nu23: f64) -> Result<Self> {
         check_modulus("E2", e2)?;
         if !(nu23 > -1.0 && nu23 < 1.0) {
@@ -185,7 +184,7 @@ impl Stiffness {
     /// Orthotropic material from its nine engineering constants, through the compliance.
     ///
     /// # Errors
-    /// If the compliance is not positive definite; the message names what is violated.
+    /// If the compliance is not positive definite; the message names the violated condition.
     pub fn orthotropic(constants: &Orthotropic) -> Result<Self> {
         constants.check_signs()?;
         let inverse =
@@ -228,18 +227,19 @@ impl Stiffness {
         Ok(Self(symmetric))
     }
 
-    /// The Voigt matrix `[6, 6]`, MPa.
+    /// Voigt matrix `[6, 6]`, MPa.
     pub fn voigt(&self) -> &Matrix6<f64> {
         &self.0
     }
 
-    /// The compliance `[6, 6]`, 1/MPa, for engineering shear strains.
+    /// Compliance `[6, 6]`, 1/MPa, for engineering shear strains.
     pub fn compliance(&self) -> Matrix6<f64> {
         self.0.cholesky().expect("a stiffness is positive definite").inverse()
     }
 
-    /// Poisson's ratio of the isotropic material that changes its volume as little: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
-    /// components of the compliance, the volume change by pressure over that by the same stresses one by one without contraction.
+    /// Poisson's ratio of the isotropic material with the same relative volume change: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
+    /// components of the compliance. The numerator is the volume change under pressure; the denominator is that under each normal
+    /// stress without lateral contraction.
     pub fn volumetric_poisson_ratio(&self) -> f64 {
         let s = self.compliance();
         let normal = s.fixed_view::<3, 3>(0, 0);
@@ -252,7 +252,7 @@ impl Stiffness {
         self.0[(INDEX[i][j], INDEX[k][l])]
     }
 
-    /// Shear modulus (MPa) and Poisson's ratio of an isotropic material, to rounding; `None` if it is none.
+    /// Shear modulus (MPa) and Poisson's ratio of a stiffness that is isotropic up to rounding; `None` for other stiffnesses.
     pub fn isotropic_constants(&self) -> Option<[f64; 2]> {
         let c = &self.0;
         let mu = (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]) / 3.0;
@@ -266,7 +266,7 @@ impl Stiffness {
             .then(|| [mu, lambda / (2.0 * (lambda + mu))])
     }
 
-    /// Stress of a gradient of displacement, MPa.
+    /// Stress of a displacement gradient, MPa.
     pub fn stress(&self, gradient: &Matrix3<f64>) -> Matrix3<f64> {
         voigt_to_tensor(&(self.0 * strain_of_gradient(gradient)).into())
     }
@@ -376,8 +376,8 @@ mod tests {
         }
     }
 
-    /// Truth: a transversely isotropic material does not change by a turn about its axis, and the fibre along the
-    /// normal shows E1 there.
+    /// Truth: a rotation about its axis leaves a transversely isotropic material unchanged, and a fibre along the normal has E1
+    /// there.
     #[test]
     fn transverse_isotropy_is_invariant_about_the_fibre() {
         let ti = Stiffness::transversely_isotropic(167230.0, 9544.0, 5292.0, 0.272, 0.369).expect("CFRP");
@@ -388,7 +388,7 @@ mod tests {
         assert!((1.0 / upright.compliance()[(2, 2)] / 167230.0 - 1.0).abs() < 1e-12);
     }
 
-    /// Truth: the conditions of a positive strain energy; each refusal names the constant and the bound.
+    /// Truth: the conditions of a positive strain energy; each message names the constant and the bound.
     #[test]
     fn inadmissible_constants_are_refused_by_name() {
         let refused = |change: fn(&mut Orthotropic)| {

@@ -1,4 +1,4 @@
-//! Where the material axes of an element point: the same in a whole region, given by element, or around an axis.
+//! Orientation of the material axes of elements: uniform in a region, given per element, or wound around an axis.
 
 use std::sync::Arc;
 
@@ -12,19 +12,19 @@ use crate::geometry::Point;
 /// Material axes of the elements of a region, as columns of a rotation in global axes (1 = fibre, 3 = 1 x 2).
 #[derive(Debug, Clone)]
 pub enum Orientation {
-    /// The same in all elements.
+    /// Uniform in all elements.
     Uniform(Matrix3<f64>),
-    /// Given by element number.
+    /// Given per element number.
     PerElement(Arc<ElementAxes>),
-    /// Around an axis.
+    /// Wound around an axis.
     Winding(Winding),
 }
 
 impl Orientation {
-    /// Axes of the element with the file's number `element` and these corners, mm.
+    /// Material axes of the element with the file number `element` and these corners, mm.
     ///
     /// # Errors
-    /// If the element has none.
+    /// If the axes of the element are not defined.
     pub fn axes(&self, element: u64, corners: &[Point]) -> Result<Matrix3<f64>> {
         match self {
             Self::Uniform(axes) => Ok(*axes),
@@ -34,8 +34,8 @@ impl Orientation {
     }
 }
 
-/// Material axes of a fibre along `first`: axis 2 is horizontal, 90 degrees left of the fibre's azimuth (along y where
-/// the fibre stands upright), or the part of `second` across the fibre where one is given; 3 = 1 x 2.
+/// Material axes of a fibre along `first`; 3 = 1 x 2. Axis 2 is the part of `second` normal to the fibre, if given. Otherwise it is
+/// horizontal, 90 degrees left of the fibre's azimuth, and along y for an upright fibre.
 ///
 /// `None` if a vector is zero, not finite, or `second` is along the fibre.
 pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
@@ -55,26 +55,26 @@ pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matri
             }
         }
     };
-    // Upright fibres leave a trace of their azimuth in the horizontal axis.
+    // Nearly upright fibres have a small component along the horizontal axis, which is removed.
     let a2 = (a2 - a1 * a1.dot(&a2)).normalize();
     Some(Matrix3::from_columns(&[a1, a2, a1.cross(&a2)]))
 }
 
-/// The middle of an element: the mean of its corners.
+/// Centroid of an element: mean of its corners.
 pub fn centroid(corners: &[Point]) -> Point {
     corners.iter().sum::<Point>() / corners.len() as f64
 }
 
-/// Least sine of the angle between fibre and second direction.
+/// Smallest sine of the angle between fibre and second direction.
 const MIN_SINE_TO_FIBRE: f64 = 1e-6;
 
-/// Horizontal part of a unit vector below which it stands upright.
+/// Horizontal part of a unit vector up to which the fibre is upright.
 const UPRIGHT_TOLERANCE: f64 = 1e-9;
 
-/// The vector at length 1, `None` if it has no direction.
+/// `vector` scaled to length 1; `None` if it has no direction.
 pub(super) fn unit_vector(vector: Point) -> Option<Point> {
     let largest = vector.amax();
-    // Scaled first: squares of very large or small components would overflow or vanish.
+    // Scaling first avoids overflow and underflow of the squares.
     (largest.is_finite() && largest > 0.0 && vector.iter().all(|x| x.is_finite()))
         .then(|| (vector / largest).normalize())
 }
@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(upright.column(1), Point::y());
     }
 
-    /// Truth: what has no direction gives no axes.
+    /// Truth: vectors without direction give no axes.
     #[test]
     fn no_direction_is_refused() {
         assert!(axes_from_directions(Point::zeros(), None).is_none());

@@ -1,4 +1,4 @@
-//! A material in its place: the stiffness and the axes of the elements of a region.
+//! Materials of the regions of a body: stiffness and material axes.
 
 use nalgebra::Matrix3;
 
@@ -6,37 +6,37 @@ use super::Stiffness;
 use super::orientation::Orientation;
 use crate::geometry::Point;
 
-/// A material with the direction of its axes.
+/// Material with the orientation of its axes.
 #[derive(Debug, Clone)]
 pub struct PlacedMaterial {
-    /// Its name, for messages and tables; empty if it has none.
+    /// Name for messages and tables; may be empty.
     pub name: String,
     /// Stiffness in material axes.
     pub stiffness: Stiffness,
-    /// Where the material axes point.
+    /// Orientation of the material axes.
     pub orientation: Orientation,
 }
 
-/// A ply of a laminate.
+/// Ply of a laminate.
 #[derive(Debug, Clone)]
 pub struct Ply {
-    /// Heights of its lower and upper face, mm.
+    /// Heights of the lower and the upper face, mm.
     pub z_range: [f64; 2],
-    /// What it is made of.
+    /// Material of the ply.
     pub material: PlacedMaterial,
 }
 
-/// What fills a region of a body.
+/// Material of a region of a body.
 #[derive(Debug, Clone)]
 pub enum RegionMaterial {
     /// One material.
     Single(Box<PlacedMaterial>),
-    /// Plies stacked along z, from the lowest to the highest: an element belongs to the ply of its centroid.
+    /// Plies stacked along z, from the lowest to the highest. An element belongs to the ply of its centroid.
     Layup(Vec<Ply>),
 }
 
 impl RegionMaterial {
-    /// The materials in it, `[1]` or `[n_plies]`.
+    /// Materials of the region, `[1]` or `[n_plies]`.
     pub fn materials(&self) -> Vec<&PlacedMaterial> {
         match self {
             Self::Single(placed) => vec![placed],
@@ -44,7 +44,7 @@ impl RegionMaterial {
         }
     }
 
-    /// Index into [`Self::materials`] of what is at a point; `None` outside all plies.
+    /// Index into [`Self::materials`] of the material at a point; `None` outside all plies.
     pub fn material_at(&self, point: &Point) -> Option<usize> {
         match self {
             Self::Single(_) => Some(0),
@@ -55,11 +55,11 @@ impl RegionMaterial {
     }
 }
 
-/// Share of an element's height across a border below which it is round-off.
+/// Share of an element's height beyond a border of plies that counts as rounding.
 const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
-    /// Borders between plies or wound layers as coordinates along their stacking, and that coordinate of a point.
+    /// Ranges of the plies or wound layers in the coordinate along their stacking, and this coordinate of a point.
     #[allow(clippy::type_complexity)]
     fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
         match self {
@@ -74,12 +74,12 @@ impl RegionMaterial {
         }
     }
 
-    /// Whether it has plies or wound layers.
+    /// Whether the region has plies or wound layers.
     pub fn is_stacked(&self) -> bool {
         self.stacking_coordinate().is_some()
     }
 
-    /// Plies and wound layers that hold none of the elements, given by their corners.
+    /// Errors about plies and wound layers without elements; elements are given by their corners.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
         let mut held = vec![false; plies.len()];
@@ -104,7 +104,7 @@ impl RegionMaterial {
             .collect()
     }
 
-    /// A note on elements, given by their corners, that reach beyond the ply or wound layer of their centroid.
+    /// Warning about elements, given by their corners, that reach beyond the ply or wound layer of their centroid.
     pub fn straddling_warning(&self, elements: &[Vec<Point>]) -> Option<String> {
         let (plies, along) = self.stacking_coordinate()?;
         let (mut n, mut worst) = (0, 0.0_f64);
@@ -131,7 +131,7 @@ impl RegionMaterial {
     }
 }
 
-/// A stiffness in global axes.
+/// Material with a stiffness in global axes.
 impl From<Stiffness> for RegionMaterial {
     fn from(stiffness: Stiffness) -> Self {
         let orientation = Orientation::Uniform(Matrix3::identity());

@@ -6,17 +6,17 @@ use super::orientation::{centroid, unit_vector};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// A layer of a winding.
+/// Layer of a winding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WoundLayer {
     /// Inner and outer radius, mm.
     pub radii: [f64; 2],
-    /// Angle of the fibre from the axis of the winding, radians.
+    /// Angle between the fibre and the axis of the winding, radians.
     pub angle: f64,
 }
 
-/// Fibres wound around an axis at an angle from it: 0 is along the axis, 90 degrees is the hoop; positive angles turn
-/// right-handed about the axis. Material axis 3 points outward, 2 lies in the cylinder.
+/// Fibres wound around an axis at an angle from it. An angle of 0 is along the axis, 90 degrees is the hoop, and positive angles
+/// turn right-handed about the axis. Material axis 3 points outward, 2 lies in the cylinder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Winding {
     axis: Point,
@@ -25,7 +25,7 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// A winding around the line along `axis` through `origin`, mm, with layers by radius.
+    /// Winding around the line along `axis` through `origin`, mm, with layers by radius.
     ///
     /// # Errors
     /// If the axis has no direction, there is no layer, or radii are not ascending.
@@ -56,7 +56,7 @@ impl Winding {
         Ok(Self { axis, origin: origin.into(), layers })
     }
 
-    /// The layers, from the inside to the outside.
+    /// Layers, from the inside to the outside.
     pub fn layers(&self) -> &[WoundLayer] {
         &self.layers
     }
@@ -71,8 +71,8 @@ impl Winding {
         arm - self.axis * self.axis.dot(&arm)
     }
 
-    /// Axes of an element by its corners: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1. Its layer
-    /// is that of the mean radius of the corners (the centroid of a curved element lies further inside).
+    /// Material axes of an element: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1. The layer follows from the
+    /// mean radius of the corners, because the centroid of a curved element lies further inside.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.

@@ -1,4 +1,4 @@
-//! The closed surface of a body that is meshed without solids: whether it is one, and which side the body lies on.
+//! Closed surface of a body that is meshed without solids: checks that it is closed, and turns its normals outward.
 
 use std::collections::HashMap;
 
@@ -8,33 +8,32 @@ use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, fan_area_vectors, format_point};
 
-/// Edges named in a message, at most.
+/// Largest number of edges that a message names.
 const MAX_NAMED_EDGES: usize = 6;
 
-/// Cosine of the angle of normals from which on two faces form an edge of the geometry.
+/// Cosine of the angle between the normals of two faces, up to which their edge is an edge of the geometry.
 const CREASE_COSINE: f64 = 0.95;
 
-/// Area over the square of the longest edge below which an element has none.
+/// Area over the square of the longest edge, up to which an element counts as without area.
 const MIN_RELATIVE_AREA: f64 = 1e-6;
 
-/// Two cells at an edge: indices, and whether each runs along it from the smaller node number.
+/// Cells at an edge: index, and whether the cell runs along the edge from the smaller node number.
 type EdgeCells = Vec<(usize, bool)>;
 
-/// The surface cells of a mesh and their edges.
+/// Surface cells of a mesh, and their edges.
 struct SurfaceTopology<'a> {
     mesh: &'a Mesh,
     cells: Vec<CellRef>,
-    /// By the two corner nodes, ascending.
+    /// Edges by their two corner nodes, ascending.
     edges: Vec<([usize; 2], EdgeCells)>,
 }
 
-/// The same mesh with the surface cells turned so that their normals point out of the body, and what the user should know of
-/// that.
+/// Returns the mesh with surface cells turned so that their normals point out of the body, and notes about the turned cells.
 ///
 /// # Errors
-/// If there are no surface cells, the surface is open or branches (the edges are named), two neighbours on a smooth surface are
-/// turned against each other, it cannot be turned to one side, encloses no volume, crosses itself, or consists of parts that lie apart;
-/// if an element has no area.
+/// If there are no surface cells, or an element has no area. If the surface is open or branches; the message names the edges. If
+/// neighbours on a smooth part are oriented against each other, or the surface has one side only. If it encloses no volume,
+/// intersects itself, or has parts that lie apart.
 pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let surface = SurfaceTopology::new(mesh)?;
     surface.refuse_flat()?;
@@ -61,8 +60,8 @@ pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     Ok((mesh, notes.into_iter().collect()))
 }
 
-/// The skin of the solids of a mesh as a mesh of its own: the outer faces, normals outward, with the groups of surfaces that lie on it
-/// and the points that it has.
+/// Boundary surface of the solids of a mesh, as a mesh: outer faces with outward normals, the surface groups on them, and their
+/// points.
 pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     let faces = outer_faces(mesh);
     let mut number = vec![usize::MAX; mesh.n_points()];
@@ -89,7 +88,7 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     }
     let mut groups = Vec::new();
     for group in mesh.groups.iter().filter(|group| group.dim == 2) {
-        // Groups of inner faces are none of the skin.
+        // Groups with inner faces are omitted.
         let Ok(own) = group_faces(mesh, &group.name) else { continue };
         for face in &own {
             let at: &CellRef = &place[&face.id()];
@@ -101,7 +100,7 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     Mesh { source: mesh.source.clone(), points, blocks, groups, ..Mesh::default() }
 }
 
-/// Turns a cell over, gmsh's order of nodes.
+/// Reverses the orientation of a cell, in gmsh's order of nodes.
 fn flip_cell(mesh: &mut Mesh, cell: CellRef) {
     let block = &mut mesh.blocks[cell.block];
     let (n, corners) = (block.kind.n_nodes(), block.kind.n_corners());
@@ -138,7 +137,7 @@ impl<'a> SurfaceTopology<'a> {
         self.mesh.tag(self.cells[cell])
     }
 
-    /// Edges in words: where they run, and of which elements.
+    /// Describes edges for messages: end points and adjacent elements.
     fn describe_edges(&self, edges: &[&([usize; 2], EdgeCells)]) -> String {
         let one = |(nodes, sides): &&([usize; 2], EdgeCells)| {
             let [a, b] = nodes.map(|node| format_point(&self.mesh.points[node]));
@@ -152,7 +151,7 @@ impl<'a> SurfaceTopology<'a> {
         words.join("; ")
     }
 
-    /// Refuses elements whose area vanishes beside the square of their longest edge.
+    /// Refuses elements with negligible area relative to the square of their longest edge.
     fn refuse_flat(&self) -> Result<()> {
         let flat = |&cell: &usize| {
             let corners =
@@ -160,7 +159,7 @@ impl<'a> SurfaceTopology<'a> {
             let at = |k: usize| Point::from(self.mesh.points[corners[k % corners.len()]]);
             let longest = (0..corners.len()).map(|k| (at(k + 1) - at(k)).norm_squared()).fold(0.0, f64::max);
             let area = self.area(cell).norm();
-            // Also where a coordinate is no number.
+            // Also refuses coordinates that are NaN.
             area.is_nan() || area <= MIN_RELATIVE_AREA * longest
         };
         let Some(cell) = (0..self.cells.len()).find(flat) else { return Ok(()) };
@@ -203,13 +202,13 @@ impl<'a> SurfaceTopology<'a> {
         fan_area_vectors(corners.len(), |k| Point::from(self.mesh.points[corners[k]])).sum()
     }
 
-    /// Which cells have to be turned so that all neighbours look to the same side as the first of their connected part, and the
-    /// part of each.
+    /// Finds the cells that must be turned so that all cells of a connected part are oriented like its first cell. Returns also the
+    /// part of each cell.
     fn orient_consistently(&self) -> Result<(Vec<bool>, Vec<usize>)> {
         let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); self.cells.len()];
         for (_, sides) in &self.edges {
             let &[(a, forward), (b, other)] = &sides[..] else { continue };
-            // Neighbours that look to the same side run along their edge in opposite directions.
+            // Neighbours with the same orientation run along their edge in opposite directions.
             neighbours[a].push((b, forward == other));
             neighbours[b].push((a, forward == other));
         }
@@ -259,8 +258,8 @@ impl<'a> SurfaceTopology<'a> {
         Ok((turned, part))
     }
 
-    /// Turns whole parts so that their normals point out of the body: the outermost away from what it encloses, those inside it into
-    /// what they enclose; whether one was turned.
+    /// Turns whole parts so that their normals point out of the body: away from the volume that the outermost part encloses, into
+    /// the volume that an inner part encloses.
     fn orient_parts_outward(&self, turned: &mut [bool], part: &[usize]) -> Result<()> {
         let n_parts = part.iter().max().map_or(0, |last| last + 1);
         let area = |cell: usize| if turned[cell] { -self.area(cell) } else { self.area(cell) };
@@ -327,7 +326,7 @@ mod tests {
     use crate::mesh::faces::SurfaceFace;
     use crate::mesh::structured::GradedBlock;
 
-    /// The twelve triangles of a box of side `side` about `middle`, normals outward, as corners.
+    /// Corners and the twelve triangles of a cube of side `side` about `middle`, normals outward; node numbers start at `first`.
     fn cube(middle: f64, side: f64, first: usize) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
         let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|s| middle + side * (s as f64 - 0.5));
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -351,8 +350,8 @@ mod tests {
         orient_outward(&mesh(points, triangles)).unwrap_err().to_string()
     }
 
-    /// Truth: the volume by the divergence theorem is that of the box, whichever whole sides or all of it were turned; of a box in it
-    /// its own is missing.
+    /// Truth: the volume by the divergence theorem is that of the box, whether one side or all sides were turned. The volume of an
+    /// inner box is subtracted.
     #[test]
     fn normals_point_out_of_the_body() {
         let (points, triangles) = cube(0.0, 2.0, 0);
@@ -371,7 +370,7 @@ mod tests {
         assert!((volume(&orient_outward(&hollow).unwrap().0) - 7.0).abs() < 1e-12);
     }
 
-    /// Truth: what is wrong with each surface, and the elements that are there by construction.
+    /// Truth: the defect of each surface and the elements at it, known by construction.
     #[test]
     fn surfaces_that_are_none() {
         let (points, triangles) = cube(0.0, 2.0, 0);
@@ -401,7 +400,7 @@ mod tests {
         assert!(refusal(points, &[]).contains("neither solids nor surface"));
     }
 
-    /// Truth: the skin of a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) faces and the block's volume; its top stays a group.
+    /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces. They enclose its volume, and its top remains a group.
     #[test]
     fn skins() {
         let solids = GradedBlock::uniform([1.0, 1.5], 2.0, [4, 3, 2]).mesh().unwrap();

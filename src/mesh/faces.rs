@@ -1,5 +1,5 @@
-//! Faces of the solids: the outer skin, and the faces of a physical surface with outward normals. In a mesh without solids the surface
-//! cells are the skin, as they are oriented ([`super::closed_surface::orient_outward`]).
+//! Faces of the solids: the boundary surface, and the faces of a physical surface, with outward normals. In a mesh without solids,
+//! the surface cells with their own orientation are the boundary ([`super::closed_surface::orient_outward`]).
 
 use std::collections::HashMap;
 
@@ -8,44 +8,44 @@ use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, fan_area_vectors};
 
-/// A face of one solid cell that lies on the outside of the mesh, or a surface cell of a mesh without solids.
+/// Face of one solid cell on the boundary of the mesh, or a surface cell of a mesh without solids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceFace {
-    /// Its kind.
+    /// Element kind of the face.
     pub kind: ElementKind,
-    /// Its nodes, gmsh's order, the normal pointing out of the solid.
+    /// Nodes in gmsh's order; the normal points out of the solid.
     pub nodes: Vec<usize>,
-    /// The solid it belongs to; the surface cell itself without solids.
+    /// Solid of the face; without solids, the surface cell itself.
     pub owner: CellRef,
-    /// Its index among the solid's [`ElementKind::local_faces`]; 0 without solids.
+    /// Index among the solid's [`ElementKind::local_faces`]; 0 without solids.
     pub local_face: usize,
-    /// The file's number of the surface element, or of the owner where there is none.
+    /// File number of the surface element, or of the owner if there is no surface element.
     pub tag: u64,
 }
 
 impl SurfaceFace {
-    /// Its solid, and its index among the faces of the solid.
+    /// Solid of the face, and index among the faces of the solid.
     pub fn id(&self) -> (CellRef, usize) {
         (self.owner, self.local_face)
     }
 
-    /// Its area between its corners, mm2.
+    /// Area between the corners, mm2.
     pub fn area(&self, mesh: &Mesh) -> f64 {
         self.triangle_area_vectors(mesh).map(|triangle| triangle.norm()).sum()
     }
 
-    /// Its outward area vector between its corners, mm2.
+    /// Outward area vector between the corners, mm2.
     pub fn area_vector(&self, mesh: &Mesh) -> Point {
         self.triangle_area_vectors(mesh).sum()
     }
 
-    /// The area vectors of the triangles that its corners make with the first of them.
+    /// Area vectors of the triangles between the first corner and the other corners.
     fn triangle_area_vectors(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
         fan_area_vectors(self.kind.n_corners(), |i| Point::from(mesh.points[self.nodes[i]]))
     }
 }
 
-/// Corner nodes of a face in ascending order, `usize::MAX` in the place of a fourth corner of a triangle.
+/// Corner nodes of a face in ascending order; the last entry of a triangle is `usize::MAX`.
 pub(super) type FaceKey = [usize; 4];
 
 fn face_key(corners: &[usize]) -> FaceKey {
@@ -55,7 +55,7 @@ fn face_key(corners: &[usize]) -> FaceKey {
     key
 }
 
-/// Calls `visit` for each face of each solid with its key, solid, local face.
+/// Calls `visit` for each face of each solid with key, solid and local face.
 pub(super) fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRef, usize)) {
     for owner in mesh.volume_cells() {
         let nodes = mesh.cell_nodes(owner);
@@ -76,18 +76,18 @@ fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> Sur
     SurfaceFace { kind, nodes: local.iter().map(|&i| nodes[i]).collect(), owner, local_face, tag }
 }
 
-/// A face of a solid, and the solid behind it.
+/// Face of a solid, and the solid on its other side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SolidFace {
-    /// The solid, its place in [`Mesh::volume_cells`].
+    /// Index of the solid in [`Mesh::volume_cells`].
     pub solid: usize,
-    /// Index among its [`ElementKind::local_faces`].
+    /// Index among the solid's [`ElementKind::local_faces`].
     pub local_face: usize,
-    /// The solid on the other side; `None` on the outside.
+    /// Solid on the other side; `None` on the boundary.
     pub neighbour: Option<usize>,
 }
 
-/// All faces of all solids, in their order.
+/// All faces of all solids, in the order of the solids.
 pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
     let mut owners: HashMap<FaceKey, [usize; 2]> = HashMap::new();
     let (mut faces, mut keys) = (Vec::new(), Vec::new());
@@ -107,14 +107,14 @@ pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
     faces
 }
 
-/// A surface cell of a mesh without solids.
+/// Surface cell of a mesh without solids, as a face.
 fn surface_cell(mesh: &Mesh, cell: CellRef) -> SurfaceFace {
     let nodes = mesh.cell_nodes(cell).to_vec();
     SurfaceFace { kind: mesh.kind(cell), nodes, owner: cell, local_face: 0, tag: mesh.tag(cell) }
 }
 
-/// The faces that belong to exactly one solid, in the order of the solids, each with its solid's number; the surface cells of a mesh
-/// without solids.
+/// Faces that belong to exactly one solid, in the order of the solids, each with the file number of its solid. For a mesh without
+/// solids, the surface cells.
 pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     if mesh.volume_cells().next().is_none() {
         return mesh.cells(2).map(|cell| surface_cell(mesh, cell)).collect();
@@ -130,12 +130,12 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     faces
 }
 
-/// The outer faces that the surface elements of the physical group `name` lie on, in the group's order,
-/// oriented outward whatever the orientation of the surface elements.
+/// Outer faces under the surface elements of the physical group `name`, in the group's order. They are oriented outward, whatever
+/// the orientation of the surface elements.
 ///
 /// # Errors
-/// If there is no such group, it is not one of surfaces or is empty; if one of its elements is an inner face,
-/// belongs to no solid, has nodes other than its solid's face, or lies on the same face as another.
+/// If there is no such group, it is not a group of surfaces, or it is empty. If one of its elements is an inner face or belongs to
+/// no solid. If it has other nodes than its solid's face, or repeats the face of another element.
 pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
     let group = mesh.group_of_dim(name, 2)?;
     if group.cells.is_empty() {
@@ -226,7 +226,7 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
     Err(group_element_error(mesh, name, cell, &what))
 }
 
-/// Three solids that share one face, if there are any.
+/// Three solids that share one face; `None` if there are none.
 pub(super) fn face_of_three_solids(mesh: &Mesh) -> Option<[CellRef; 3]> {
     let mut owners: HashMap<FaceKey, [Option<CellRef>; 2]> = HashMap::new();
     let mut three = None;

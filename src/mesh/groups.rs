@@ -1,4 +1,4 @@
-//! Finding physical groups by name, with messages that help a misspelt one.
+//! Lookup of physical groups by name; messages suggest the closest name.
 
 use std::collections::BTreeSet;
 
@@ -7,16 +7,16 @@ use crate::error::{Error, Result};
 
 const DIM_NAMES: [&str; 4] = ["points", "lines", "surfaces", "volumes"];
 
-/// What cells of a dimension are called ("surfaces").
+/// Name of the cells of a dimension ("surfaces").
 pub(super) fn dim_name(dim: usize) -> &'static str {
     DIM_NAMES[dim.min(3)]
 }
 
 impl Mesh {
-    /// The physical group `name`; where several dimensions share the name, that of the highest dimension.
+    /// Physical group `name`; if several dimensions share the name, the group of the highest dimension.
     ///
     /// # Errors
-    /// If there is none: the message lists the groups of the mesh and the closest name.
+    /// If there is none; the message lists the groups of the mesh and the closest name.
     pub fn group(&self, name: &str) -> Result<&PhysicalGroup> {
         self.groups
             .iter()
@@ -25,10 +25,10 @@ impl Mesh {
             .ok_or_else(|| self.no_group(name))
     }
 
-    /// The physical group `name` of dimension `dim`.
+    /// Physical group `name` of dimension `dim`.
     ///
     /// # Errors
-    /// If there is none; a group of that name but of another dimension is named as such.
+    /// If there is none; the message says if a group of that name has another dimension.
     pub fn group_of_dim(&self, name: &str, dim: usize) -> Result<&PhysicalGroup> {
         let found = self.group(name)?;
         self.groups.iter().find(|group| group.name == name && group.dim == dim).ok_or_else(|| {
@@ -42,7 +42,7 @@ impl Mesh {
         })
     }
 
-    /// The physical group `name` of whatever dimension, to hold a body by.
+    /// Physical group `name` of any dimension, for supports of a body.
     ///
     /// # Errors
     /// If there is none, if it has no cells, or if groups of several dimensions have the name.
@@ -65,7 +65,7 @@ impl Mesh {
         Ok(group)
     }
 
-    /// Nodes of the cells of the group `name`, ascending, each once.
+    /// Nodes of the cells of the group `name`, ascending, without duplicates.
     ///
     /// # Errors
     /// As [`Mesh::group_of_any_dim`].
@@ -73,7 +73,7 @@ impl Mesh {
         Ok(self.nodes_of(self.group_of_any_dim(name)?))
     }
 
-    /// Nodes of the cells of a group, ascending, each once.
+    /// Nodes of the cells of a group, ascending, without duplicates.
     pub fn nodes_of(&self, group: &PhysicalGroup) -> Vec<usize> {
         let nodes: BTreeSet<usize> =
             group.cells.iter().flat_map(|&cell| self.cell_nodes(cell).iter().copied()).collect();
@@ -97,7 +97,7 @@ impl Mesh {
         ))
     }
 
-    /// The groups (of one dimension) as a list for messages.
+    /// List of the groups (of one dimension, if given) for messages.
     pub(super) fn list_groups(&self, dim: Option<usize>) -> String {
         let names: Vec<String> = self
             .groups

@@ -1,4 +1,5 @@
-//! Meshes of solids and surfaces with physical groups.
+//! Meshes of solids and surfaces: a [`Mesh`] has points, cells by kind ([`CellBlock`]) and physical groups ([`PhysicalGroup`]). The
+//! modules read them, find faces, and check their quality.
 
 pub mod closed_surface;
 pub mod faces;
@@ -16,28 +17,28 @@ use crate::element::ElementKind;
 /// All cells of one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellBlock {
-    /// Their kind.
+    /// Element kind of the cells.
     pub kind: ElementKind,
     /// Node indices (0-based, into [`Mesh::points`]), `[n_cells, kind.n_nodes()]` row by row, gmsh's node order.
     pub nodes: Vec<usize>,
-    /// The file's own element numbers, `[n_cells]` (for messages).
+    /// File numbers of the elements, `[n_cells]` (for messages).
     pub tags: Vec<u64>,
 }
 
 impl CellBlock {
-    /// Number of its cells.
+    /// Number of cells.
     pub fn n_cells(&self) -> usize {
         self.tags.len()
     }
 
-    /// Nodes of its cell `cell`, `[kind.n_nodes()]`.
+    /// Nodes of the cell with index `cell`, `[kind.n_nodes()]`.
     pub fn cell_nodes(&self, cell: usize) -> &[usize] {
         let n = self.kind.n_nodes();
         &self.nodes[cell * n..(cell + 1) * n]
     }
 }
 
-/// A cell: block and index in the block.
+/// Reference to a cell: block, and index in the block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct CellRef {
     /// Index into [`Mesh::blocks`].
@@ -46,36 +47,36 @@ pub struct CellRef {
     pub cell: usize,
 }
 
-/// A named set of cells of one dimension.
+/// Named set of cells of one dimension.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhysicalGroup {
-    /// Its name, or its tag in decimal where the file gives none.
+    /// Name; the tag in decimal if the file gives no name.
     pub name: String,
-    /// Dimension of its cells.
+    /// Dimension of the cells.
     pub dim: usize,
-    /// The file's tag.
+    /// Tag in the file.
     pub tag: i64,
-    /// Its cells.
+    /// Cells of the group.
     pub cells: Vec<CellRef>,
 }
 
-/// Values given element by element in the mesh file.
+/// Field with values per element, from the mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElementField {
-    /// Its name.
+    /// Name of the field.
     pub name: String,
-    /// Number of components of a value.
+    /// Number of components per value.
     pub n_components: usize,
-    /// The file's element numbers, `[n]`.
+    /// File numbers of the elements, `[n]`.
     pub elements: Vec<u64>,
-    /// The values, `[n, n_components]`.
+    /// Values, `[n, n_components]`.
     pub values: Vec<f64>,
 }
 
-/// Points, cells by kind, physical groups.
+/// Mesh: points, cells by kind, physical groups.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
-    /// Where it came from (file name, or "structured"), for messages.
+    /// Source of the mesh (file name, or "structured"), for messages.
     pub source: String,
     /// Coordinates, `[n_points, 3]`, in the scene's length unit.
     pub points: Vec<[f64; 3]>,
@@ -83,9 +84,9 @@ pub struct Mesh {
     pub blocks: Vec<CellBlock>,
     /// Physical groups.
     pub groups: Vec<PhysicalGroup>,
-    /// Fields of its elements.
+    /// Fields with values per element.
     pub fields: Vec<ElementField>,
-    /// What the reader mended or left out.
+    /// Warnings of the reader about repairs and omissions.
     pub warnings: Vec<String>,
 }
 
@@ -105,7 +106,7 @@ impl Mesh {
         self.blocks[cell.block].cell_nodes(cell.cell)
     }
 
-    /// The file's number of a cell (for messages).
+    /// File number of a cell (for messages).
     pub fn tag(&self, cell: CellRef) -> u64 {
         self.blocks[cell.block].tags[cell.cell]
     }
@@ -124,7 +125,7 @@ impl Mesh {
         self.cells(3)
     }
 
-    /// Place of a solid cell in [`Self::volume_cells`].
+    /// Index of a solid cell in [`Self::volume_cells`].
     pub fn volume_index(&self, cell: CellRef) -> usize {
         let before = self.blocks[..cell.block].iter().filter(|block| block.kind.dim() == 3);
         before.map(CellBlock::n_cells).sum::<usize>() + cell.cell

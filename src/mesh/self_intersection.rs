@@ -1,10 +1,10 @@
-//! Faces that cut one another.
+//! Faces that intersect one another.
 
 use super::Mesh;
 use super::faces::SurfaceFace;
 use crate::geometry::{Point, bounds};
 
-/// Two faces that share no node and cut one another, by their places in `faces`; `None` if there are none.
+/// Indices in `faces` of two faces that share no node and intersect one another; `None` if there are none.
 pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[usize; 2]> {
     let corners = |face: &SurfaceFace| -> Vec<Point> {
         face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect()
@@ -12,7 +12,7 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
     let all: Vec<Vec<Point>> = faces.iter().map(corners).collect();
     let ends = |k: usize, axis: usize| bounds(all[k].iter().map(|x| x[axis]));
     let boxes: Vec<[[f64; 2]; 3]> = (0..all.len()).map(|k| [0, 1, 2].map(|axis| ends(k, axis))).collect();
-    // A sweep along the longest side of the box around all faces leaves the fewest pairs.
+    // A sweep along the longest side of the bounding box of all faces leaves the fewest pairs.
     let extent = |axis: usize| {
         let [low, high] = bounds(boxes.iter().flat_map(|of_face| of_face[axis]));
         high - low
@@ -36,7 +36,7 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
     None
 }
 
-/// Whether an edge of the polygon `a` goes through one of the triangles of `b`.
+/// Whether an edge of the polygon `a` pierces one of the triangles of `b`.
 fn edge_pierces_face(a: &[Point], b: &[Point]) -> bool {
     let edges = (0..a.len()).map(|k| (a[k], a[(k + 1) % a.len()]));
     let through = |(from, to): (Point, Point)| {
@@ -63,7 +63,7 @@ mod tests {
     use crate::mesh::CellBlock;
     use crate::mesh::faces::outer_faces;
 
-    /// Truth: two triangles through one another by construction, and the same moved apart; whichever axis is the longest.
+    /// Truth: two triangles that intersect by construction, and the same triangles moved apart; for each axis as the longest.
     #[test]
     fn faces_that_cross() {
         let at = |height: f64, turn: usize| {

@@ -1,4 +1,4 @@
-//! Sizes that the elements of a next mesh shall have, at the nodes of this one.
+//! Target element sizes of the next mesh, at the nodes of the present mesh.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 
-/// Edge of the regular solid of a kind and a volume.
+/// Edge length of the regular solid of a kind and a volume.
 pub fn edge_length(kind: ElementKind, volume: f64) -> f64 {
     let unit = match kind.n_corners() {
         4 => 1.0 / 72f64.sqrt(),
@@ -20,16 +20,16 @@ pub fn edge_length(kind: ElementKind, volume: f64) -> f64 {
 /// Bounds of a size field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeBounds {
-    /// Least size.
+    /// Smallest size.
     pub least: f64,
     /// Largest size.
     pub largest: f64,
-    /// Growth of the size per distance.
+    /// Largest increase of the size per distance.
     pub growth: f64,
 }
 
-/// Sizes at the corner nodes of the solids: the geometric mean over the solids that meet there of their `wanted` sizes
-/// (`[n_cells]`, as [`Mesh::volume_cells`]), within the bounds, growing no faster than allowed; 0 at all other points.
+/// Sizes at the corner nodes of the solids; 0 at all other points. A size is the geometric mean of the `wanted` sizes (`[n_cells]`,
+/// as [`Mesh::volume_cells`]) of the adjacent solids, within the bounds of size and growth.
 pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64> {
     let cells: Vec<CellRef> = mesh.volume_cells().collect();
     let corners = |cell: CellRef| &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
@@ -46,8 +46,7 @@ pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64>
         if *count > 0.0 { (sum / count).exp().clamp(bounds.least, bounds.largest) } else { 0.0 }
     };
     let mut sizes: Vec<f64> = sum.iter().zip(&count).map(mean).collect();
-    // Smallest first, as in a search of shortest paths: each node is final when it is taken. Positive numbers are
-    // ordered as their bits.
+    // Shortest-path search from the smallest size: each node is final when it is taken. Positive numbers are ordered as their bits.
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..sizes.len()).filter(|&i| sizes[i] > 0.0).map(|i| Reverse((sizes[i].to_bits(), i))).collect();
     while let Some(Reverse((bits, node))) = queue.pop() {
@@ -85,8 +84,8 @@ mod tests {
         }
     }
 
-    /// Truth: from the cell of the least size on, along edges of the block, the size grows with the distance as allowed;
-    /// bounds hold.
+    /// Truth: along edges of the block, from the cell of the smallest size on, the size grows with the distance as allowed; bounds
+    /// hold.
     #[test]
     fn sizes_grow_no_faster_than_allowed() {
         let mesh = GradedBlock::uniform([2.0, 2.0], 4.0, [4, 4, 4]).mesh().unwrap();

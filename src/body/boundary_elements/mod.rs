@@ -1,9 +1,9 @@
-//! Finite bodies of boundary elements, condensed to the nodes under the frame.
+//! Finite bodies of boundary elements ([`BeBody`]), condensed to the nodes under the frame.
 //!
-//! The displacement u = S_bb t of the nodes b under the frame by tractions there follows from the collocation equations. The frame's
-//! tractions reach the nodes as those whose polynomials do the same work, t = M⁻¹ Iᵀ A t_frame with the areas M of the nodes, so that
-//! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
-//! so in a way that keeps the response to uniform tractions (`symmetrize.rs`).
+//! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions there. Frame
+//! tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame, with nodal areas M. Hence S = I F Iᵀ A as for
+//! finite elements, with F = S_bb M⁻¹. By Betti's theorem F is symmetric, but with collocation only in the limit. `symmetrize.rs`
+//! makes F symmetric and keeps the response to uniform tractions.
 
 mod spec;
 mod stress;
@@ -36,12 +36,12 @@ use crate::mesh::faces::outer_faces;
 
 pub use self::spec::{BeSpec, FrameFit};
 
-/// A boundary-element body tied to a frame through the faces of one physical group.
+/// Boundary-element body, tied to a frame through the faces of one physical group.
 pub struct BeBody {
     side: Side,
     surface: MeshedSurface,
     elements: BoundaryElements,
-    /// Of its force per volume.
+    /// Particular solution for the body force.
     weight: Option<BodyForceSolution>,
     map: FaceMap,
     solution: BoundarySolution,
@@ -53,20 +53,20 @@ pub struct BeBody {
     asymmetry: f64,
     kernel_error: f64,
     cache_warning: Option<String>,
-    /// What its material bears, if that is known, and the material's axes (columns, global).
+    /// Strength of the material, if known, and the material's axes (columns, global).
     pub limit: Option<(MaterialStrength, Matrix3<f64>)>,
 }
 
 impl BeBody {
-    /// What makes it smaller.
+    /// Advice on how to reduce the memory of a body.
     pub const MEMORY_ADVICE: &'static str =
         "take larger elements away from the contact, or elements of lower order (`element`)";
 
-    /// Solves the body for unit tractions at all nodes under the frame, within the memory that is left for it.
+    /// Solves the body for unit tractions at all nodes under the frame, within the available memory.
     ///
     /// # Errors
-    /// If a group or the frame do not fit, faces of the contact group cross, supports contradict one another or hold faces under the
-    /// frame, or memory does not suffice.
+    /// If a group or the frame does not fit, or faces of the contact group intersect. If supports contradict one another or fix
+    /// faces under the frame. If a flexibility is not positive, or memory does not suffice.
     pub fn new(
         spec: &BeSpec,
         (contact, side): (&str, Side),
@@ -130,7 +130,7 @@ impl BeBody {
         build().context(|| spec.name.clone())
     }
 
-    /// Share of the body's own deformation in the gap.
+    /// Contribution of the body's own loads and supports to the gap.
     fn own_gap(&self) -> Vec<f64> {
         let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
         let positions = self.elements.positions();
@@ -140,7 +140,7 @@ impl BeBody {
         self.map.gap_of_displacement(self.side, own)
     }
 
-    /// The free motions as the frame sees them.
+    /// Rigid-body modes in the form that the contact uses.
     fn modes_from_free_motions(
         &self,
         free: &RigidBodyModes,
@@ -175,43 +175,43 @@ impl BeBody {
         3 * self.elements.n_nodes()
     }
 
-    /// How displacement and traction vary over an element.
+    /// Interpolation of displacement and traction over an element.
     pub fn interpolation(&self) -> Interpolation {
         self.elements.interpolation()
     }
 
-    /// Norm of the antisymmetric part over that of the whole of the works that constant and linear tractions over the frame do on the
-    /// displacements by one another: 0 but for the error of the elements.
+    /// Asymmetry of the works that constant and linear tractions over the frame do on each other's displacements: norm of the
+    /// antisymmetric part over the norm of the whole. It is 0 without discretisation error.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// Residual of equations computed afresh over the size of their terms.
+    /// Residual of recomputed equations, over the size of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
 
-    /// How its equations were compressed; `None` of dense ones.
+    /// Report on the compression of the equations; `None` for dense equations.
     pub fn compression(&self) -> Option<&CompressionReport> {
         self.solution.compression()
     }
 
-    /// Error of the tabulated kernels, over their largest values; 0 for closed forms.
+    /// Error of the tabulated kernels over their largest values; 0 for closed forms.
     pub fn kernel_error(&self) -> f64 {
         self.kernel_error
     }
 
-    /// What the user should know of the cache.
+    /// Warning about the cache, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
 
-    /// Bytes that it keeps.
+    /// Memory that the body keeps, bytes.
     pub fn held_bytes(&self) -> usize {
         self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
     }
 
-    /// Tractions of the nodes under the frame by those of the cells, which act on body 2, `[3 n_loaded]`, MPa.
+    /// Tractions at the nodes under the frame due to cell tractions on body 2, `[3 n_loaded]`, MPa.
     fn nodal_tractions(&self, tractions: &[f64]) -> Vec<f64> {
         let mut nodal = vec![0.0; 3 * self.areas.len()];
         self.map.apply_transpose(tractions, &mut nodal);
@@ -221,7 +221,7 @@ impl BeBody {
         nodal
     }
 
-    /// Displacement of the points of the mesh by a state without the weight's share: means over the elements around.
+    /// Displacement of the mesh points: means of `state` over adjacent elements, plus the particular solution for the body force.
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
         for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
@@ -246,7 +246,7 @@ impl BeBody {
     }
 }
 
-/// Refuses flexibilities that elements far too large have made nonsense of.
+/// Refuses flexibilities that are not positive, as far too large elements produce.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());

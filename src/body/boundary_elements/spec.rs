@@ -1,4 +1,4 @@
-//! What a body of boundary elements is, and what it has to do with a frame.
+//! Definition of a boundary-element body, and its fit to a frame.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -21,31 +21,30 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::{CellRef, Mesh};
 
-/// Accuracy of the integrals, over the largest values: far below what elements leave.
+/// Accuracy of the integrals, over the largest values: far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Share of a function in the mean over a cell that is rounding.
+/// Weight of a shape function in the mean over a cell that counts as rounding.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
-/// Points looked at between two looks at whether to stop.
+/// Points tested between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 1024;
 
-/// Elements in the order of the mesh's outer faces, the number of each by its face, the error of the kernels, and what the user should know of
-/// the cache.
+/// Elements in the order of the mesh's outer faces, the element number of each face, the kernel error, and a cache warning.
 pub(super) type NumberedElements = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
 
-/// A body of boundary elements.
+/// Definition of a boundary-element body.
 #[derive(Debug, Clone)]
 pub struct BeSpec {
-    /// What messages call it ("body1").
+    /// Name of the body in messages ("body1").
     pub name: String,
-    /// Its surface: closed, normals outward, without solids ([`crate::mesh::closed_surface`]).
+    /// Closed surface mesh without solids, normals outward ([`crate::mesh::closed_surface`]).
     pub mesh: Arc<Mesh>,
-    /// Its material, global axes.
+    /// Stiffness of the material, global axes.
     pub stiffness: Stiffness,
-    /// How displacement and traction vary over an element.
+    /// Interpolation of displacement and traction over an element.
     pub interpolation: Interpolation,
-    /// Supports and prescribed displacements, groups of surfaces.
+    /// Supports and prescribed displacements, by groups of surfaces.
     pub supports: Vec<Support>,
     /// Pressure on surface groups, MPa, positive into the body.
     pub pressures: Vec<(String, f64)>,
@@ -55,30 +54,30 @@ pub struct BeSpec {
     pub body_force: [f64; 3],
 }
 
-/// How a body lies under a frame.
+/// Fit of a body's mesh to a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameFit {
-    /// Nodes of elements there.
+    /// Number of element nodes under the frame.
     pub n_nodes: usize,
     /// Whether no cell lies over two elements.
     pub cells_within_elements: bool,
-    /// The element whose nodes lie farthest apart beside the thickness of the body behind it: its number among the outer faces, and distance over
-    /// thickness.
+    /// Element with the largest ratio of node spacing to the thickness of the body behind it: its number among the outer faces, and
+    /// this ratio.
     pub thinnest_element: Option<(usize, f64)>,
 }
 
-/// What is known of a body at its nodes.
+/// Boundary conditions and body force of a body at its nodes.
 pub(super) struct NodalConditions {
-    /// By dof.
+    /// Whether the displacement is prescribed, by dof.
     pub(super) held: Vec<bool>,
-    /// Displacement of what is held, traction of the rest.
+    /// Displacement of fixed dofs, traction of the other dofs, less the contribution of `weight`.
     pub(super) values: Vec<f64>,
-    /// Of the force per volume: known everywhere, and taken off the values.
+    /// Particular solution for the body force.
     pub(super) weight: Option<BodyForceSolution>,
 }
 
 impl NodalConditions {
-    /// The mean displacement along free motions that takes that of the weight's share off.
+    /// Mean displacement along each unconstrained mode that cancels the mean of the particular solution for the body force.
     pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
@@ -102,7 +101,7 @@ impl BeSpec {
         group_faces(&self.mesh, group)
     }
 
-    /// Its elements.
+    /// Boundary elements of the body.
     pub(super) fn elements(&self, cache: Option<&Cache>) -> Result<NumberedElements> {
         let outer = outer_faces(&self.mesh);
         let at = |&node: &usize| Point::from(self.mesh.points[node]);
@@ -117,7 +116,7 @@ impl BeSpec {
         Ok((elements, number, (error, note)))
     }
 
-    /// What is known at the nodes.
+    /// Boundary conditions at the nodes.
     pub(super) fn nodal_conditions(
         &self,
         elements: &BoundaryElements,
@@ -173,12 +172,12 @@ impl BeSpec {
         Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
-    /// The rigid motions that the supports leave free; `None` if the body is held.
+    /// Unconstrained rigid-body modes; `None` if the supports fix the body.
     ///
     /// # Errors
     /// If a group is missing, or supports contradict one another.
     pub fn free_motions(&self) -> Result<Option<RigidBodyModes>> {
-        // Motions do not depend on the material.
+        // Rigid-body modes do not depend on the material.
         let plain = self.with_unit_material()?;
         let (elements, number, _) = plain.elements(None)?;
         elements.free_motions(&plain.nodal_conditions(&elements, &number)?.held)
@@ -190,7 +189,7 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// How it lies under a frame, after all that [`BeBody::new`](super::BeBody::new) checks before it integrates anything.
+    /// Fit of the body to a frame, after all checks of [`BeBody::new`](super::BeBody::new) that need no integration.
     ///
     /// # Errors
     /// As [`BeBody::new`](super::BeBody::new), memory excepted.
@@ -219,10 +218,10 @@ impl BeSpec {
         })
     }
 
-    /// The first of some points that lies outside of the body.
+    /// Index of the first of `points` that lies outside the body.
     ///
     /// # Errors
-    /// If a stop is wished.
+    /// If the run is cancelled.
     pub fn first_point_outside(&self, points: &[Point]) -> Result<Option<usize>> {
         let (elements, ..) = self.with_unit_material()?.elements(None)?;
         for (batch, points) in points.chunks(POINTS_PER_CANCEL_CHECK).enumerate() {
@@ -235,20 +234,20 @@ impl BeSpec {
         Ok(None)
     }
 
-    /// The same of a material that needs no table.
+    /// The same body with a material that needs no table.
     fn with_unit_material(&self) -> Result<Self> {
         Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
     }
 
-    /// How its equations are solved.
+    /// Solution method of the equations.
     pub fn solved_by(&self) -> SolutionMethod {
         SolutionMethod::of(3 * self.n_nodes())
     }
 
-    /// Bytes that a body with so many nodes under the frame takes while it is made.
+    /// Peak memory to build a body with `n_loaded` nodes under the frame, bytes.
     ///
     /// # Errors
-    /// If its surface is wrong.
+    /// If the surface is invalid.
     pub fn bytes(&self, n_loaded: usize) -> Result<u128> {
         let equations = match self.solved_by() {
             SolutionMethod::Dense => BoundaryValueProblem::dense_bytes(self.n_nodes(), n_loaded),
@@ -262,14 +261,14 @@ impl BeSpec {
     }
 }
 
-/// The map from the nodes of the contact faces to the cells.
+/// Map from the nodes of the contact faces to the cells.
 pub(super) fn build_face_map(
     spec: &BeSpec,
     (elements, number): (&BoundaryElements, &HashMap<CellRef, usize>),
     (frame, side): (&ContactFrame, Side),
     faces: &[SurfaceFace],
 ) -> Result<FaceMap> {
-    // Elements of higher order than their faces have points of their own.
+    // Elements of higher order than their faces have additional points.
     let mut mesh = Mesh { points: spec.mesh.points.clone(), ..Mesh::default() };
     let raised = |face: &SurfaceFace| {
         let panel = elements.panel(number[&face.owner]);

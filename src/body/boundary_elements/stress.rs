@@ -1,4 +1,4 @@
-//! Stress on the surface of a body of boundary elements, displacement and stress at points inside.
+//! Stress on the surface of a boundary-element body, displacement and stress at interior points.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
 use crate::geometry::Point;
 use crate::mesh::faces::outer_faces;
 
-/// Points evaluated between two looks at whether to stop.
+/// Points evaluated between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
-    /// Stress at the points of the surface mesh for tractions on body 2, from the strain in the surface and the traction of the elements: once
-    /// for each smooth part of the surface that meets at a point, the mean over its elements.
+    /// Stress at the points of the surface mesh due to tractions on body 2, from surface strain and traction of the elements. A
+    /// point has one value for each adjacent smooth part of the surface: the mean over its elements.
     pub(super) fn surface_stress(&self, tractions: &[f64]) -> StressField {
         let nodal = self.nodal_tractions(tractions);
         let state = self.solution.state(1.0, &nodal);
@@ -54,7 +54,7 @@ impl BeBody {
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
                 if touches {
-                    // That of the contact comes with its cells.
+                    // The contact traction is added later, from its cells.
                     let load = own_traction - field.interpolate(&of_contact, i, *xi);
                     contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }
@@ -67,7 +67,7 @@ impl BeBody {
         StressField { points: Arc::new(points), stress, exposures, contact: contact.points(), error: None }
     }
 
-    /// Displacement and stress at points inside for tractions on body 2.
+    /// Displacement and stress at interior points due to tractions on body 2.
     pub(super) fn inside_points(&self, tractions: &[f64], points: &[Point]) -> Result<Vec<PointState>> {
         let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
         let field = self.elements.interior_solution(&state, Domain::Interior);

@@ -1,21 +1,21 @@
-//! A symmetric flexibility in place of one that is nearly so, with the same response to constant and linear tractions.
+//! Makes a nearly symmetric flexibility symmetric and keeps its response to constant and linear tractions.
 //!
-//! With D the antisymmetric part of F, V the nodal forces of such tractions over the frame and W tractions with Wᵀ V = 1,
+//! With the antisymmetric part D of F, the nodal forces V of such tractions over the frame, and tractions W with Wᵀ V = 1,
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
-//! is symmetric and F' V = F V - W Vᵀ D V: uniform stress, which the elements have exactly, is not lost, but for the works of the tractions V on the
-//! displacements by one another that are not symmetric themselves. Those tell of the error of the elements.
+//! is symmetric and F' V = F V - W Vᵀ D V. The response to uniform stress, which the elements represent exactly, remains. Only the
+//! antisymmetric part of the works of the tractions V on each other's displacements is lost; it measures the error of the elements.
 
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// Share of a traction's norm below which it depends on those before it.
+/// Share of a traction's norm below which it depends linearly on earlier tractions.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
-/// What constant and linear tractions do under a flexibility.
+/// Response of a flexibility to constant and linear tractions.
 pub(super) struct Symmetrization {
     /// W, `[columns][3 n]`.
     tractions: Vec<Vec<f64>>,
@@ -26,7 +26,7 @@ pub(super) struct Symmetrization {
 }
 
 impl Symmetrization {
-    /// Of the flexibility `entry` of the nodes of `map`, whose areas are `areas`.
+    /// Evaluates the flexibility `entry` of the nodes of `map`, which have the areas `areas`.
     pub fn new(
         map: &FaceMap,
         frame: &ContactFrame,
@@ -48,7 +48,7 @@ impl Symmetrization {
                 force.iter().enumerate().map(|(dof, f)| f / areas[dof / 3]).collect()
             };
             let whole = dot(&force, &over_areas(&force)).sqrt();
-            // Twice is enough for orthogonality to rounding.
+            // Two passes suffice for orthogonality to rounding.
             for _ in 0..2 {
                 for (v, w) in forces.iter().zip(&tractions) {
                     let along = dot(&force, w);
@@ -76,13 +76,13 @@ impl Symmetrization {
         Self { tractions, antisymmetric, works }
     }
 
-    /// Entry of what is added to the symmetric part of the flexibility.
+    /// Entry of the term that is added to the symmetric part of the flexibility.
     pub fn correction(&self, i: usize, j: usize) -> f64 {
         let columns = self.tractions.iter().zip(&self.antisymmetric);
         columns.map(|(w, d)| d[i] * w[j] + w[i] * d[j]).sum()
     }
 
-    /// Norm of the antisymmetric part of the works over that of the whole.
+    /// Norm of the antisymmetric part of the works over the norm of the whole.
     pub fn asymmetry(&self) -> f64 {
         let apart = 0.5 * (&self.works - self.works.transpose()).norm();
         apart / self.works.norm().max(f64::MIN_POSITIVE)
@@ -96,8 +96,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truths: the corrected matrix is symmetric; under uniform tractions it gives what the matrix itself does but for displacements of constant and
-    /// linear shape; a symmetric matrix is left as it is.
+    /// Truths: the corrected matrix is symmetric. Under uniform tractions its response is that of the matrix, except for
+    /// displacements of constant and linear shape. A symmetric matrix needs no correction.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

@@ -1,18 +1,19 @@
-//! How loads, prescribed displacements and weight of a body move its own surface under the frame.
+//! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
 //!
-//! Betti's theorem with the body's response g = G + u_c to a force at x on the patch, which vanishes where the body is held,
+//! Let g = G + u_c be the body's response to a unit force at x on the patch; it vanishes at the supports. Betti's theorem gives
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
-//! R being the forces of the supports under g, needs no displacement of the mesh at the surface: it is as smooth as the loads are
-//! far, and its error is the product of two errors of the mesh. The parts with u_c are sums over nodes. Those with G are integrals over
-//! faces, also that of the weight: with u_p = -z²/2 T⁻¹ b, which carries b in the half-space and leaves its surface free,
-//! ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over what does not lie in the plane of the patch.
+//! with the support forces R under g. The mesh displacement at the surface is not needed: w is smooth if the loads are distant, and
+//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces, also for
+//! the weight: u_p = -z²/2 T⁻¹ b carries b in the half-space and leaves its surface free. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS
+//! over the boundary outside the plane of the patch.
 //!
-//! Where the body is held u_c is -G at the nodes only: what is left of g between them works with the tractions of the supports,
-//! ∫ (σ n)·g dS, σ being the recovered stress of the body's own loads.
+//! On fixed faces u_c equals -G only at the nodes. Between them, the remaining g works with the support tractions, ∫ (σ n)·g dS,
+//! with the recovered stress σ of the body's own loads.
 //!
-//! Loads in that plane near the patch, or on it, are pads on the half-space, whose displacement is integrated exactly for each cell.
+//! Loads in the plane of the patch, on it or near it, act on the half-space. Their displacement is integrated exactly for each
+//! cell.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -39,50 +40,50 @@ use crate::material::voigt_to_tensor;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Parts of faces against their distance from the patch.
+/// Largest ratio of the size of a face part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
 
-/// Loaded faces in the plane of the patch are pads nearer to it than the longer of half its sides.
+/// Distance, over the longer half-side of the patch, below which loaded faces in its plane count as near loads.
 const NEAR_LOAD_DISTANCE: f64 = 1.0;
 
-/// Faces computed side by side before they are added up.
+/// Faces evaluated in parallel before summation.
 const FACES_PER_BATCH: usize = 64;
 
-/// Cells whose displacement by pads is computed between two looks for a stop.
+/// Cells evaluated between two cancellation checks.
 const CELLS_PER_CANCEL_CHECK: usize = 4096;
 
-/// Singular values of the fit of a rigid motion below this share of the largest are none.
+/// Relative singular value below which a component of the rigid-motion fit is dropped.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
-/// Displacements that a body prescribes, less a rigid motion of all of it.
+/// Prescribed displacements of a body, less a rigid motion of the whole body.
 pub(super) struct PrescribedMotion {
     origin: Point,
     translation: Point,
     rotation: Point,
-    /// By prescribed dofs, mm.
+    /// Remaining displacement of each prescribed dof, mm.
     pub deformation: Vec<f64>,
 }
 
-/// Loaded faces in the plane of a patch.
+/// Loaded faces with equal traction in the plane of a patch.
 struct PatchLoad {
-    /// Closed lines about them, in the patch, mm.
+    /// Closed polygons around the faces, in the patch, mm.
     outline: Vec<Vec<[f64; 2]>>,
-    /// Axes of the patch, MPa.
+    /// Traction, axes of the patch, MPa.
     traction: Point,
 }
 
-/// Displacement of the surface under the frame by what acts on the body besides the contact.
+/// Displacement of the surface under the frame due to all actions on the body except the contact.
 pub(super) struct AppliedLoadDisplacement {
-    /// At the nodes of the polynomials, axes of the patch, mm; component j at node i at 3 i + j.
+    /// Displacement at the nodes of the polynomials, axes of the patch, mm; component j at node i has index 3 i + j.
     at_nodes: Vec<f64>,
-    /// Of that the work of the supports between the nodes.
+    /// Part of `at_nodes` due to the support tractions between the nodes.
     support_work: Vec<f64>,
     near_loads: Vec<PatchLoad>,
 }
 
 impl PrescribedMotion {
-    /// Of a model with the prescribed dofs `prescribed`. The rigid motion is the one that is nearest to what is prescribed; foundations
-    /// would resist it, so that beside them there is none.
+    /// Fits a rigid motion to the displacements of the dofs `prescribed` and subtracts it. With foundations, which would resist it,
+    /// there is no rigid motion.
     pub fn new(model: &FeModel, prescribed: &[usize]) -> Self {
         let mesh = model.mesh();
         let value = |&dof: &usize| model.prescribed_displacement(dof / 3, dof % 3).unwrap_or(0.0);
@@ -119,41 +120,41 @@ impl PrescribedMotion {
         supports
     }
 
-    /// The rigid motion of a point, global axes, mm.
+    /// Rigid motion of a point, global axes, mm.
     fn rigid(&self, x: &Point) -> Point {
         self.translation + self.rotation.cross(&(x - self.origin))
     }
 }
 
-/// What acts on a face off the plane of the patch, at one of its points, axes of the patch.
+/// Actions at a point of a face outside the plane of the patch, axes of the patch.
 struct FaceAction {
     /// Traction, MPa.
     traction: Point,
-    /// Displacement that the tractions of G work on, mm.
+    /// Displacement that works with the tractions of G, mm.
     displacement: Point,
 }
 
-/// What acts on the faces of a body.
+/// Loads, prescribed displacements, weight and support stress on the faces of a body.
 struct FaceLoads<'a> {
     model: &'a FeModel,
     forces: &'a PatchForces<'a>,
-    /// Tractions on faces, global axes, by the outward normal: pressures, and the rest.
+    /// Loads of faces: pressure against the outward normal, and traction in global axes.
     loads: HashMap<FaceId, (f64, Point)>,
-    /// Of [`PrescribedMotion::deformation`], by dofs.
+    /// Nonzero values of [`PrescribedMotion::deformation`], by dof.
     supports: HashMap<usize, f64>,
-    /// Of the weight, axes of the patch: T⁻¹ b.
+    /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
-    /// By the body's own loads, recovered, global axes, MPa.
+    /// Recovered stress due to the body's own loads, global axes, MPa, and its points.
     stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
     rules: FaceRules,
 }
 
 impl AppliedLoadDisplacement {
-    /// Of the response `own` of a body with one patch and its recovered `stress`, for `forces` on the patch; `field` that of their
-    /// half-space.
+    /// Evaluates the response `own` of a body, with its recovered `stress`, for `forces` on the patch. `field` is the field of
+    /// their half-space.
     ///
     /// # Errors
-    /// If a stop is wished.
+    /// If the run is cancelled.
     pub fn new(
         model: &FeModel,
         (forces, field): (&PatchForces, &HalfSpaceField),
@@ -167,7 +168,7 @@ impl AppliedLoadDisplacement {
             let in_plane = own_faces(&face);
             if let Some(load) = on_faces.loads.get(&face.id()).filter(|_| in_plane) {
                 let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
-                // Not minus zero, which would be another traction.
+                // Adding zero removes negative zeros, which would count as another traction.
                 loaded.push((face.clone(), traction + Point::zeros()));
             }
             others.push((face, in_plane));
@@ -194,15 +195,15 @@ impl AppliedLoadDisplacement {
         Ok(Self { at_nodes, support_work, near_loads: near })
     }
 
-    /// The part of it that the stress at the supports has, at the nodes of the polynomials, mm.
+    /// Part of the displacement due to the stress at the supports, at the nodes of the polynomials, mm.
     pub fn support_work(&self) -> &[f64] {
         &self.support_work
     }
 
-    /// What it adds to the gap of the cells of a frame, axes of the frame by planes, mm.
+    /// Contribution to the gap of the cells of a frame, axes of the frame by planes, mm.
     ///
     /// # Errors
-    /// If a stop is wished.
+    /// If the run is cancelled.
     pub fn gap(
         &self,
         far: &FarField,
@@ -236,13 +237,13 @@ fn add(sum: &mut [f64], part: &Point) {
     (0..3).for_each(|c| sum[c] += part[c]);
 }
 
-/// Displacement at a point of the plane by tractions on it, axes of the patch, mm.
+/// Displacement at a point of the plane due to tractions on it, axes of the patch, mm.
 fn displacement(pads: &[PatchLoad], field: &HalfSpaceField, at: [f64; 2]) -> Point {
     pads.iter().map(|pad| pad.displacement(field.patch_integrals.green(), at)).sum()
 }
 
 impl PatchLoad {
-    /// One for each traction on `faces` in the plane, or that stand for it.
+    /// One load for each distinct traction on `faces`, which lie in the plane or represent it.
     fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &ContactPatch) -> Vec<Self> {
         let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
         for loaded in faces {
@@ -262,7 +263,7 @@ impl PatchLoad {
         lines.sum::<Matrix3<f64>>() * self.traction
     }
 
-    /// Whether it is so near to the patch that its displacement is no polynomial there.
+    /// Whether the load is so close to the patch that polynomials do not represent its displacement there.
     fn is_near(&self, patch: &ContactPatch) -> bool {
         let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
         (0..2).all(|axis| {
@@ -291,18 +292,18 @@ impl<'a> FaceLoads<'a> {
         Self { model, forces, loads, supports, weight, stress, rules: FaceRules::new() }
     }
 
-    /// Work of what acts on a face on the field of each force, N mm per N, axes of the patch; and that of its support on what the field of
-    /// the force with u_c, which is minus that at the nodes, leaves between them.
+    /// Returns two works per unit force, N mm per N, axes of the patch. The first is the work of the face's loads on the half-space
+    /// field G. The second is the work of the support tractions on G + u_c, which vanishes at the fixed nodes but not between them.
     fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
         let forces = self.forces;
         let none = Point::zeros();
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
-        // Where only some nodes are prescribed the loads of u_c count what is missing here.
+        // If only some nodes are prescribed, the loads of u_c contain the terms that are missing here.
         let held = [0, 1, 2]
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);
-        // In the plane G has no traction, and loads there are pads.
+        // In the plane G has no traction, and loads are near or far patch loads.
         let load = self.loads.get(&face.id()).filter(|_| !in_plane);
         let moves: Vec<Point> =
             face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
@@ -341,7 +342,7 @@ impl<'a> FaceLoads<'a> {
         [work, rest]
     }
 
-    /// The prescribed displacement of a node along components that are `held`, global axes, mm.
+    /// Prescribed displacement of a node along the `held` components, global axes, mm.
     fn prescribed_displacement(&self, node: usize, held: [bool; 3]) -> Point {
         let along = |c: usize| self.supports.get(&(3 * node + c)).copied().filter(|_| held[c]).unwrap_or(0.0);
         Point::from([0, 1, 2].map(along))
@@ -359,7 +360,7 @@ impl<'a> FaceLoads<'a> {
             acting.traction += axes.to_local(traction) - normal * *pressure;
         }
         let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
-        // Work of a support's force is that of the traction on the body against the displacement.
+        // The work of a support force is that of the traction on the body against the displacement.
         acting.displacement -= axes.to_local(&moved);
         if self.weight != Point::zeros() {
             let none = Point::zeros();
@@ -374,7 +375,7 @@ impl<'a> FaceLoads<'a> {
         acting
     }
 
-    /// The nodes of a face.
+    /// Stress and half-space displacements at the nodes of a face.
     fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FixedFaceNode> {
         let mesh = self.model.mesh();
         let (points, stress) = self.stress;
@@ -395,10 +396,10 @@ impl<'a> FaceLoads<'a> {
     }
 }
 
-/// A node of a face that is held.
+/// Node of a fixed face.
 struct FixedFaceNode {
-    /// Global axes, MPa.
+    /// Stress, global axes, MPa.
     stress: Matrix3<f64>,
-    /// Displacement by each force in the half-space, axes of the patch.
+    /// Half-space displacement due to each force, axes of the patch.
     fields: Vec<Matrix3<f64>>,
 }

@@ -1,4 +1,4 @@
-//! A finite body whose contact is that of a half-space, corrected by finite elements.
+//! Finite body with the near field of a half-space, corrected by finite elements.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,10 +28,10 @@ use crate::material::{Stiffness, strain_of_gradient};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
-/// A finite-element body with the near field of a half-space.
+/// Finite-element body with the near field of a half-space.
 pub struct HybridBody {
     side: Side,
-    /// In the axes of the frame.
+    /// Surface Green's function, axes of the frame.
     green: SurfaceGreen,
     far_field: FarField,
     correction: Correction,
@@ -39,24 +39,24 @@ pub struct HybridBody {
     grid: Grid,
     grid_indices: Option<Vec<usize>>,
     patch: ContactPatch,
-    /// Of the half-space, global axes.
+    /// Stiffness of the half-space, global axes.
     stiffness: Stiffness,
     field: HalfSpaceField,
-    /// What the user should know of the cache.
+    /// Warning about the cache of the field, if any.
     cache_warning: Option<String>,
     model: FeModel,
     recovery: StressRecovery,
-    /// Limits of the materials by their names, which the stress is judged by.
+    /// Strengths of the materials by name, for the exposures.
     pub limits: BTreeMap<String, MaterialStrength>,
     surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     applied_load_error: Option<AppliedLoadError>,
-    /// Whether nodes of the mesh lie in the surface of the half-space, or in faces that stand for it.
+    /// Whether nodes of the mesh lie on the surface of the half-space, or on faces that represent it.
     on_surface: Vec<bool>,
 }
 
 impl HybridBody {
-    /// The body of `spec` with the half-space of `site`, found on the same `frame`.
+    /// Body of `spec` with the half-space of `site`, which was found on the same `frame`.
     ///
     /// # Errors
     /// If the group or the frame do not fit, or the body cannot be assembled or solved.
@@ -125,33 +125,32 @@ impl HybridBody {
         build().context(|| name)
     }
 
-    /// How good its correction is.
+    /// Quality indicators of the correction.
     pub fn indicators(&self) -> &Indicators {
         &self.indicators
     }
 
-    /// What the user should know of the cache of its field.
+    /// Warning about the cache of the field, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
 
-    /// Estimated errors of the displacement of the surface under the frame by loads and prescribed displacements of its own; `None`
-    /// where it has none.
+    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements; `None` without them.
     pub fn applied_load_error(&self) -> Option<AppliedLoadError> {
         self.applied_load_error
     }
 
-    /// Its correction.
+    /// Correction of the half-space.
     pub fn correction(&self) -> &Correction {
         &self.correction
     }
 
-    /// Its correction as the frame sees it.
+    /// Correction on the frame.
     pub fn far_field(&self) -> &FarField {
         &self.far_field
     }
 
-    /// Root of twice the strain energy under tractions on body 2.
+    /// Energy norm under tractions on body 2: square root of twice the strain energy.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let cells = (&self.grid, self.grid_indices.as_deref());
         let operator =
@@ -163,7 +162,7 @@ impl HybridBody {
         Ok((area * work).max(0.0).sqrt())
     }
 
-    /// Displacement of all nodes by its own loads and by what the half-space lacks for tractions on body 2.
+    /// Displacement of all nodes due to applied loads and the half-space correction, for tractions on body 2.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
         let mut displacement = self
@@ -177,11 +176,11 @@ impl HybridBody {
         displacement
     }
 
-    /// The tractions on this body, for `tractions` on body 2.
+    /// Tractions on this body for `tractions` on body 2.
     fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
-        // Body 2 sees the frame turned about x.
+        // The axes of body 2 are those of the frame, rotated by half a turn about x.
         let turned = self.side == Side::Upper;
         let cells = self.grid.cells;
         let own = |ix: usize, iy: usize| -> Point {
@@ -197,30 +196,30 @@ impl HybridBody {
         TractionTree::new(cells, self.grid.spacing, &own)
     }
 
-    /// Coordinates of a node of the mesh in the half-space; those in its surface lie in it exactly.
+    /// Position of a mesh node in the half-space; nodes of its surface get exactly zero depth.
     fn distribution_point(&self, node: usize) -> Point {
         let local = self.patch.local(&Point::from(self.model.mesh().points[node]));
         Point::new(local.x, local.y, if self.on_surface[node] { 0.0 } else { local.z.min(0.0) })
     }
 
-    /// Stress by a gradient of displacement, both in global axes.
+    /// Stress of a displacement gradient, both in global axes.
     fn stress(&self, gradient: &Matrix3<f64>) -> Vector6<f64> {
         self.stiffness.voigt() * strain_of_gradient(gradient)
     }
 
-    /// Bytes that it keeps.
+    /// Memory that the body keeps, bytes.
     pub fn held_bytes(&self) -> usize {
         let operator = 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1];
         self.model.resident_bytes() + 8 * self.correction.fields.values().len() + operator
     }
 
-    /// Number of unknowns of its finite elements.
+    /// Number of unknowns of the finite elements.
     pub fn n_free(&self) -> usize {
         self.model.n_free()
     }
 }
 
-/// Whether nodes belong to outer faces that are `wanted`, `[n_points]`.
+/// Whether each node belongs to an outer face for which `wanted` holds, `[n_points]`.
 fn nodes_of(mesh: &Mesh, wanted: impl Fn(&SurfaceFace) -> bool) -> Vec<bool> {
     let mut found = vec![false; mesh.n_points()];
     for face in outer_faces(mesh).iter().filter(|face| wanted(face)) {
@@ -255,7 +254,7 @@ impl ElasticBody for HybridBody {
         Some(&self.surface)
     }
 
-    /// Displacement at all mesh nodes: that of the half-space and of the correction.
+    /// Displacement at all mesh nodes: half-space displacement plus correction.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let mut displacement = self.corrections(tractions);
         let distribution = self.traction_tree(tractions);
@@ -267,7 +266,7 @@ impl ElasticBody for HybridBody {
         Ok(BodyField { displacement, stress: None })
     }
 
-    /// That of the half-space at the nodes, and of the correction by its mesh, whose error is estimated.
+    /// Stress of the half-space at the nodes plus finite-element stress of the correction, whose error is estimated.
     fn recover_stress(
         &self,
         tractions: &[f64],
@@ -280,7 +279,7 @@ impl ElasticBody for HybridBody {
         let error = match estimate {
             ErrorEstimation::Estimate => {
                 let mut error = recovery.estimate_error(&self.model, &correction, &stress)?;
-                // Of the stress of the whole body, not of the correction's.
+                // The error refers to the stress of the whole body, not of the correction.
                 error.stress_norm = error.stress_norm.max(self.energy_norm(tractions)?);
                 Some(error)
             }

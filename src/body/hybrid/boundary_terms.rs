@@ -1,4 +1,4 @@
-//! Loads and work of the half-space's tractions on the boundary of a body.
+//! Loads and work of the half-space tractions on the boundary of a body.
 
 use std::collections::HashMap;
 
@@ -16,29 +16,29 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Faces computed side by side before they are added up: bounds the memory of their shares.
+/// Faces evaluated in parallel before summation: limits the memory of their contributions.
 const FACES_PER_BATCH: usize = 64;
 
-/// A face of the boundary.
+/// Face of the boundary.
 pub(super) struct BoundaryFace {
     pub face: SurfaceFace,
-    /// Components that all of its nodes have prescribed.
+    /// Components that are prescribed at all nodes of the face.
     pub fixed: [bool; 3],
     bedding: Option<FoundationStiffness>,
 }
 
-/// What the tractions of the half-space do on the boundary.
+/// Loads and work of the half-space tractions on the boundary.
 pub(super) struct BoundaryTerms {
     /// Forces on all dofs of the mesh, -∫ N t, N per unit force, `[3 n_points, n_columns]`.
     pub loads: DenseMatrix,
-    /// -∫ u·t over what is free + ∫ t·u over what is held, first factor by the force of the row, mm/N,
+    /// Work -∫ u·t over the free + ∫ t·u over the fixed boundary, first factor due to the force of the row, mm/N,
     /// `[n_columns, n_columns]`.
     pub work: DenseMatrix,
-    /// Largest defect of the balance of tractions and force.
+    /// Largest imbalance of tractions and force.
     pub imbalance: f64,
 }
 
-/// The faces of the body that tractions of the half-space act on.
+/// Faces of the body with half-space tractions.
 pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
 
 impl BoundaryFaces {
@@ -57,7 +57,7 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Largest defect of the balance of the tractions and each of the `forces`.
+    /// Largest imbalance of the tractions and each of the `forces`.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self
@@ -83,10 +83,10 @@ impl BoundaryFaces {
 }
 
 impl BoundaryTerms {
-    /// Integrates over the boundary, faces divided into parts of at most `ratio` times their distance from the forces.
+    /// Integrates over the boundary, with face parts of at most `ratio` times their distance from the forces.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If memory does not suffice, or the run is cancelled.
     pub fn new(model: &FeModel, forces: &PatchForces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
@@ -113,7 +113,7 @@ impl BoundaryTerms {
         self.add_share(&face.nodes, &share.loads, &share.work);
     }
 
-    /// Adds loads on some nodes, `[n_columns][3 n_nodes]`, and work.
+    /// Adds loads on the given nodes, `[n_columns][3 n_nodes]`, and work.
     pub fn add_share(&mut self, nodes: &[usize], loads: &[f64], work: &DenseMatrix) {
         self.work.add_scaled(1.0, work);
         let n_rows = self.loads.n_rows();
@@ -126,12 +126,12 @@ impl BoundaryTerms {
     }
 }
 
-/// What one face adds.
+/// Contribution of one face.
 struct FaceContribution {
-    /// `[n_columns][3 n_nodes]`.
+    /// Loads, `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
-    /// Force of the tractions, axes of the patch, `[n]`.
+    /// Resultant of the tractions due to each force, axes of the patch, `[n]`.
     flux: Vec<Matrix3<f64>>,
 }
 
@@ -157,18 +157,18 @@ impl FaceContribution {
     }
 }
 
-/// Fields of the forces at the points of a face, and their loads.
+/// Fields of the forces at the points of a face, and the resulting loads.
 struct Fields {
-    /// Global rows, `[3 n_points, n_columns]`.
+    /// Displacements, global rows, `[3 n_points, n_columns]`.
     displacements: DenseMatrix,
-    /// The same times the weights.
+    /// Tractions times quadrature weights, in the same layout.
     tractions: DenseMatrix,
     loads: Vec<f64>,
     flux: Vec<Matrix3<f64>>,
 }
 
 impl Fields {
-    /// Adds those of the forces on the patch.
+    /// Adds the fields of the forces on the patch.
     fn add_forces(
         &mut self,
         BoundaryFace { face, fixed, bedding, .. }: &BoundaryFace,
@@ -215,7 +215,7 @@ impl Fields {
         }
     }
 
-    /// -∫ u·t over what is free + ∫ t·u over what is held.
+    /// Work -∫ u·t over the free + ∫ t·u over the `held` components.
     fn work(&self, held: [bool; 3]) -> Result<DenseMatrix> {
         let (n_rows, n) = (self.tractions.n_rows(), self.tractions.n_columns());
         let mut work = DenseMatrix::zeros(n, n)?;

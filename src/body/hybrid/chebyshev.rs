@@ -1,4 +1,4 @@
-//! Chebyshev nodes along the sides of a patch, and the polynomials through them.
+//! Chebyshev nodes along the sides of a patch, and the polynomials through these nodes.
 
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ impl Chebyshev {
         &self.nodes
     }
 
-    /// Values at `x` of the polynomials that are 1 at one node and 0 at the others, `[m]`; overwrites.
+    /// Values at `x` of the Lagrange polynomials, which are 1 at one node and 0 at the others, `[m]`; overwrites `values`.
     pub fn lagrange(&self, x: f64, values: &mut [f64]) {
         if let Some(at) = self.nodes.iter().position(|node| *node == x) {
             values.fill(0.0);
@@ -38,7 +38,7 @@ impl Chebyshev {
         values.iter_mut().for_each(|value| *value /= sum);
     }
 
-    /// Coefficients of the Chebyshev polynomials in each Lagrange polynomial, `[degree][node]`.
+    /// Chebyshev coefficients of each Lagrange polynomial, `[degree][node]`.
     pub fn coefficients(m: usize) -> Vec<Vec<f64>> {
         let row = |degree: usize| {
             let scale = if degree == 0 { 1.0 } else { 2.0 } / m as f64;

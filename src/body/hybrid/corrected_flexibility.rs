@@ -1,4 +1,4 @@
-//! The operator of finite bodies on a grid: that of their half-spaces and the far fields on top.
+//! Operator of finite bodies on a grid: half-space operator plus far fields.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
@@ -13,19 +13,20 @@ use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::Grid;
 
-/// S = S_hs + Σ Φ Ĉ Φᵀ A over the bodies, on a whole grid.
+/// S = S_hs + Σ Φ Ĉ Φᵀ A, summed over the bodies, on a whole grid.
 pub struct CorrectedFlexibility {
     near: Arc<dyn Flexibility>,
     far: Arc<Vec<FarField>>,
     on_grid: Vec<FarFieldOnGrid>,
-    /// Cell sides, and where the first cell begins from the middle of the patch, mm.
+    /// Sides of a cell, and start of the first cell relative to the patch centre, mm.
     spacing: [f64; 2],
     first: [f64; 2],
     work: Mutex<Vec<FarFieldScratch>>,
 }
 
 impl CorrectedFlexibility {
-    /// Adds the far fields `far` of bodies, whose patch is the rectangle of `grid`, to the operator `near` on all of its cells.
+    /// Adds the far fields `far` of bodies to the operator `near` on all cells of `grid`, whose rectangle is the patch of the
+    /// bodies.
     pub fn new(near: Arc<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
         let first = grid.half_width().map(|half| -half);
         Self::on_cells(near, Arc::new(far), grid.cells, (grid.spacing, first))
@@ -74,7 +75,7 @@ impl Flexibility for CorrectedFlexibility {
         PerCell::Each(blocks)
     }
 
-    /// By that of the half-spaces: a far field of a few dozen polynomials is for the iterations.
+    /// Uses the preconditioner of the half-spaces. The far field of a few dozen polynomials is left to the iterations.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.near.precondition_normal(normal_gap, pressure)
     }
@@ -111,7 +112,7 @@ impl Flexibility for CorrectedFlexibility {
         self.near.grid()
     }
 
-    /// That of the half-spaces, which is the same anywhere; [`Self::restriction_at`] gives it its far field.
+    /// Restricts the half-space operator, which does not depend on position; [`Self::restriction_at`] adds the far field.
     fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         self.near.restrict(at_least, factor)
     }
@@ -129,8 +130,8 @@ impl Flexibility for CorrectedFlexibility {
     }
 }
 
-/// The operator on `grid`, or on those of its cells that are in `places`, of bodies with the half-spaces of `green` (their sum) and the
-/// far fields `far`.
+/// Operator on `grid`, or on its cells `places`, of bodies with the far fields `far`. `green` is the sum of the Green's functions
+/// of their half-spaces.
 ///
 /// # Errors
 /// If memory does not suffice.

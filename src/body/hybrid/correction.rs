@@ -1,13 +1,15 @@
-//! What a finite body lacks of its half-space: the correction matrix between point forces and displacements on the patch.
+//! Correction of a half-space for a finite body: the matrix between point forces and displacements on the patch.
 //!
-//! The displacement by a force on the patch is u = u_hs + u_c; u_c solves the body's own equations with the loads -t_hs on what is
-//! free of its boundary and the displacements -u_hs where it is held. On the patch u_c is smooth, however sharp the traction: its
-//! values between a few Chebyshev nodes are all the contact needs.
+//! A force on the patch causes the displacement u = u_hs + u_c. The correction u_c solves the body's own equations with loads -t_hs
+//! on the free boundary and displacements -u_hs on the fixed boundary. On the patch u_c is smooth, however sharp the traction, so
+//! that a few Chebyshev nodes represent it.
 //!
 //! # Source
-//! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space's field of the target,
-//! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the held boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
-//! b = f_f - K_fb g: symmetric, and of twice the order of the displacements at the nodes.
+//! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
+//!
+//! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the fixed boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
+//!
+//! where b = f_f - K_fb g. It is symmetric, with twice the order of the displacements at the nodes.
 
 use super::applied_loads::PrescribedMotion;
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -21,42 +23,42 @@ use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
 
-/// Defect of the balance of tractions and force above which faces are divided further.
+/// Imbalance of tractions and force above which faces are subdivided further.
 pub const TARGET_IMBALANCE: f64 = 1e-4;
 
-/// Parts of faces against their distance from the forces: at first, and at last.
+/// First and last ratio of the size of face parts to their distance from the forces.
 const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
-/// From one to the next.
+/// Reduction of the ratio per step.
 const FACE_RATIO_FACTOR: f64 = 0.7;
 
-/// Share of the defect that the outermost forces may have.
+/// Share of the target imbalance that the outermost forces may have.
 const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 
-/// On bodies with a curved contact.
+/// Ratio on bodies with a curved contact surface.
 const CURVED_FACE_RATIO: f64 = 0.35;
 
-/// The correction between point forces, and the fields that belong to it.
+/// Correction between point forces, and the displacement fields of the forces.
 pub struct Correction {
-    /// Ĉ by Betti's theorem, made symmetric, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j.
+    /// Ĉ by Betti's theorem, symmetrised, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i has index 3 i + j.
     pub matrix: DenseMatrix,
     /// u_c at all nodes, global axes, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
-    /// Largest defect of the balance of the half-space's tractions on the boundary and the force, per unit force.
+    /// Largest imbalance of the half-space tractions on the boundary and the force, per unit force.
     pub imbalance: f64,
-    /// Asymmetry of the terms of the boundary over the norm of the matrix.
+    /// Asymmetry of the boundary terms over the norm of the matrix.
     pub asymmetry: f64,
-    /// What the body's own loads and prescribed displacements do; `None` where there are none.
+    /// Response to the body's own loads and prescribed displacements; `None` without them.
     pub(super) applied_loads: Option<AppliedLoadResponse>,
 }
 
-/// What a body's own loads and prescribed displacements do.
+/// Response to a body's own loads and prescribed displacements.
 pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Their work on u_c of each force, N mm per N, axes of the patch, `[3 n]`; that on the field of the half-space is not part of it.
+    /// Work of the loads on u_c of each force, N mm per N, axes of the patch, `[3 n]`, without the work on the half-space field.
     pub work: Vec<f64>,
-    /// What is prescribed.
+    /// Prescribed displacements.
     pub prescribed_motion: PrescribedMotion,
 }
 
@@ -64,16 +66,16 @@ impl Correction {
     /// Solves for `forces` on the patch of the body.
     ///
     /// # Errors
-    /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
+    /// If memory does not suffice, the equations cannot be solved, or the run is cancelled.
     pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &PatchForces) -> Result<Self> {
         let faces = BoundaryFaces::new(model, forces);
         let mut ratio = FACE_RATIO_RANGE[0];
-        // What leaves through a curved surface is missing from the balance.
+        // Tractions on the curved surface are missing from the balance.
         let curved = !forces.curved_faces.is_empty();
         if curved {
             ratio = CURVED_FACE_RATIO;
         } else {
-            // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
+            // The outermost forces are nearest to the boundary. Forces between them may still have a larger imbalance.
             let outermost = forces.outermost();
             while faces.imbalance(model.mesh(), &outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
                 && ratio > FACE_RATIO_RANGE[1]
@@ -93,9 +95,9 @@ impl Correction {
         Ok(found)
     }
 
-    /// The matrix as Betti's theorem gives it, symmetric but for the quadrature, of which parts of faces are no larger than `ratio`
-    /// times their distance from the forces. Forces may act beside the body, where they have no balance with the tractions on
-    /// it; their rows then mean nothing.
+    /// Matrix of Betti's theorem without symmetrisation. It is symmetric up to quadrature with face parts no larger than `ratio`
+    /// times their distance from the forces. Forces may act outside the body; then tractions do not balance them, and their rows
+    /// are meaningless.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -156,7 +158,7 @@ impl Correction {
         Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads })
     }
 
-    /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
+    /// Peak memory of `columns` fields of a model, bytes; a quarter of it is kept.
     pub fn bytes(model: &FeModel, columns: usize) -> usize {
         4 * 8 * 3 * model.mesh().n_points() * columns
     }
@@ -166,7 +168,7 @@ impl Correction {
         inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
 
-    /// Adds u_c by forces `[3 n]`, or the first of them, to the displacement of all nodes.
+    /// Adds u_c due to `forces`, `[3 n]` or fewer, to the displacement of all nodes.
     pub(super) fn superpose_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
         for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             let field = self.fields.column(column);
@@ -174,7 +176,8 @@ impl Correction {
         }
     }
 
-    /// The same as the displacement of the mesh where `at` act, by each force: not symmetric, and of half the order.
+    /// Correction evaluated from the mesh displacement at the points of `at`, for each force. It is not symmetric, and of half the
+    /// order.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
@@ -241,7 +244,7 @@ fn work_of_own(
     Ok((0..free.n_columns()).map(work).collect())
 }
 
-/// Loads on all dofs as those on the free and on the prescribed ones.
+/// Splits loads on all dofs into loads on free and on prescribed dofs.
 fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(DenseMatrix, DenseMatrix)> {
     let n = loads.n_columns();
     let mut free = DenseMatrix::zeros(model.n_free(), n)?;
@@ -258,7 +261,7 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
     Ok((free, held))
 }
 
-/// Displacement of all dofs, zero on no solid.
+/// Displacement of all dofs; zero at nodes of no solid.
 fn expand_to_all_dofs(
     model: &FeModel,
     prescribed: &[usize],

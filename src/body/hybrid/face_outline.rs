@@ -1,4 +1,4 @@
-//! What bounds some faces in the plane of a patch.
+//! Outlines of faces in the plane of a patch.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,17 @@ use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Corners that turn by less than this are none.
+/// Sine of the angle below which a corner counts as straight.
 const COLLINEAR_TOLERANCE: f64 = 1e-9;
 
-/// Closed lines about `faces`, in the plane of `patch`, the faces on their left seen against its normal; curved edges by two straight ones.
+/// Closed polygons around `faces` in the plane of `patch`. The faces lie on their left, seen against the normal. Curved edges
+/// become two straight ones.
 pub(super) fn outline_loops<'a>(
     mesh: &Mesh,
     faces: impl Iterator<Item = &'a SurfaceFace>,
     patch: &ContactPatch,
 ) -> Vec<Vec<[f64; 2]>> {
-    // By its ends, its beginning and its middle.
+    // Start and middle of each edge, by its end nodes.
     let mut edges: BTreeMap<[usize; 2], [[f64; 2]; 2]> = BTreeMap::new();
     for face in faces {
         let n = face.kind.n_corners();
@@ -30,7 +31,7 @@ pub(super) fn outline_loops<'a>(
         for k in 0..n {
             let (a, b) = (corners[k], corners[(k + 1) % n]);
             let [from, to] = [face.nodes[k], face.nodes[(k + 1) % n]];
-            // The same edge from the other side takes it away.
+            // The same edge in the opposite direction cancels it.
             if edges.remove(&[to, from]).is_none() {
                 let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
                 edges.insert([from, to], [at(a), at(middle)]);
@@ -50,7 +51,7 @@ pub(super) fn outline_loops<'a>(
     lines
 }
 
-/// A closed line without the points at which it goes straight on.
+/// Closed polygon without the points between collinear edges.
 fn without_straight(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::with_capacity(line.len());
     let goes_on = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
@@ -75,7 +76,7 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: a rectangle has four corners and a ring eight, whatever its faces; areas by the corners.
+    /// Truth: a rectangle has four corners and a ring eight, whatever their faces; areas from the corners.
     #[test]
     fn rectangle_and_ring() {
         let mesh = GradedBlock::uniform([2.0, 3.0], 1.0, [6, 6, 2]).mesh().unwrap();

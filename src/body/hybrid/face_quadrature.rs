@@ -1,5 +1,5 @@
-//! Quadrature over the boundary of a body for fields of point forces on a patch: faces are divided until they are small against
-//! their distance from the forces.
+//! Quadrature over the boundary of a body for fields of point forces on a patch. Faces are subdivided until their parts are small
+//! relative to their distance from the forces.
 
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::Point;
@@ -7,21 +7,21 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
-/// Divisions of a face, one after the other, at most.
+/// Maximum number of successive subdivisions of a face.
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// A quadrature point on a face.
+/// Quadrature point on a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacePoint {
-    /// Where, global, mm.
+    /// Position, global, mm.
     pub at: Point,
     /// Outward normal times the weight, mm2.
     pub area: Point,
-    /// Shape functions of the face there.
+    /// Shape functions of the face at the point.
     pub values: [f64; MAX_FACE_NODES],
 }
 
-/// The rules on the reference triangle and square, by the order they are used in.
+/// Rules on the reference triangle and square, in increasing order.
 pub(super) struct FaceRules {
     triangles: [Vec<RulePoint<2>>; 3],
     squares: [Vec<RulePoint<2>>; 3],
@@ -32,8 +32,8 @@ impl FaceRules {
         Self { triangles: [2, 4, 6].map(triangle), squares: [2, 3, 4].map(quadrilateral) }
     }
 
-    /// Points on `face` for a field that varies over distances of `distance(x)`: parts of the face are no larger than
-    /// `ratio` times that.
+    /// Quadrature points on `face` for a field that varies over distances of `distance(x)`. Parts of the face are at most `ratio`
+    /// times this distance.
     pub fn points(
         &self,
         mesh: &Mesh,
@@ -64,7 +64,7 @@ impl FaceRules {
             return;
         }
         let quadratic = part.kind.n_nodes() > part.kind.n_corners();
-        // Loads of second order are of degree 2 times that of the field.
+        // Quadratic shape functions raise the degree of the integrand by 2.
         let order = match size / reach {
             share if share > 0.5 => 2,
             share if share > 0.2 || quadratic => 1,
@@ -79,7 +79,7 @@ impl FaceRules {
 struct FacePart<'a> {
     kind: ElementKind,
     nodes: &'a [Point],
-    /// Its corners in the reference face.
+    /// Corners of the part in the reference face.
     corners: Vec<[f64; 2]>,
 }
 
@@ -93,7 +93,7 @@ impl FacePart<'_> {
         self.kind.face_values(xi).iter().zip(self.nodes).map(|(value, node)| node * *value).sum()
     }
 
-    /// The largest distance of two of its corners.
+    /// Largest distance between two corners of the part.
     fn size(&self) -> f64 {
         let corners: Vec<Point> = self.corners.iter().map(|&xi| self.position(xi)).collect();
         let pairs =
@@ -101,7 +101,7 @@ impl FacePart<'_> {
         pairs.fold(0.0, f64::max)
     }
 
-    /// Its four parts.
+    /// The four parts of a subdivision.
     fn quarters(&self) -> Vec<Self> {
         let n = self.corners.len();
         let between = |i: usize, j: usize| [0, 1].map(|k| 0.5 * (self.corners[i][k] + self.corners[j][k]));
@@ -120,7 +120,7 @@ impl FacePart<'_> {
         parts
     }
 
-    /// A point of a rule in it; parts of the square are parallelograms in the reference face.
+    /// Maps a point of a rule into the part; parts of the square are parallelograms in the reference face.
     fn point(&self, &(xi, weight): &RulePoint<2>) -> FacePoint {
         let [a, b, last] = [self.corners[0], self.corners[1], self.corners[self.corners.len() - 1]];
         let along = |axis: usize| ([b[axis] - a[axis], last[axis] - a[axis]], a[axis]);
@@ -149,7 +149,7 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the solid angle of a closed surface about a point inside is 4π, the flux of x / |x|³.
+    /// Truth: a closed surface has the solid angle 4π, the flux of x / |x|³, seen from a point inside.
     #[test]
     fn solid_angle_of_a_block() {
         let mesh = GradedBlock::uniform([1.0, 1.5], 2.0, [2, 3, 2]).mesh().unwrap();

@@ -1,4 +1,4 @@
-//! The correction of a body as the frame sees it: a polynomial in the places of force and displacement.
+//! Correction of the half-space operator on the frame: a polynomial in the positions of force and displacement.
 
 use super::chebyshev::Chebyshev;
 use super::patch::ContactPatch;
@@ -7,24 +7,23 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::simd::wide;
 use crate::quadrature::gauss_legendre;
 
-/// Gap by tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
+/// Gap due to tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarField {
-    /// Nodes along x and y of the patch.
+    /// Chebyshev nodes along x and y of the patch.
     nodes: [Chebyshev; 2],
     /// Whether y of the patch is -y of the frame.
     y_flipped: bool,
-    /// Gap by forces at the nodes, mm/N, components by planes: component c at node (a, b) stands at (c m_x + a) m_y + b;
-    /// `[3 m_x m_y]²`.
+    /// Gap due to forces at the nodes, mm/N, by planes: component c at node (a, b) has index (c m_x + a) m_y + b; `[3 m_x m_y]²`.
     matrix: Vec<f64>,
 }
 
-/// The polynomials of a far field on the cells of a grid.
+/// Polynomials of a far field, averaged over the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FarFieldOnGrid {
     /// Cells along x and y.
     pub cells: [usize; 2],
-    /// Means of the polynomials in x over the cells, `[cells, m_x]`, and of those in y, `[m_y, cells]`.
+    /// Cell means of the polynomials in x, `[cells, m_x]`, and in y, `[m_y, cells]`.
     x: Vec<f64>,
     y: Vec<f64>,
     nodes_per_side: [usize; 2],
@@ -32,7 +31,7 @@ pub(super) struct FarFieldOnGrid {
     pub area: f64,
 }
 
-/// Values at the nodes, and rows in between, of one product.
+/// Buffers of one product: row sums, and forces and gaps at the nodes.
 pub(super) struct FarFieldScratch {
     pub rows: Vec<f64>,
     pub forces: Vec<f64>,
@@ -40,8 +39,8 @@ pub(super) struct FarFieldScratch {
 }
 
 impl FarField {
-    /// Of the correction `matrix` between forces at the nodes `[m_x, m_y]` of the patch on the body at `side` of the frame; force
-    /// i = a m_y + b acts at node a along x and b along y.
+    /// Creates the far field of the body at `side` of the frame from the correction `matrix` between forces at the nodes
+    /// `[m_x, m_y]` of the patch. Force i = a m_y + b acts at node a along x and b along y.
     pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let matrix = by_planes(matrix, side);
@@ -53,8 +52,8 @@ impl FarField {
         [0, 1].map(|axis| self.nodes[axis].nodes().len())
     }
 
-    /// On `cells` of a grid with sides `spacing`, the first of which begins at `first` from the middle of the patch, axes of the
-    /// frame.
+    /// Averages the polynomials over `cells` of a grid with sides `spacing`. The first cell begins at `first` relative to the patch
+    /// centre, axes of the frame.
     pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> FarFieldOnGrid {
         let nodes_per_side = self.nodes_per_side();
         let [x, y] = [0, 1].map(|axis| {
@@ -66,17 +65,17 @@ impl FarField {
         FarFieldOnGrid { cells, x, y: by_node, nodes_per_side, area: spacing[0] * spacing[1] }
     }
 
-    /// On all cells of `grid`, whose middle is that of the patch.
+    /// Averages the polynomials over all cells of `grid`, which is centred on the patch.
     fn on_frame(&self, grid: &crate::frame::Grid) -> FarFieldOnGrid {
         self.on_grid(grid.cells, grid.spacing, grid.half_width().map(|half| -half))
     }
 
-    /// All entries by rows.
+    /// All entries, row by row.
     pub(super) fn entries(&self) -> &[f64] {
         &self.matrix
     }
 
-    /// Gaps at the nodes by forces there, both by planes, for the components `planes`.
+    /// Computes the gaps at the nodes from forces there, both by planes, for the components `planes`.
     fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
         let [mx, my] = self.nodes_per_side();
         let (n, first) = (mx * my, planes.start * mx * my);
@@ -87,8 +86,8 @@ impl FarField {
         }
     }
 
-    /// Forces on this field's patch at its nodes, axes of the patch, for tractions in the cells of `grid` that are in `places`; component
-    /// c at node (a, b) stands at 3 (a m_y + b) + c.
+    /// Forces at the nodes of the patch, axes of the patch, for tractions in the cells `places` of `grid`. Component c at node (a,
+    /// b) has index 3 (a m_y + b) + c.
     pub(super) fn forces(
         &self,
         grid: &crate::frame::Grid,
@@ -117,8 +116,8 @@ impl FarField {
         forces
     }
 
-    /// Means over the cells of `grid` that are in `places` of a displacement given at the nodes (axes of the patch, component c at 3 i + c
-    /// as in [`Self::forces`]), axes of the frame by planes.
+    /// Means over the cells `places` of `grid`, axes of the frame by planes, of a displacement given at the nodes. The nodal values
+    /// are in axes of the patch, with component c at 3 i + c as in [`Self::forces`].
     pub(super) fn cell_means(
         &self,
         grid: &crate::frame::Grid,
@@ -148,9 +147,9 @@ impl FarField {
     }
 }
 
-/// The entries between forces on the body at `side` of the frame, in the axes of the frame by planes, row by row.
+/// Reorders the matrix of the body at `side` of the frame to axes of the frame, by planes, row by row.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
-    // Body 2 sees the frame turned about x.
+    // The axes of body 2 are those of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
     let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
     let mut planes = vec![0.0; n_rows * n_columns];
@@ -165,7 +164,7 @@ fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
 }
 
 impl Chebyshev {
-    /// Means of the Lagrange polynomials over cells in a row, `[cells, m]`; `turned`: of their values at -x.
+    /// Means of the Lagrange polynomials over consecutive cells, `[cells, m]`. With `turned`, the polynomials are evaluated at -x.
     pub(super) fn means(&self, cells: usize, spacing: f64, first: f64, turned: bool) -> Vec<f64> {
         let m = self.nodes().len();
         let rule = gauss_legendre(m / 2 + 1);
@@ -194,7 +193,7 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Adds the gaps by tractions, both by planes of the components `planes`.
+    /// Adds the gaps due to tractions, both by planes of the components `planes`.
     pub fn add_product(
         &self,
         field: &FarField,
@@ -213,7 +212,7 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Forces at the nodes of the tractions of one component.
+    /// Computes the forces at the nodes from the tractions of one component.
     pub fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         sum_rows(plane, &self.y, my, rows);
@@ -225,7 +224,7 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Adds the gaps at the nodes to those of the cells of one component.
+    /// Adds the gaps at the nodes to the gaps of the cells, for one component.
     pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
@@ -244,7 +243,7 @@ impl FarFieldOnGrid {
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Gap of one cell by tractions on another, for polynomials of [`Self::cell_weights`].
+    /// Gap of one cell due to tractions on another, from their [`Self::cell_weights`].
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =
@@ -253,7 +252,7 @@ impl FarFieldOnGrid {
         })
     }
 
-    /// Adds the block of each cell on itself.
+    /// Adds the diagonal block of each cell.
     pub fn add_diagonal(&self, field: &FarField, blocks: &mut [nalgebra::Matrix3<f64>]) {
         let ([mx, my], [nx, ny]) = (self.nodes_per_side, self.cells);
         let mut along = vec![nalgebra::Matrix3::<f64>::zeros(); mx * mx];
@@ -282,12 +281,12 @@ impl FarFieldOnGrid {
     }
 }
 
-/// Sums of the rows of `plane` times each of the `m` rows of `y`, `[n_rows, m]`.
+/// Products of the rows of `plane` with each of the `m` rows of `y`, `[n_rows, m]`.
 fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     wide!(sum_rows_in(plane => plane: &[f64], y => y: &[f64], m => m: usize, sums => sums: &mut [f64]));
 }
 
-/// The same in eight lanes, which are added in a fixed order.
+/// As `sum_rows`, in eight lanes that are added in a fixed order.
 #[inline(always)]
 fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     const LANES: usize = 8;
@@ -305,7 +304,7 @@ fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     }
 }
 
-/// Adds the `m` rows of `y` times the weights in `weights`, `[n_rows, m]`, to each row of `plane`.
+/// Adds the `m` rows of `y`, multiplied by `weights`, `[n_rows, m]`, to each row of `plane`.
 fn add_rows(weights: &[f64], y: &[f64], m: usize, plane: &mut [f64]) {
     wide!(add_rows_in(weights => weights: &[f64], y => y: &[f64], m => m: usize, plane => plane: &mut [f64]));
 }

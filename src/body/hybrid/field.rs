@@ -1,4 +1,4 @@
-//! The field of a half-space under tractions on its surface.
+//! Field of a half-space under tractions on its surface.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,11 +6,11 @@ use crate::bem::half_space::{PatchIntegrator, PointForceField, SurfaceGreen};
 use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
-/// What tractions on a half-space do inside it and on its surface, axes of the patch.
+/// Field inside and on the surface of a half-space under surface tractions, axes of the patch.
 pub(super) struct HalfSpaceField {
-    /// Of a point force.
+    /// Field of a point force.
     pub point_force: PointForceField,
-    /// Of uniform tractions on polygons of the surface, there.
+    /// Surface displacement under uniform tractions on polygons of the surface.
     pub patch_integrals: PatchIntegrator,
     /// C(e3, e_a) for a = x, y.
     tangential: [Matrix3<f64>; 2],
@@ -19,10 +19,10 @@ pub(super) struct HalfSpaceField {
 }
 
 impl HalfSpaceField {
-    /// Of a material, the field of a point force and the Green's function of its surface.
+    /// Combines the field of a point force and the Green's function of the surface of a material.
     ///
     /// # Errors
-    /// If C(e3, e3) is singular, which that of a material is not.
+    /// If C(e3, e3) is singular, which does not occur for a positive definite stiffness.
     pub fn new(stiffness: &Stiffness, point_force: PointForceField, green: &SurfaceGreen) -> Result<Self> {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let inverse_normal = contract(2).try_inverse();
@@ -35,13 +35,12 @@ impl HalfSpaceField {
         })
     }
 
-    /// T⁻¹ of a vector: the slope along the normal of what carries it as traction and does not vary along the surface.
+    /// T⁻¹ of a vector: normal derivative of a displacement with this traction and without variation along the surface.
     pub fn normal_derivative(&self, traction: &Vector3<f64>) -> Vector3<f64> {
         self.inverse_normal * traction
     }
 
-    /// The gradient of displacement on the surface by its derivatives in the surface and the traction there:
-    /// T ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
+    /// Displacement gradient on the surface from tangential derivatives and traction: T ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
     pub fn gradient_from_traction(&self, along: [Vector3<f64>; 2], traction: &Vector3<f64>) -> Matrix3<f64> {
         let [x, y] = along;
         let rest = traction - self.tangential[0] * x - self.tangential[1] * y;

@@ -12,28 +12,28 @@ use crate::material::Stiffness;
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Nodes nearer to the plane of the patch than this share of its size lie in it.
+/// Distance from the plane of the patch, over the patch size, up to which a node lies in the plane.
 pub(super) const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// A face of a mesh: its solid, and its index among the faces of that.
+/// Face of a mesh: its solid, and its index among the faces of the solid.
 pub type FaceId = (CellRef, usize);
 
 /// Point forces on a patch, and the half-space that carries them.
 pub struct PatchForces<'a> {
-    /// The patch.
+    /// Patch on which the forces act.
     pub patch: ContactPatch,
-    /// The half-space's material, in the axes of the patch.
+    /// Stiffness of the half-space, axes of the patch.
     pub stiffness: &'a Stiffness,
-    /// Its field of a point force.
+    /// Field of a point force in the half-space.
     pub field: &'a PointForceField,
-    /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
+    /// Positions of the forces in the patch, `[n]`. Each position has unit forces along x, y, z of the patch.
     pub points: Vec<[f64; 2]>,
-    /// Faces off the plane that stand for it: a curved contact surface about the patch.
+    /// Faces of a curved contact surface around the patch, which are treated as part of its plane.
     pub curved_faces: &'a [FaceId],
 }
 
 impl PatchForces<'_> {
-    /// Those at the corners and in the middle of the points.
+    /// Forces at the outermost point of each quadrant and at the centre.
     pub(super) fn outermost(&self) -> Self {
         let extreme = |sign: [f64; 2]| {
             let along = |point: &&[f64; 2]| sign[0] * point[0] + sign[1] * point[1];
@@ -50,7 +50,7 @@ impl PatchForces<'_> {
         Point::new(local.x - x, local.y - y, local.z)
     }
 
-    /// Where force `i` acts, global, mm.
+    /// Position of force `i`, global, mm.
     pub(super) fn position(&self, i: usize) -> Point {
         let [x, y] = self.points[i];
         self.patch.center + self.patch.axes.to_global(&Point::new(x, y, 0.0))
@@ -62,18 +62,18 @@ impl PatchForces<'_> {
         (0..self.points.len()).map(|i| self.vector_from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a face of the boundary is one of the surface of the half-space, where this has no tractions.
+    /// Predicate: whether a face lies on the surface of the half-space, where the half-space has no tractions.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&face.id())
     }
 
-    /// Number of columns: three for each force.
+    /// Number of columns: three per force.
     pub(super) fn n_columns(&self) -> usize {
         3 * self.points.len()
     }
 
-    /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
+    /// Writes the displacement at `x` due to each force, in global components, to rows `3 row ..` of `out`.
     pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut DenseMatrix) {
         let local = self.patch.local(x);
         for i in 0..self.points.len() {
@@ -83,7 +83,7 @@ impl PatchForces<'_> {
     }
 }
 
-/// Writes a block of three rows and three columns.
+/// Writes a block of three rows and three columns to `out`.
 pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut DenseMatrix) {
     let n = out.n_rows();
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! Whether a body has a place for a half-space under the frame, and what half-space that is.
+//! Checks whether a half-space represents a body under the frame, and determines its plane and stiffness.
 
 use std::collections::HashSet;
 
@@ -17,54 +17,55 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
-/// Distance from the patch to what bounds the body otherwise, over the shorter of half its sides, at least: nearer than that the
-/// correction has a peak at the rim that a few polynomials do not have.
+/// Smallest distance from the patch to edges and supports, over the shorter half-side. Closer edges cause a peak of the correction
+/// at the border that a few polynomials do not resolve.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
-/// The same to another material: nearer than that, ten polynomials along each side are not enough for cores ten times softer or three times stiffer.
+/// Smallest distance to another material, over the shorter half-side. Closer, ten polynomials along each side do not suffice for
+/// cores ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
-/// Rise of a curved surface under the frame over the longer of half its sides, at most.
+/// Largest rise of a curved surface under the frame, over the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Slope of a curved surface about the patch against that under it, at most, radians.
+/// Largest slope of a curved surface around the patch relative to the surface under it, radians.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
-/// Frames smaller than this share of the present one are no advice.
+/// Smallest frame, as a fraction of the present frame, that is advised.
 const MIN_ADVISED_FACTOR: f64 = 0.05;
 
-/// Points along each side of a frame or a face, less one, at least, and at most.
+/// Smallest and largest number of sampling steps along each side of a frame or a face.
 const MIN_SAMPLE_STEPS: usize = 8;
 const MAX_SAMPLE_STEPS: usize = 64;
 
-/// The half-space under the frame.
+/// Half-space that represents a body under the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfSpaceFit {
-    /// The rectangle of the frame on the body.
+    /// Rectangle of the frame on the body.
     pub patch: ContactPatch,
     /// Stiffness in global axes.
     pub stiffness: Stiffness,
-    /// Whether it is the same in all directions.
+    /// Whether the stiffness is isotropic.
     pub isotropic: bool,
     /// Distance from the patch to the rest of the boundary, or to another material, mm.
     pub distance: f64,
-    /// Whether it is another material that is nearest.
+    /// Whether another material is nearest.
     pub limited_by_material: bool,
-    /// Height of the surface under the frame, over the longer of half its sides; 0 for a plane.
+    /// Height of the surface under the frame over the longer half-side; 0 for a plane.
     pub rise: f64,
-    /// The faces of a curved surface about the patch, which stand for its tangent plane.
+    /// Faces of a curved surface around the patch, which represent its tangent plane.
     pub curved_faces: Vec<FaceId>,
 }
 
-/// Why a body has none.
+/// Reason why no half-space represents a body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unsuitable(pub String);
 
 impl HalfSpaceFit {
-    /// The site of a body at `side` of `frame`, whose contact faces are the group `contact`; or why there is none.
+    /// Fits a half-space to the body at `side` of `frame` with the contact group `contact`, or returns why none fits.
     ///
     /// # Errors
-    /// If a group is missing, or the body is not sound.
+    /// If a group is missing, or the body is invalid.
     pub fn find(
         spec: &FeSpec,
         contact: &str,
@@ -104,12 +105,12 @@ impl HalfSpaceFit {
                 flatter_frame_advice(mesh, &under, (&level, rise))
             ))));
         }
-        // The tangent plane of a curved surface.
+        // A curved surface is represented by its tangent plane.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
         let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
         let curved_faces =
             if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
-        // Points of the mesh on no solid, as centres of circles, are no part of the body.
+        // Mesh points outside all solids, such as circle centres, do not belong to the body.
         let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
         if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
@@ -161,7 +162,7 @@ impl HalfSpaceFit {
 }
 
 impl HalfSpaceFit {
-    /// Nodes along x and y of the patch to begin with: as many as a body of such a distance usually needs.
+    /// Initial number of nodes along x and y of the patch, usually sufficient for the distance of the body.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
             let nodes = match self.distance / half {
@@ -170,14 +171,15 @@ impl HalfSpaceFit {
                 distance if distance >= 1.0 => 6,
                 _ => 7,
             };
-            // Near a layer the correction is less smooth than as near to an edge.
+            // Near another material the correction is less smooth than at the same distance from an edge.
             let more = if self.limited_by_material && self.distance < half { 2 } else { 0 };
             nodes + usize::from(!self.isotropic) + more
         })
     }
 }
 
-/// Half-widths of a frame with the centre of `level` under which the `faces` rise by an allowed share, in words; `rise` is that of the present frame.
+/// Advice: half-widths of a frame with the centre of `level` under which the rise of the `faces` is allowed. `rise` belongs to the
+/// present frame.
 fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&ContactPatch, f64)) -> String {
     let (mut factor, mut rise) = (1.0, rise);
     while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
@@ -199,15 +201,15 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
     format!(" (half_width up to [{x}, {y}])")
 }
 
-/// Half-widths of a frame with the centre of `patch` that is far enough from its surroundings, in words: now a `distance` away, where a `share` of half of the
-/// shorter side is needed; `least` gives the distance of other frames.
+/// Advice: half-widths of a frame with the centre of `patch` that is far enough from its surroundings. The present frame is
+/// `distance` away; a `share` of the shorter half-side is needed. `least` returns the distance of other frames.
 fn smaller_frame_advice(
     patch: &ContactPatch,
     (distance, share): (f64, f64),
     least: &dyn Fn(&ContactPatch) -> Result<f64>,
 ) -> Result<String> {
     let shorter = patch.half_width[0].min(patch.half_width[1]);
-    // A smaller frame moves away from what is beside it, not from what is below.
+    // A smaller frame is farther from features beside it, but not from features below it.
     let beside = (distance + shorter) / ((1.0 + share) * shorter);
     let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
     let far_enough = least(&narrow)? >= share * beside * shorter * (1.0 - 1e-9);
@@ -219,7 +221,7 @@ fn smaller_frame_advice(
     Ok(format!(" (half_width up to [{x}, {y}])"))
 }
 
-/// A length to three digits, no larger.
+/// Rounds a length down to three digits.
 fn round_down(length: f64) -> f64 {
     let unit = 10f64.powf(length.log10().floor() - 2.0);
     (length / unit * (1.0 + 1e-9)).floor() * unit
@@ -235,7 +237,7 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     })
 }
 
-/// Points spread over a face, its edges included, no further apart than `apart` along them but for the largest faces.
+/// Points on a face, including its edges, with a spacing of at most `apart` along them except on the largest faces.
 fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     let n = face.kind.n_corners();
     let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
@@ -252,7 +254,7 @@ fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     points.collect()
 }
 
-/// Heights along the global z of a face under the rectangle: at points spread over the face, and at points spread over the rectangle.
+/// Heights along the global z of a face under the rectangle: at points of the face, and at points of the rectangle.
 fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f64> {
     let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
     let step = |k: usize, axis: usize| {
@@ -272,8 +274,8 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// The faces of a curved surface within half a side about the patch: those of the contact group, and those that go on from them with
-/// the same curvature, whatever their group.
+/// Faces of a curved surface whose distance from the patch is at most its longer half-side: faces of the contact group, and faces
+/// of any group that continue them with the same curvature.
 fn curved_surface_faces(
     mesh: &Mesh,
     faces: &[SurfaceFace],
@@ -298,7 +300,7 @@ fn curved_surface_faces(
     outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
-/// Distance from the patch to the faces out of its plane and to the nodes that are held.
+/// Distance from the patch to faces outside its plane and to fixed nodes.
 fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
     let mesh = &spec.mesh;
     let surface: HashSet<FaceId> = surface.iter().copied().collect();
@@ -317,7 +319,7 @@ fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) ->
     Ok(least)
 }
 
-/// Distance from the patch to elements of another material than that under it; infinite if there are none.
+/// Distance from the patch to elements of another material; infinite if there are none.
 fn distance_to_others(
     regions: &ElementMaterials,
     own: &Matrix6<f64>,
@@ -325,7 +327,7 @@ fn distance_to_others(
     patch: &ContactPatch,
 ) -> f64 {
     let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
-    // The box around an element, in the axes of the patch.
+    // Bounding box of an element, in the axes of the patch.
     let distance = |i: usize| {
         let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
         let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();
@@ -336,7 +338,7 @@ fn distance_to_others(
     others.map(distance).fold(f64::INFINITY, f64::min)
 }
 
-/// What is wrong with the supports.
+/// Reason why the supports exclude a half-space; `None` if they do not.
 fn supports(spec: &FeSpec, patch: &ContactPatch) -> Result<Option<&'static str>> {
     let mesh = &spec.mesh;
     let mut outside = vec![false; mesh.n_points()];

@@ -1,4 +1,4 @@
-//! Parts of a body whose material is not that of the half-space: what their stress beyond the half-space's does.
+//! Loads and work of elements whose stiffness differs from that of the half-space.
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
@@ -15,33 +15,33 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::material::{strain_of_gradient, voigt_to_tensor};
 use crate::quadrature::gauss_legendre;
 
-/// Elements computed side by side before they are added up.
+/// Elements evaluated in parallel before summation.
 const ELEMENTS_PER_BATCH: usize = 64;
 
-/// Gauss points along each side of a part of an element; of a part that is small against its distance.
+/// Gauss points along each side of an element part: in general, and for small parts relative to their distance.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
-/// Edge of such a part of a hexahedron over the size of the largest that is not divided.
+/// Edge of a hexahedral part, over the largest undivided size, below which it counts as small.
 const COARSE_RULE_EDGE: f64 = 0.5;
 
-/// Points whose strains are held at a time.
+/// Points whose strains are stored at a time.
 const POINTS_PER_BATCH: usize = 64;
 
-/// Parts of elements against their distance from the forces, at most.
+/// Largest ratio of the size of an element part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 
-/// Divisions of an element, one after the other, at most.
+/// Maximum number of successive subdivisions of an element.
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
+/// Largest difference of two equal stiffnesses, over the largest entry.
 const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
-/// Whether two stiffnesses are the same.
+/// Whether two stiffnesses are equal within the tolerance.
 pub(super) fn is_same_stiffness(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
     (a - b).amax() <= STIFFNESS_TOLERANCE * b.amax()
 }
 
-/// A point of the reference cell, and its derivatives by the sides of the unit cube that is collapsed to it.
+/// Maps a point of the unit cube to the reference cell by collapsing faces. Returns the image and the Jacobian determinant.
 fn collapsed_cube(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
     match kind.n_corners() {
         4 => {
@@ -57,7 +57,7 @@ fn collapsed_cube(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
     }
 }
 
-/// An element of another material.
+/// Element of another material than the half-space.
 struct Inclusion<'a> {
     kind: ElementKind,
     nodes: &'a [usize],
@@ -66,14 +66,14 @@ struct Inclusion<'a> {
     stiffness_difference: Matrix6<f64>,
 }
 
-/// How an element is divided and integrated.
+/// Subdivision and quadrature rule of an element.
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
-    /// Gauss points on [0, 1], as many as [`GAUSS_POINTS`].
+    /// Gauss points on [0, 1], for each number of [`GAUSS_POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
 
-/// A quadrature point in it.
+/// Quadrature point of an element.
 struct VolumePoint {
     at: Point,
     volume: f64,
@@ -86,7 +86,7 @@ impl Inclusion<'_> {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
 
-    /// Points for a field that varies over distances of `distance(x)`.
+    /// Quadrature points for a field that varies over distances of `distance(x)`.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
@@ -96,7 +96,7 @@ impl Inclusion<'_> {
         points
     }
 
-    /// Points in the part of the unit cube from `first` on with these sides; the longer edges are halved first.
+    /// Adds the points in the part of the unit cube that starts at `first` with these sides. Longer edges are halved first.
     fn divide(
         &self,
         (first, sides): ([f64; 3], [f64; 3]),
@@ -123,7 +123,7 @@ impl Inclusion<'_> {
             }
             return;
         }
-        // The other kinds are collapsed cubes, whose weights vary.
+        // The other kinds are collapsed cubes with variable weights and keep the finer rule.
         let lines = edges.map(|edge| {
             &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]
         });
@@ -153,9 +153,9 @@ impl Inclusion<'_> {
     }
 }
 
-/// What one element adds.
+/// Contribution of one element.
 struct InclusionContribution {
-    /// `[n_columns][3 n_nodes]`.
+    /// Loads, `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
 }
@@ -179,14 +179,13 @@ pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut 
     Ok(())
 }
 
-/// Number of quadrature points in elements of another material than `own` (global axes), by a half-space whose forces lie all over
-/// `patch`.
+/// Number of quadrature points in elements of another material than `own` (global axes), for forces spread over `patch`.
 pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &ContactPatch) -> usize {
     let distance = |x: &Point| patch.distance(&patch.local(x));
     elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
 }
 
-/// The elements of another material than `own`.
+/// Elements of another material than `own`.
 fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Inclusion<'a>> {
     let (mesh, regions) = (model.mesh(), model.regions());
     let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), own);
@@ -228,7 +227,7 @@ impl InclusionContribution {
     }
 }
 
-/// Strain at `x` by each column of forces, global axes.
+/// Strain at `x` due to each column of forces, global axes.
 fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> {
     let axes = forces.patch.axes.0;
     let local = forces.patch.local(x);
@@ -245,8 +244,8 @@ fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, V
 mod tests {
     use super::*;
 
-    /// Truth: the volumes of cells with straight edges, and the integral of the gradient of a linear field; undivided and divided towards
-    /// a point.
+    /// Truth: volumes of cells with straight edges, and the integrated gradient of a linear field, without and with subdivision
+    /// towards a point.
     #[test]
     fn volumes_of_all_kinds() {
         let volumes = [

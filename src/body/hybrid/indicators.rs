@@ -1,4 +1,4 @@
-//! What a correction says of its own quality.
+//! Quality indicators of a correction.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,69 +12,69 @@ use crate::flexibility::Flexibility;
 use crate::geometry::Side;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Cells along each side of the patch that the half-space is compared on.
+/// Cells along each side of the patch for the comparison with the half-space.
 const COMPARISON_CELLS: usize = 24;
 
-/// Limits beyond which a correction is not used.
+/// Largest imbalance with which a correction is used.
 pub const MAX_IMBALANCE: f64 = 1e-4;
-/// Of the terms of the boundary.
+/// Largest asymmetry of the boundary terms.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
-/// Both on a curved surface more, for what leaves through it, this many times its rise.
+/// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise. Tractions on the curved
+/// faces are not integrated.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Of the mean displacement.
+/// Largest difference of the two evaluations, over the mean displacement.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
-/// Estimated, of the mean displacement.
+/// Largest estimated mesh error, over the mean displacement.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// The same, from which on there is a warning.
+/// Estimated mesh error from which a warning is given, over the mean displacement.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
-/// Of the table of point forces.
+/// Largest error of the table of point forces.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
-/// Share of the highest polynomials in the operator.
+/// Largest share of the highest polynomials in the operator.
 pub const MAX_TAIL: f64 = 1e-2;
-/// The same, above which more nodes are taken.
+/// Share of the highest polynomials in the operator above which more nodes are used.
 pub const TARGET_TAIL: f64 = 2e-3;
 
-/// How good a correction is, all without anything to compare it with.
+/// Quality of a correction, judged without a reference solution.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Indicators {
     /// Nodes along x and y of the frame.
     pub nodes: [usize; 2],
-    /// Height of the contact surface under the frame, over the longer of half its sides; 0 for a plane.
+    /// Height of the contact surface under the frame over the longer half-side; 0 for a plane.
     pub rise: f64,
     /// Largest error of displacement or gradient in the table of point forces, over the largest entry; 0 for isotropic bodies.
     pub field_error: f64,
-    /// Defect of the balance of the half-space's tractions on the boundary and the unit force.
+    /// Imbalance of the half-space tractions on the boundary and the unit force.
     pub imbalance: f64,
-    /// Asymmetry of the terms of the boundary.
+    /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
-    /// Change of the mean displacement under uniform tractions, between Betti's evaluation and that at the nodes of the mesh:
-    /// the size of the error of the latter.
+    /// Difference of the mean displacement under uniform tractions between Betti's evaluation and that at the mesh nodes. It
+    /// measures the error of the latter.
     pub direct_difference: f64,
-    /// Estimated error of the mean displacement under uniform tractions, by the stress of the finite elements against the recovered
-    /// one.
+    /// Estimated error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
-    /// Share of the polynomials of highest degree in the operator.
+    /// Share of the highest-degree polynomials in the operator.
     pub tail: f64,
-    /// Norm of the correction over that of the half-space's operator.
+    /// Norm of the correction over the norm of the half-space operator.
     pub share: f64,
-    /// Least eigenvalue of the operator over that of the half-space, on smooth tractions; must be positive.
+    /// Smallest eigenvalue of the operator relative to the half-space operator, on smooth tractions; must be positive.
     pub least_eigenvalue: f64,
 }
 
-/// The correction of one patch, as far as it is judged.
+/// Correction of one patch, as input of the indicators.
 pub(super) struct PatchCorrection<'a> {
-    /// By Betti's theorem, and at the nodes of the mesh.
+    /// Matrices by Betti's theorem (`matrix`) and at the mesh nodes (`direct`).
     pub matrix: &'a DenseMatrix,
     pub direct: &'a DenseMatrix,
-    /// Of [`super::Correction`].
+    /// From [`super::Correction`].
     pub imbalance: f64,
     pub asymmetry: f64,
-    /// Square of the estimated error in the energy norm under forces on the patch.
+    /// Square of the estimated error, in the energy norm, under forces on the patch.
     pub squared_error: &'a dyn Fn(&[f64]) -> Result<f64>,
 }
 
 impl Indicators {
-    /// Of a patch with `m` nodes; `green` in its axes.
+    /// Computes the indicators of a patch with `m` nodes; `green` is given in its axes.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -85,7 +85,7 @@ impl Indicators {
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
-        // The lower side: everything is in the axes of the patch.
+        // The lower side keeps the axes of the patch.
         let dense = |columns: &DenseMatrix| {
             let far = FarField::new(columns, m, patch, Side::Lower);
             DMatrix::from_row_slice(n, n, far.entries())
@@ -103,7 +103,7 @@ impl Indicators {
         let share = far.norm() / near.norm();
         let mut mesh_error: f64 = 0.0;
         for c in 0..3 {
-            // Forces of a uniform traction at the nodes; the error of the work is the square of that in the energy norm.
+            // Nodal forces of a uniform traction. The error of the work is the squared energy norm of the error.
             let at_nodes = &mass * uniform(c);
             let nodes = n / 3;
             let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
@@ -123,7 +123,7 @@ impl Indicators {
         })
     }
 
-    /// Why the correction must not be used; `None` if nothing speaks against it.
+    /// Reason why the correction must not be used; `None` if it is acceptable.
     pub fn rejection_reason(&self) -> Option<String> {
         let curved = ALLOWANCE_PER_RISE * self.rise;
         let limits = [
@@ -154,7 +154,7 @@ impl Indicators {
     }
 }
 
-/// Φᵀ A S Φ of the half-space and Φᵀ A Φ, components by planes.
+/// Φᵀ A S Φ of the half-space and Φᵀ A Φ, with components by planes.
 fn on_polynomials(
     operator: &FftFlexibility,
     patch: &ContactPatch,
@@ -194,11 +194,11 @@ fn on_polynomials(
     ((&near + near.transpose()) * 0.5, mass)
 }
 
-/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, over that of all.
+/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, over the norm of all coefficients.
 fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     let [x, y] = m.map(Chebyshev::coefficients);
     let nodes = m[0] * m[1];
-    // Coefficient by node, one component.
+    // Coefficient by node, for one component.
     let single = DMatrix::from_fn(nodes, nodes, |degree, node| {
         x[degree / m[1]][node / m[1]] * y[degree % m[1]][node % m[1]]
     });
@@ -219,7 +219,7 @@ fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     (last / all).sqrt()
 }
 
-/// Least λ with (near + far) v = λ near v.
+/// Smallest λ with (near + far) v = λ near v.
 fn least_eigenvalue(near: DMatrix<f64>, far: &DMatrix<f64>) -> f64 {
     let Some(cholesky) = near.cholesky() else { return f64::NAN };
     let lower = cholesky.l();

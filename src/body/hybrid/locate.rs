@@ -1,4 +1,4 @@
-//! The face of the patch under a point, and its shape functions there.
+//! Face of the patch at a point, and its shape functions there.
 
 use super::forces::PatchForces;
 use super::patch::ContactPatch;
@@ -7,16 +7,16 @@ use crate::geometry::{Point, bounds, format_number};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Newton steps of the map back to the reference face, at most.
+/// Maximum number of Newton steps of the inverse map.
 const MAX_NEWTON_STEPS: usize = 30;
 
-/// Last step of Newton's method, in reference coordinates, up to which it has converged: rounding may keep it from less.
+/// Largest last Newton step, in reference coordinates, that counts as converged; rounding may prevent smaller steps.
 const CONVERGED_STEP: f64 = 1e-9;
 
-/// How far outside of a face in reference coordinates a point still lies on it.
+/// Distance outside a face, in reference coordinates, up to which a point counts as on the face.
 const REFERENCE_TOLERANCE: f64 = 1e-7;
 
-/// The faces of the surface that a patch lies on.
+/// Faces of the surface on which a patch lies.
 pub(super) struct PatchFaceLocator<'a> {
     mesh: &'a Mesh,
     patch: &'a ContactPatch,
@@ -30,10 +30,10 @@ impl<'a> PatchFaceLocator<'a> {
         Self { mesh, patch: &forces.patch, faces }
     }
 
-    /// Nodes and weights of the displacement at a point of the patch.
+    /// Nodes and weights that interpolate the displacement at a point of the patch.
     ///
     /// # Errors
-    /// If no face lies there.
+    /// If no face lies at the point.
     pub fn weights(&self, at: [f64; 2]) -> Result<Vec<(usize, f64)>> {
         for face in &self.faces {
             let corners: Vec<Point> = face.nodes.iter().map(|&node| self.local(node)).collect();
@@ -88,7 +88,7 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
             break;
         }
     }
-    // Where no point of the face lies there, Newton's method wanders, and may end inside.
+    // For points outside the face, Newton's method need not converge, and may end inside.
     if last_step > CONVERGED_STEP {
         return None;
     }
@@ -108,8 +108,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the definition of an inverse: what is found is mapped to the point. The face has x = s + 2 s² >= -1/8, y = t: it is folded,
-    /// and beyond the fold nothing is found, although Newton's method for s + 2 s² = x goes on for ever there.
+    /// Truth: the inverse map leads back to the point. The face has x = s + 2 s² >= -1/8, y = t: it is folded. Beyond the fold
+    /// nothing is found, and Newton's method for s + 2 s² = x does not converge.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

@@ -1,5 +1,5 @@
-//! Finite bodies at the resolution of a half-space: its operator on the frame, and what the finite body lacks of it by finite
-//! elements.
+//! Finite bodies with a half-space near field ([`HybridBody`]). The half-space operator resolves the contact; finite elements
+//! correct it for the finite body: S = S_hs + Σ Φ Ĉ Φᵀ A. [`Correction`] computes Ĉ, and [`FarField`] applies it.
 
 mod applied_loads;
 mod body;

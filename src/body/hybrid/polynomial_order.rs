@@ -1,4 +1,4 @@
-//! The correction with as many nodes on the patch as it needs.
+//! Correction with an adaptive number of nodes on the patch.
 
 use super::chebyshev::Chebyshev;
 use super::correction::Correction;
@@ -13,22 +13,22 @@ use crate::geometry::Side;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Most nodes along a side.
+/// Maximum number of nodes along a side.
 const MAX_NODES_PER_SIDE: usize = 10;
 
-/// The half-space of a patch in its own axes.
+/// Half-space of a patch, in the axes of the patch.
 pub(super) struct PatchHalfSpace<'a> {
     pub fit: &'a HalfSpaceFit,
-    /// In the axes of the patch.
+    /// Stiffness, axes of the patch.
     pub stiffness: Stiffness,
-    /// Of tractions.
+    /// Field of tractions.
     pub field: HalfSpaceField,
-    /// Of its surface.
+    /// Green's function of the surface.
     pub green: SurfaceGreen,
 }
 
 impl<'a> PatchHalfSpace<'a> {
-    /// Of a site, and what the user should know of the cache of its field.
+    /// Half-space of a fit, and a warning about the cache of its field, if any.
     ///
     /// # Errors
     /// As [`PointForceField::load_or_compute`].
@@ -40,7 +40,7 @@ impl<'a> PatchHalfSpace<'a> {
         Ok((Self { fit, stiffness, field, green }, note))
     }
 
-    /// Forces at `m` nodes of the patch, those along y one after the other.
+    /// Forces at `m` nodes of the patch, with consecutive indices along y.
     pub fn forces(&self, m: [usize; 2]) -> PatchForces<'_> {
         let patch = self.fit.patch;
         let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
@@ -55,8 +55,8 @@ impl<'a> PatchHalfSpace<'a> {
     }
 }
 
-/// The correction of the half-space `near`, and how good it is; nodes are added while the highest polynomials matter and memory allows
-/// it.
+/// Correction of the half-space `near`, and its quality indicators. Nodes are added while the highest polynomials are significant
+/// and memory suffices.
 ///
 /// # Errors
 /// If memory does not suffice, or the body cannot be solved.
@@ -92,18 +92,19 @@ pub(super) fn adaptive_correction(
     }
 }
 
-/// Estimated errors of the displacement of a patch by what acts on the body itself.
+/// Estimated errors of the displacement of a patch due to the body's own loads.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AppliedLoadError {
-    /// Of its mean, mm.
+    /// Error of the mean displacement, mm.
     pub mean: f64,
-    /// Of tilt and curvature of the normal one over the patch, mm: what is left where body 2 is free to follow along the normal.
+    /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains where body 2 is free to follow along
+    /// the normal.
     pub shape: f64,
 }
 
-/// The errors on the patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body (its
-/// `displacement` and recovered `stress`) and by forces on the patch, at most the products of their energy norms; and the share of the
-/// error of that stress in the `remainder`, which is by the stress at the supports.
+/// Error bounds of the displacement that applied loads cause under the patch: the product of the energy-norm errors of two fields.
+/// These are the field of the loads (`displacement`, recovered `stress`) and the field of forces on the patch. The relative stress
+/// error times the support work `remainder` is added.
 pub(super) fn applied_load_error(
     (model, recovery): (&FeModel, &StressRecovery),
     (forces, correction): (&PatchForces, &Correction),

@@ -1,10 +1,10 @@
-//! The field of tractions on a grid inside a half-space: sums of point forces, of many cells together where they are far.
+//! Displacement and its gradient in a half-space under tractions on a grid, by a tree of point forces.
 //!
-//! Rectangles of cells are halved down to single cells; the forces of each are gathered at a few Chebyshev nodes, which stand for
-//! it at points further away than its size. A cell that is nearer is divided further.
+//! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes, which
+//! replace it at distances greater than its size. A cell that is closer is subdivided.
 //!
-//! On the surface the derivatives along it are differences over a cell of the closed integrals of the cells around, which is the
-//! derivative under tractions that vary linearly from cell to cell; the one along the normal follows from the traction.
+//! On the surface, the tangential derivatives are differences, over one cell, of the closed integrals of nearby cells. They are the
+//! derivatives for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
 
 use std::sync::LazyLock;
 
@@ -19,20 +19,20 @@ use crate::geometry::Point;
 /// Nodes along each side of a rectangle.
 const NODES_PER_SIDE: usize = 5;
 
-/// The nodes on [-1, 1].
+/// Chebyshev nodes on [-1, 1].
 static UNIT_NODES: LazyLock<Chebyshev> = LazyLock::new(|| Chebyshev::new(NODES_PER_SIDE, 1.0));
 
-/// Largest size of a rectangle over its distance at which its nodes stand for it.
+/// Largest ratio of the longer side of a rectangle to its distance at which its nodes replace it.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.7;
 
-/// Divisions of a cell, one after the other, at most.
+/// Maximum number of successive subdivisions of a cell.
 const MAX_CELL_SUBDIVISIONS: usize = 6;
 
-/// A rectangle of cells that carries tractions, its forces gathered at nodes.
+/// Rectangle of cells with tractions, whose forces are gathered at Chebyshev nodes.
 struct CellCluster {
     middle: [f64; 2],
     half: [f64; 2],
-    /// `[NODES_PER_SIDE * NODES_PER_SIDE]`, axes of the patch, N.
+    /// Forces at the nodes, `[NODES_PER_SIDE * NODES_PER_SIDE]`, axes of the patch, N.
     forces: Vec<Vector3<f64>>,
     children: Vec<CellCluster>,
 }
@@ -55,12 +55,12 @@ pub(super) struct LocalDisplacement {
 struct Layout<'a> {
     cells: [usize; 2],
     spacing: [f64; 2],
-    /// Traction of a cell.
+    /// Traction of the cell (ix, iy), MPa.
     traction: &'a dyn Fn(usize, usize) -> Vector3<f64>,
 }
 
 impl TractionTree {
-    /// `traction(ix, iy)` (MPa) on each of `cells` with sides `spacing`, in the middle of the patch.
+    /// Builds the tree of `traction(ix, iy)` (MPa) on `cells` with sides `spacing`, centred on the patch.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -71,8 +71,8 @@ impl TractionTree {
         Self { root, spacing }
     }
 
-    /// The field at a point of the half-space, axes of the patch. Derivatives between the surface and half a cell below it change
-    /// linearly from those on the surface to those at that depth.
+    /// Displacement and gradient at a point of the half-space, axes of the patch. Down to a depth of half a cell, the gradient is
+    /// interpolated linearly between the surface and this depth.
     pub fn at(&self, x: &Point, field: &HalfSpaceField) -> LocalDisplacement {
         let mut sum = LocalDisplacement::default();
         let Some(root) = &self.root else { return sum };
@@ -134,11 +134,11 @@ impl TractionTree {
     }
 }
 
-/// What stands for tractions near a point of the surface.
+/// Source of the displacement near a point of the surface.
 enum SurfaceSource<'a> {
     /// A point force.
     PointForce(&'a GreenTensor, &'a Vector3<f64>),
-    /// A cell.
+    /// A cell with uniform traction.
     UniformCell(&'a CellCluster),
 }
 
@@ -165,12 +165,12 @@ impl Layout<'_> {
 }
 
 impl CellCluster {
-    /// Nodes, from the middle.
+    /// Chebyshev nodes along x and y, relative to the centre.
     fn nodes(half: [f64; 2]) -> [Chebyshev; 2] {
         half.map(|half| Chebyshev::new(NODES_PER_SIDE, half))
     }
 
-    /// A cell with a uniform traction.
+    /// Cluster of one cell with a uniform traction.
     fn of_cell(middle: [f64; 2], half: [f64; 2], traction: &Vector3<f64>) -> Self {
         let nodes = Self::nodes(half);
         let means = [0, 1].map(|axis| nodes[axis].means(1, 2.0 * half[axis], -half[axis], false));
@@ -209,7 +209,7 @@ impl CellCluster {
         Self { middle, half, forces, children }
     }
 
-    /// Calls `with` for each of the point forces that stand for the block at `x`.
+    /// Calls `with` for each point force that represents the cluster at `x`.
     fn for_each_force(
         &self,
         x: &Point,
@@ -226,7 +226,7 @@ impl CellCluster {
         }
     }
 
-    /// The same at a point of the surface, with whole cells where it is near.
+    /// As [`Self::for_each_force`] at a point of the surface, but passes near cells whole.
     fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(SurfaceSource)) {
         if self.is_far(x) {
             self.for_each_own_force(x, &field.point_force, &mut |point, force| {
@@ -239,7 +239,7 @@ impl CellCluster {
         }
     }
 
-    /// Traction of a cell.
+    /// Uniform traction of a single cell.
     fn traction(&self) -> Vector3<f64> {
         self.forces.iter().sum::<Vector3<f64>>() / (4.0 * self.half[0] * self.half[1])
     }
@@ -266,7 +266,7 @@ impl CellCluster {
         }
     }
 
-    /// Quarters of a cell, whose traction is that of the whole.
+    /// Calls `with` for the forces of a cell or, if `x` is near, of its quarters, which have the same traction.
     fn for_each_subcell_force(
         &self,
         x: &Point,
@@ -303,8 +303,8 @@ mod tests {
         (stiffness.voigt() * crate::material::strain_of_gradient(gradient)).into()
     }
 
-    /// Truth: Hertz's stress on the surface of an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and 3.43); the error falls
-    /// with the cells, at the edge of the contact like the root of their size.
+    /// Truth: Hertz's stress on the surface of an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and 3.43). The error
+    /// decreases with the cell size, at the edge of the contact with its square root.
     #[test]
     fn surface_under_hertz_pressure() {
         let nu = 0.3;
@@ -349,7 +349,7 @@ mod tests {
         }
     }
 
-    /// Truth: the derivatives inside tend to those on the surface as the depth goes to zero; the traction is that of the cells.
+    /// Truth: derivatives inside converge to those on the surface as the depth goes to zero; the traction is that of the cells.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);
@@ -365,7 +365,7 @@ mod tests {
         for [x, y] in [[0.1, 0.2], [-0.4, 0.6], [1.2, 0.3]] {
             let gradient = |depth: f64| distribution.at(&Point::new(x, y, -depth), &field).gradient;
             let on_surface = gradient(0.0);
-            // Half a cell deep and deeper: a parabola through three depths.
+            // Extrapolation to the surface by a parabola through depths of one, two and three cells.
             let below = [1.0, 2.0, 3.0].map(|k| gradient(k * h));
             let limit = below[0] * 3.0 - below[1] * 3.0 + below[2];
             let apart = (on_surface - limit).norm() / on_surface.norm();
@@ -376,7 +376,7 @@ mod tests {
         }
     }
 
-    /// Truth: at the surface under tractions the closed integrals over the cells; at depth plain sums over many points.
+    /// Truth: on the loaded surface, the closed integrals over the cells; at depth, sums over many point forces.
     #[test]
     fn sums_of_point_forces() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -2,7 +2,7 @@
 
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Exposure of the leading one of Hashin's four modes; fibre modes by the sign of σ11, matrix modes by that of σ22 + σ33.
+/// Exposure of the governing one of Hashin's four modes. The signs of σ11 and σ22 + σ33 select the fibre and matrix modes.
 ///
 /// ```text
 /// fibre tension        (σ11/Xt)² + (σ12/S12)² + (σ13/S13)² = 1
@@ -11,8 +11,8 @@ use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 /// matrix compression   ((Yc/2S23)²-1) (σ22+σ33)/Yc + ((σ22+σ33)/2S23)² + (σ23²-σ22σ33)/S23² + (σ12/S12)² + (σ13/S13)² = 1
 /// ```
 ///
-/// The criteria are those of a transversely isotropic ply (strengths along 3 as along 2: Zt and Zc are not used); S12
-/// and S13 are kept apart where they differ.
+/// The criteria assume a transversely isotropic ply: strengths along 3 are those along 2, and Zt and Zc are not used. S12 and S13
+/// may differ.
 ///
 /// # Source
 /// Hashin (1980), J. Applied Mechanics 47, 329-334, eqs. 17-20.
@@ -47,7 +47,7 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: each strength of a transversely isotropic ply is found again, in its mode.
+    /// Truth: a single stress equal to a strength of a transversely isotropic ply has the exposure 1, in the mode of this strength.
     #[test]
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();
@@ -67,8 +67,8 @@ mod tests {
         }
     }
 
-    /// Truth: a turn about the fibre changes nothing (Hashin builds on the invariants of transverse isotropy). The fibre
-    /// compression that leads on its own is -σ11/Xc.
+    /// Truth: a rotation about the fibre changes nothing (Hashin builds on the invariants of transverse isotropy). Where fibre
+    /// compression governs, the exposure is -σ11/Xc.
     #[test]
     fn invariant_about_the_fibre() {
         let strength = t300();

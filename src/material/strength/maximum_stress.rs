@@ -1,8 +1,8 @@
-//! The criterion of the largest stress: each component by itself.
+//! Maximum-stress criterion: each stress component over its strength.
 
 use super::{FailureMode, PlyStrength, StressExposure};
 
-/// Exposure of the component that is nearest to its strength.
+/// Exposure of the stress component that is closest to its strength.
 pub fn maximum_stress(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     const TENSION: [FailureMode; 3] = [FailureMode::Tension1, FailureMode::Tension2, FailureMode::Tension3];
     const COMPRESSION: [FailureMode; 3] =
@@ -21,7 +21,7 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: each strength is found again, in its mode.
+    /// Truth: a single stress equal to a strength has the exposure 1, in the mode of this strength.
     #[test]
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();

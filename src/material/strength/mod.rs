@@ -1,8 +1,8 @@
-//! Strengths of plies and failure criteria; stresses in material axes, Voigt order 11 22 33 23 13 12.
+//! Strengths of materials and failure criteria. Stresses are in material axes, Voigt order 11 22 33 23 13 12.
 //!
-//! Every criterion gives the *stress exposure* f = 1/R: with all stresses multiplied by R the criterion is just met. It
-//! grows in proportion to the load, is 1 at failure, 0 where no multiple of the stress fails. Quadratic criteria
-//! a R² + b R = 1 give f = (b + sqrt(b² + 4 a)) / 2.
+//! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. The
+//! exposure is proportional to the load, 1 at failure, and 0 if no multiple of the stress fails. Quadratic criteria a R² + b R = 1
+//! give f = (b + sqrt(b² + 4 a)) / 2.
 
 mod hashin;
 mod maximum_stress;
@@ -30,16 +30,16 @@ pub struct PlyStrength {
     pub interaction: [f64; 3],
 }
 
-/// What a material bears.
+/// Strength of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MaterialStrength {
-    /// A yield stress, MPa, of von Mises' criterion.
+    /// Yield stress of von Mises' criterion, MPa.
     Yield(f64),
     /// Strengths along the material axes.
     Ply(PlyStrength),
 }
 
-/// How a material fails.
+/// Failure mode of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
 pub enum FailureMode {
@@ -62,7 +62,7 @@ pub enum FailureMode {
 }
 
 impl FailureMode {
-    /// Its name in results.
+    /// Name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -84,30 +84,30 @@ impl FailureMode {
         }
     }
 
-    /// Its number in field files.
+    /// Number in field files.
     pub const fn code(self) -> u8 {
         self as u8
     }
 }
 
-/// Criteria that an exposure is found by.
+/// Failure criterion of an exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FailureCriterion {
-    /// Von Mises' stress over the yield stress.
+    /// Von Mises' equivalent stress over the yield stress.
     Yield,
-    /// Tsai and Wu.
+    /// Criterion of Tsai and Wu.
     TsaiWu,
-    /// Hashin.
+    /// Criterion of Hashin.
     Hashin,
-    /// Each component against its strength.
+    /// Each stress component over its strength.
     MaximumStress,
 }
 
 impl FailureCriterion {
-    /// Those of plies.
+    /// Criteria of plies.
     pub const PLY: [Self; 3] = [Self::TsaiWu, Self::Hashin, Self::MaximumStress];
 
-    /// Its name in results.
+    /// Name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Yield => "yield",
@@ -118,27 +118,27 @@ impl FailureCriterion {
     }
 }
 
-/// A stress exposure and the mode that leads.
+/// Stress exposure and the governing failure mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StressExposure {
     /// 1 at failure, proportional to the load.
     pub value: f64,
-    /// How it fails there.
+    /// Failure mode at this exposure.
     pub mode: FailureMode,
 }
 
 impl StressExposure {
-    /// That of an unloaded material.
+    /// Exposure of an unloaded material.
     pub const ZERO: Self = Self { value: 0.0, mode: FailureMode::None };
 
-    /// The larger one.
+    /// Returns the larger of two exposures.
     pub fn max(self, other: Self) -> Self {
         if other.value > self.value { other } else { self }
     }
 }
 
 impl MaterialStrength {
-    /// The criteria it is judged by.
+    /// Criteria that apply to this material.
     pub fn criteria(&self) -> &'static [FailureCriterion] {
         match self {
             Self::Yield(_) => &[FailureCriterion::Yield],
@@ -146,7 +146,7 @@ impl MaterialStrength {
         }
     }
 
-    /// Exposure to a stress in material axes, MPa; zero for criteria that do not judge this material.
+    /// Exposure to a stress in material axes, MPa; zero for criteria that do not apply to this material.
     pub fn exposure(&self, criterion: FailureCriterion, stress: &[f64; 6]) -> StressExposure {
         match (self, criterion) {
             (Self::Yield(limit), FailureCriterion::Yield) => StressExposure::ZERO
@@ -161,7 +161,7 @@ impl MaterialStrength {
     /// Refuses strengths that are not positive, and interactions that leave the failure surface open.
     ///
     /// # Errors
-    /// Names the key.
+    /// If a value is not admissible; the message names the key.
     pub fn check(&self) -> Result<()> {
         match self {
             Self::Yield(limit) => positive("yield", *limit),
@@ -204,12 +204,12 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
     (0.5 * normal + 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])).sqrt()
 }
 
-/// Turns stresses from global axes into axes given as columns: σ'_ab = Q_ia σ_ij Q_jb.
+/// Stress in the axes given as columns, from global axes: σ'_ab = Q_ia σ_ij Q_jb.
 pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
     tensor_to_voigt(&(axes.transpose() * voigt_to_tensor(s) * axes))
 }
 
-/// Exposure of the quadratic criterion a R² + b R = 1, a >= 0 but for rounding.
+/// Exposure of the quadratic criterion a R² + b R = 1, with a >= 0 up to rounding.
 fn quadratic_exposure(a: f64, b: f64) -> f64 {
     0.5 * (b + (b * b + 4.0 * a.max(0.0)).sqrt())
 }
@@ -234,7 +234,7 @@ pub(crate) mod tests {
         stress
     }
 
-    /// Truth: the definition of the exposure: proportional to the load, 1 for the stress divided by it.
+    /// Truth: the definition of the exposure. It is proportional to the load, and 1 for the stress divided by it.
     #[test]
     fn exposures_are_proportional_to_the_load() {
         let stress = [300.0, -40.0, 12.0, 9.0, -20.0, 31.0];
@@ -251,8 +251,8 @@ pub(crate) mod tests {
         assert_eq!(limit.exposure(FailureCriterion::TsaiWu, &[0.0; 6]), StressExposure::ZERO);
     }
 
-    /// Truths: uniaxial tension s and pure shear s sqrt(3); a turn of the axes changes neither; a turn by a right
-    /// angle about 3 swaps 11 and 22.
+    /// Truths: uniaxial tension s and pure shear s sqrt(3). A rotation of the axes changes neither. A rotation by a right angle
+    /// about 3 swaps 11 and 22.
     #[test]
     fn von_mises_and_axes() {
         assert!((von_mises(&single(2, -250.0)) - 250.0).abs() < 1e-12);
@@ -266,7 +266,7 @@ pub(crate) mod tests {
         assert_eq!(stress_in_axes(&quarter, &stress), [-40.0, 300.0, 12.0, 20.0, 9.0, -31.0]);
     }
 
-    /// Truth: the refusals of the documentation.
+    /// Truth: the admissible values of the documentation.
     #[test]
     fn strengths_that_mean_nothing_are_refused() {
         let message = |limit: MaterialStrength| limit.check().expect_err("a refusal").to_string();

@@ -9,7 +9,7 @@ use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.
 pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     let PlyStrength { tension, compression, shear, interaction } = strength;
-    // Stresses in units of the geometric mean of their two strengths.
+    // Stresses over the geometric mean of the two strengths of their component.
     let x: [f64; 3] = std::array::from_fn(|i| s[i] / (tension[i] * compression[i]).sqrt());
     let b: f64 = (0..3).map(|i| s[i] * (1.0 / tension[i] - 1.0 / compression[i])).sum();
     let normal: f64 = x.iter().map(|x| x * x).sum();
@@ -24,7 +24,7 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: each strength is found again.
+    /// Truth: a single stress equal to a strength has the exposure 1.
     #[test]
     fn single_stresses_fail_at_their_strengths() {
         let strength = t300();

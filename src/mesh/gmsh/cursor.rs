@@ -1,24 +1,24 @@
-//! A position in the bytes of a .msh file: words, numbers and sections, with messages that say where.
+//! Reading position in the bytes of a .msh file: words, numbers and sections. Error messages state the position.
 
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
 
-/// How binary numbers are stored.
+/// Storage format of binary numbers.
 #[derive(Debug, Clone, Copy)]
 struct Binary {
     swapped: bool,
-    /// Bytes of a `size_t`.
+    /// Size of a `size_t`, bytes.
     size: usize,
 }
 
-/// A reading position; `binary` is set once `$MeshFormat` said so.
+/// Reading position. `binary` is set if `$MeshFormat` declares a binary file.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     source: &'a str,
     /// Next byte to read.
     pos: usize,
-    /// Where the last word, number or section began, for messages.
+    /// Start of the last word, number or section, for messages.
     last_read: usize,
     section: String,
     binary: Option<Binary>,
@@ -34,7 +34,7 @@ impl<'a> Cursor<'a> {
         self.binary.is_some()
     }
 
-    /// An error at the last thing read: file, line or byte, section, `what`.
+    /// Error at the last item read: file, line or byte, section, `what`.
     pub(super) fn fail(&self, what: &str) -> Error {
         let place = if self.binary.is_some() {
             format!("byte {}", self.last_read)
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         &self.bytes[self.pos..]
     }
 
-    /// The next word of text; `wanted` says what it should be, for the message where there is none.
+    /// Next word of text. `wanted` describes the word in the message if it is missing.
     pub(super) fn word(&mut self, wanted: &str) -> Result<&'a str> {
         self.skip_space();
         let rest = self.rest();
@@ -79,14 +79,14 @@ impl<'a> Cursor<'a> {
         Ok(word)
     }
 
-    /// The next word of text as a number.
+    /// Next word of text, as a number.
     pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
         let word = self.word(wanted)?;
         word.parse()
             .map_err(|_| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
-    /// Text between the next quotation mark and the last one of its line; `wanted` says what it should be.
+    /// Text between the next quotation mark and the last one of its line; `wanted` describes it in messages.
     pub(super) fn quoted(&mut self, wanted: &str) -> Result<String> {
         self.skip_space();
         let rest = self.rest();
@@ -101,7 +101,7 @@ impl<'a> Cursor<'a> {
         Ok(String::from_utf8_lossy(inner).into_owned())
     }
 
-    /// Passes blanks and the end of the line.
+    /// Skips blanks and the end of the line; refuses other characters.
     pub(super) fn end_line(&mut self) -> Result<()> {
         loop {
             match self.bytes.get(self.pos) {
@@ -127,7 +127,7 @@ impl<'a> Cursor<'a> {
         if self.is_binary() { Ok(()) } else { self.end_line() }
     }
 
-    /// Reads the number 1 that shows the byte order, after which numbers are binary.
+    /// Reads the number 1 that shows the byte order; all later numbers are binary.
     pub(super) fn start_binary(&mut self, size: usize) -> Result<()> {
         self.binary = Some(Binary { swapped: false, size });
         let one: [u8; 4] = self.take("the number 1 that shows the byte order")?;
@@ -142,7 +142,7 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// The next `N` bytes, as a little-endian number would have them.
+    /// Next `N` bytes, in little-endian order.
     fn take<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N]> {
         self.last_read = self.pos;
         let Some(found) = self.rest().first_chunk::<N>() else {
@@ -196,18 +196,17 @@ impl<'a> Cursor<'a> {
         Err(self.fail(&format!("node {node} has the coordinate {value}; coordinates must be finite numbers")))
     }
 
-    /// Bytes of a stored `size_t`, or the least bytes of a number in text with its separator.
+    /// Bytes of a stored `size_t`; in text, the least bytes of a number with its separator.
     pub(super) fn size_bytes(&self) -> u64 {
         self.binary.map_or(2, |b| b.size as u64)
     }
 
-    /// Bytes of a stored `int` or of `n` bytes of binary data, or the least bytes of a number in text.
+    /// Bytes of a stored `int`, or of `stored` bytes of binary data; in text, the least bytes of a number with its separator.
     pub(super) fn bytes_of(&self, stored: u64) -> u64 {
         if self.is_binary() { stored } else { 2 }
     }
 
-    /// Checks that `n` things of at least `bytes_each` bytes fit in the rest of the file, and gives `n` back
-    /// as a length.
+    /// Checks that `n` items of at least `bytes_each` bytes fit in the rest of the file, and returns `n` as a length.
     pub(super) fn check_count(&self, n: u64, bytes_each: u64, what: &str) -> Result<usize> {
         let remaining = (self.bytes.len() - self.pos) as u64;
         let possible = (remaining + 1) / bytes_each;
@@ -221,7 +220,7 @@ impl<'a> Cursor<'a> {
             .map_err(|_| self.fail(&format!("{n} {what} are more than this machine can address")))
     }
 
-    /// The name of the next section without its `$`, `None` at the end of the file.
+    /// Name of the next section without its `$`; `None` at the end of the file.
     pub(super) fn next_section(&mut self) -> Result<Option<String>> {
         self.section.clear();
         self.skip_space();
@@ -243,7 +242,7 @@ impl<'a> Cursor<'a> {
         Ok(Some(self.section.clone()))
     }
 
-    /// Passes `$End..` of the section `name`.
+    /// Reads `$End..` of the section `name`.
     pub(super) fn end_section(&mut self, name: &str) -> Result<()> {
         self.skip_space();
         let rest = self.rest();
@@ -259,7 +258,7 @@ impl<'a> Cursor<'a> {
         )))
     }
 
-    /// Passes an unknown section and its `$End..`.
+    /// Skips an unknown section and its `$End..`.
     pub(super) fn skip_section(&mut self, name: &str) -> Result<()> {
         let end = format!("$End{name}").into_bytes();
         let found = self.rest().windows(end.len()).position(|window| window == end);
@@ -271,7 +270,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A piece of the file for a message: in quotation marks, control characters escaped, shortened.
+/// Excerpt of the file for a message: in quotation marks, control characters escaped, shortened.
 pub(super) fn quoted_excerpt(bytes: &[u8]) -> String {
     let short = &bytes[..bytes.len().min(40)];
     let dots = if short.len() < bytes.len() { ".." } else { "" };

@@ -1,16 +1,16 @@
-//! `$ElementData`: values by element, the same section in both versions.
+//! `$ElementData`: values per element. The section is the same in both versions.
 
 use super::cursor::Cursor;
 use crate::error::Result;
 use crate::mesh::ElementField;
 
-/// Most components of a value (a tensor).
+/// Largest number of components of a value (a tensor).
 const MAX_COMPONENTS: u64 = 9;
 
-/// One `$ElementData` section. A further time step of a field that is there already is left out, with a warning.
+/// Reads one `$ElementData` section. Further time steps of a known field are omitted, with a warning.
 ///
-/// Its three lists of tags (name and others, time and others, time step, components, elements, partition) are text
-/// also in binary files.
+/// The three lists of tags (name and others, time and others, time step, components, elements, partition) are text also in binary
+/// files.
 pub(super) fn read_element_data(
     cursor: &mut Cursor,
     fields: &mut Vec<ElementField>,
@@ -42,7 +42,7 @@ pub(super) fn read_element_data(
     Ok(())
 }
 
-/// Name, number of components, number of values.
+/// Reads name, number of components, and number of values.
 fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
     let n_strings: u64 = cursor.number("the number of texts of a field")?;
     cursor.check_count(n_strings, 2, "texts")?;

@@ -1,7 +1,7 @@
 //! Reader of gmsh's .msh files, versions 2.2 and 4.1, ASCII and binary of either byte order.
 //!
-//! Sections that say nothing of nodes, elements, physical groups or fields of elements are skipped. Nothing is allocated beyond
-//! what the bytes of the file can hold: every count is checked against the bytes that remain.
+//! Sections without data on nodes, elements, physical groups or fields of elements are skipped. Every count is checked against the
+//! remaining bytes, so that no more is allocated than the file can hold.
 //!
 //! # Source
 //! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
@@ -22,23 +22,23 @@ use cursor::{Cursor, quoted_excerpt};
 pub use pos::write_size_field;
 use raw_mesh::RawMesh;
 
-/// The two versions that are read.
+/// Versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
     V2,
     V4,
 }
 
-/// The mesh in the .msh file `path`.
+/// Reads the mesh in the .msh file `path`.
 ///
 /// # Errors
-/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself;
-/// the message gives file, line or byte, what was found, what is allowed.
+/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself. The message gives
+/// file, line or byte, what was found, and what is allowed.
 pub fn read(path: &Path) -> Result<Mesh> {
     parse(&read_bytes(path)?, &path.display().to_string())
 }
 
-/// The mesh in the bytes of a .msh file; `source` names it in messages.
+/// Reads the mesh in the bytes of a .msh file; `source` names it in messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -50,7 +50,8 @@ pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// The fields of elements in the .msh file `path`, which may be without a mesh (as gmsh saves views), and warnings about them.
+/// Reads the fields of elements in the .msh file `path`, with warnings about them. The file may have no mesh (gmsh saves such
+/// views).
 ///
 /// # Errors
 /// As [`read`].
@@ -108,7 +109,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
     Ok((raw, fields, warnings))
 }
 
-/// Refuses what is not a .msh file at all, naming the usual mistakes.
+/// Refuses a file that is not a .msh file at all; the message names the usual mistakes.
 fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     let mend =
         "a .msh file of version 2.2 or 4.1 is expected; convert other formats with scripts/import-mesh";

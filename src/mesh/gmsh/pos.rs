@@ -1,13 +1,13 @@
-//! A size field as gmsh's post-processing view (.pos, text), for `gmsh -bgm`.
+//! Size field as a post-processing view of gmsh (.pos, text), for `gmsh -bgm`.
 
 use std::io::{self, Write};
 
 use crate::mesh::Mesh;
 
-/// Writes `sizes` at the mesh's points as a view on the corners of its solids; `comment` lines go before it.
+/// Writes `sizes` at the mesh points as a view on the corners of the solids, after the `comment` lines.
 ///
 /// # Errors
-/// If `out` fails.
+/// If writing to `out` fails.
 pub fn write_size_field(
     out: &mut dyn Write,
     mesh: &Mesh,

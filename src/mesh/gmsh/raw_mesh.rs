@@ -1,4 +1,4 @@
-//! What the sections of a .msh file say, collected by the file's own numbers, and made into a [`Mesh`].
+//! Contents of the sections of a .msh file under the file's own numbers, and their conversion to a [`Mesh`].
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -7,16 +7,16 @@ use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Elements of one kind with the file's numbers.
+/// Elements of one kind, with the file's numbers.
 struct RawBlock {
     kind: ElementKind,
     nodes: Vec<u64>,
     tags: Vec<u64>,
-    /// Index into [`RawMesh::group_sets`] of each element.
+    /// Index of each element into [`RawMesh::group_sets`].
     sets: Vec<u32>,
 }
 
-/// One element as a section gives it.
+/// Element as read from a section.
 pub(super) struct RawElement<'a> {
     pub(super) kind: ElementKind,
     pub(super) tag: u64,
@@ -24,7 +24,7 @@ pub(super) struct RawElement<'a> {
     pub(super) group_set: u32,
 }
 
-/// The contents of the sections.
+/// Contents of the sections of a file.
 #[derive(Default)]
 pub(super) struct RawMesh {
     /// Names of physical groups by dimension and tag.
@@ -37,15 +37,15 @@ pub(super) struct RawMesh {
     nodes_read: bool,
     elements_read: bool,
     blocks: Vec<RawBlock>,
-    /// Distinct sets of physical tags, and where each is.
+    /// Distinct sets of physical tags, and the index of each.
     group_sets: Vec<Vec<i64>>,
     set_index: HashMap<Vec<i64>, u32>,
-    /// Element blocks in order whose entity the file does not declare: dimension and tag.
+    /// Element blocks whose entity the file does not declare, in order: dimension and tag.
     undeclared: Vec<(usize, i64)>,
 }
 
 impl RawMesh {
-    /// Prepares for `n` nodes.
+    /// Starts the section of nodes and reserves memory for `n` nodes.
     pub(super) fn start_nodes(&mut self, cursor: &Cursor, n: usize) -> Result<()> {
         if std::mem::replace(&mut self.nodes_read, true) {
             return Err(cursor.fail("the nodes stand twice in the file"));
@@ -78,7 +78,7 @@ impl RawMesh {
         block.sets.push(element.group_set);
     }
 
-    /// The kind of an element type number, refused by number where it is not known.
+    /// Element kind of a type number of gmsh; unknown types are refused by number.
     pub(super) fn kind(&self, cursor: &Cursor, code: u64) -> Result<ElementKind> {
         u32::try_from(code).ok().and_then(ElementKind::from_gmsh_code).ok_or_else(|| {
             let known: Vec<String> =
@@ -91,7 +91,7 @@ impl RawMesh {
         })
     }
 
-    /// The number of a set of physical tags.
+    /// Index of a set of physical tags, which is added if it is new.
     pub(super) fn group_set_index(&mut self, tags: &[i64]) -> u32 {
         if let Some(&at) = self.set_index.get(tags) {
             return at;
@@ -102,7 +102,7 @@ impl RawMesh {
         at
     }
 
-    /// The set of physical tags of an entity; none where the file does not declare it.
+    /// Index of the set of physical tags of an entity. For an entity that the file does not declare, it is the empty set.
     pub(super) fn entity_set(&mut self, dim: usize, tag: i64) -> u32 {
         if let Some(&set) = self.entities.get(&(dim, tag)) {
             return set;
@@ -111,7 +111,7 @@ impl RawMesh {
         self.group_set_index(&[])
     }
 
-    /// Renumbers from 0, checks that the parts agree, and builds the groups.
+    /// Renumbers nodes from 0, checks consistency, and builds the groups.
     pub(super) fn into_mesh(mut self, source: &str) -> Result<Mesh> {
         let fail = |what: String| Error::input(format!("{source}: {what}"));
         if !self.nodes_read || !self.elements_read {
@@ -150,8 +150,8 @@ impl RawMesh {
         Ok(())
     }
 
-    /// Adds one kind of elements with 0-based nodes. An element that stands once more for another physical
-    /// group (version 2.2 writes it so) becomes one cell in both groups.
+    /// Adds the elements of one kind with 0-based nodes. In version 2.2, an element is repeated for each further physical group.
+    /// The repetitions become one cell in several groups.
     fn renumber_block(
         &self,
         raw: &RawBlock,
@@ -209,7 +209,7 @@ fn check_distinct(nodes: &[u64], tag: u64, kind: ElementKind) -> std::result::Re
     Ok(())
 }
 
-/// Where each node number is: a table where the numbers are dense, a map where they are sparse.
+/// Index of each node by its number: a table for dense numbers, a map for sparse numbers.
 enum NodeIndex {
     Dense(Vec<usize>),
     Sparse(HashMap<u64, usize>),
@@ -250,14 +250,14 @@ impl NodeIndex {
 struct Groups(BTreeMap<(usize, i64), (Vec<CellRef>, HashSet<CellRef>)>);
 
 impl Groups {
-    /// Adds a cell; `false` if the group has it.
+    /// Adds a cell; returns `false` if the group already has it.
     fn add(&mut self, group: (usize, i64), cell: CellRef) -> bool {
         let (cells, known) = self.0.entry(group).or_default();
         cells.push(cell);
         known.insert(cell)
     }
 
-    /// The groups in order of dimension and tag, those that are only named too.
+    /// Groups in order of dimension and tag, including groups with a name and no cells.
     fn finish(mut self, names: BTreeMap<(usize, i64), String>) -> Vec<PhysicalGroup> {
         for &group in names.keys() {
             self.0.entry(group).or_default();
@@ -272,7 +272,7 @@ impl Groups {
     }
 }
 
-/// Removes the points that no cell uses (gmsh saves centres of circles and the like), with a warning.
+/// Removes the points that no cell uses (gmsh saves centres of circles, for example), with a warning.
 fn drop_unused_points(mesh: &mut Mesh, tags: &[u64]) {
     let mut used = vec![false; mesh.points.len()];
     for &node in mesh.blocks.iter().flat_map(|block| &block.nodes) {

@@ -4,7 +4,7 @@ use super::cursor::Cursor;
 use super::raw_mesh::{RawElement, RawMesh};
 use crate::error::Result;
 
-/// `$Entities`: which physical groups each point, curve, surface and volume is in.
+/// Reads `$Entities`: the physical groups of each point, curve, surface and volume.
 pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let mut counts = [0; 4];
     for count in &mut counts {
@@ -20,7 +20,7 @@ pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
                 cursor.real("a coordinate of an entity")?;
             }
             let mut physical = read_ints(cursor, "physical tags")?;
-            // A negative physical tag only marks a turned entity.
+            // A negative physical tag only marks a reversed entity.
             physical.iter_mut().for_each(|tag| *tag = tag.saturating_abs());
             if dim > 0 {
                 read_ints(cursor, "bounding entities")?;
@@ -41,7 +41,7 @@ fn read_ints(cursor: &mut Cursor, what: &str) -> Result<Vec<i64>> {
     (0..n).map(|_| cursor.int(what)).collect()
 }
 
-/// `$Nodes`: blocks by entity, each with its node numbers first and their coordinates after.
+/// Reads `$Nodes`: blocks by entity, each with the node numbers first and the coordinates after them.
 pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "nodes")?;
     let per_node = cursor.size_bytes() + 3 * cursor.bytes_of(8);
@@ -79,7 +79,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     same_count(cursor, seen, n, "nodes")
 }
 
-/// `$Elements`: blocks by entity and type.
+/// Reads `$Elements`: blocks by entity and type.
 pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "elements")?;
     let n = cursor.check_count(n, 2 * cursor.size_bytes(), "elements")?;
@@ -113,7 +113,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     same_count(cursor, seen, n, "elements")
 }
 
-/// Number of blocks, number of things, least and largest number of them.
+/// Reads the number of blocks, the number of items, and their least and largest number.
 fn read_header(cursor: &mut Cursor, what: &str) -> Result<[u64; 4]> {
     let header = [
         cursor.size(&format!("the number of blocks of {what}"))?,

@@ -1,4 +1,4 @@
-//! Faces of neighbouring solids that do not fit: their nodes are joined, their displacements differ between them.
+//! Faces of neighbouring solids that do not match: the nodes are shared, but the displacements between the nodes differ.
 
 use std::collections::HashMap;
 
@@ -6,16 +6,16 @@ use crate::element::ElementKind;
 use crate::mesh::faces::{FaceKey, each_solid_face};
 use crate::mesh::{CellRef, Mesh};
 
-/// Pairs of faces that do not fit.
+/// Pairs of faces that do not match.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct NonconformingFaces {
-    /// Quadrangles on which triangles with the same nodes lie, and a solid there.
+    /// Number of quadrangles with the nodes of triangles of other solids, and the file number of a solid there.
     pub split_quadrangles: (usize, u64),
-    /// Faces of different order with the same corners, and a solid there.
+    /// Number of faces with equal corners but different order, and the file number of a solid there.
     pub mixed_orders: (usize, u64),
 }
 
-/// Finds them; there are none where all solids have faces of one kind.
+/// Finds the faces that do not match. Meshes whose solids have faces of one kind have none.
 pub(super) fn find_nonconforming_faces(mesh: &Mesh) -> NonconformingFaces {
     let mut found = NonconformingFaces::default();
     let face_kinds = mesh.blocks.iter().filter(|block| block.kind.dim() == 3).flat_map(|block| {

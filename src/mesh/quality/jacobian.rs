@@ -1,18 +1,17 @@
-//! Jacobians of solids at their nodes and integration points, in their own, curved geometry.
+//! Jacobians of solids at nodes and integration points, in their curved geometry.
 
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::{CellBlock, Mesh};
 use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
-/// The least Jacobian, as a share of the product of the lengths of its columns, that is not taken for a collapsed
-/// element.
+/// Scaled Jacobian up to which an element counts as collapsed. It is the Jacobian over the product of the lengths of its columns.
 const MIN_SCALED_JACOBIAN: f64 = 1e-8;
-/// Number of elements that a message names.
+/// Largest number of elements that a message names.
 const MAX_NAMED_ELEMENTS: usize = 10;
 
-/// For corner by corner of a solid: the corner and its three neighbours, right-handed seen from it. The
-/// tip of a pyramid has four edges and is left out.
+/// Corners of a solid, each with its three neighbours, right-handed seen from the corner. The tip of a pyramid has four edges and
+/// is omitted.
 fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     match (kind.dim(), kind.n_corners()) {
         (3, 4) => &[[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [3, 0, 2, 1]],
@@ -32,10 +31,10 @@ fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     }
 }
 
-/// A point of the reference cell where the Jacobian is looked at.
+/// Point of the reference cell at which the Jacobian is evaluated.
 struct JacobianPoint {
-    /// Derivatives of the shape functions along three directions, `[n_nodes]`: at a corner those of its edges, elsewhere
-    /// those of the reference coordinates.
+    /// Derivatives of the shape functions along three directions, `[n_nodes]`: the edges at a corner, the reference coordinates
+    /// elsewhere.
     slopes: Vec<[f64; 3]>,
     /// Determinant of the three directions.
     directions: f64,
@@ -50,7 +49,7 @@ impl JacobianPoint {
         Self { slopes, directions: determinant(directions), weight }
     }
 
-    /// The Jacobian at this point of the element with these nodes.
+    /// Jacobian at this point, for the element with these nodes.
     fn jacobian(&self, points: &[[f64; 3]], nodes: &[usize]) -> Jacobian {
         let mut tangents = [[0.0; 3]; 3];
         for (&node, slopes) in nodes.iter().zip(&self.slopes) {
@@ -65,10 +64,10 @@ impl JacobianPoint {
     }
 }
 
-/// Stands for the share of a Jacobian where an edge has no length: below all others.
+/// Scaled Jacobian of an element with an edge of zero length: below all others.
 const ZERO_LENGTH_EDGE: f64 = f64::NEG_INFINITY;
 
-/// Determinant of the map at a point, as it is and by the lengths of the images of the directions.
+/// Jacobian determinant at a point, and its value over the lengths of the images of the directions.
 #[derive(Clone, Copy)]
 struct Jacobian {
     value: f64,
@@ -78,7 +77,7 @@ struct Jacobian {
 impl Jacobian {
     const NONE: Self = Self { value: f64::INFINITY, scaled: f64::INFINITY };
 
-    /// The lesser of two; one that is not a number is the least of all.
+    /// The smaller of two Jacobians; NaN counts as the smallest.
     fn or_less(self, other: Self) -> Self {
         if other.scaled < self.scaled || other.scaled.is_nan() { other } else { self }
     }
@@ -90,7 +89,7 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// The points of the stiffness's rule of a kind, which integrates its Jacobian exactly, and its nodes.
+/// Evaluation points of an element kind: the points of the stiffness rule, which integrates the Jacobian exactly, and the nodes.
 fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
@@ -113,18 +112,18 @@ fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     inside.chain(corners).chain(others).collect()
 }
 
-/// The least Jacobians of an element.
+/// Smallest Jacobians of an element.
 struct ElementJacobians {
     kind: ElementKind,
     tag: u64,
-    /// At the integration points.
+    /// Smallest Jacobian at the integration points.
     inside: Jacobian,
-    /// At the nodes.
+    /// Smallest Jacobian at the nodes.
     nodal: Jacobian,
 }
 
 impl ElementJacobians {
-    /// Those of a cell of a block, and the cell's volume.
+    /// Smallest Jacobians of a cell of a block, and the volume of the cell.
     fn new(mesh: &Mesh, block: &CellBlock, cell: usize, samples: &[JacobianPoint]) -> (Self, f64) {
         let nodes = block.cell_nodes(cell);
         let (mut inside, mut nodal, mut volume) = (Jacobian::NONE, Jacobian::NONE, 0.0);
@@ -137,7 +136,7 @@ impl ElementJacobians {
         (Self { kind: block.kind, tag: block.tags[cell], inside, nodal }, volume)
     }
 
-    /// Whether its stiffness can be computed, and no edge has shrunk to a point.
+    /// Whether the stiffness can be computed, and no edge has zero length.
     fn is_sound(&self) -> bool {
         self.inside.scaled > MIN_SCALED_JACOBIAN && self.nodal.scaled > ZERO_LENGTH_EDGE
     }
@@ -147,11 +146,11 @@ impl ElementJacobians {
     }
 }
 
-/// What the Jacobians of sound solids are.
+/// Summary of the Jacobians of sound solids.
 pub(super) struct JacobianSummary {
-    /// The least scaled one, with its element.
+    /// Smallest scaled Jacobian, and its element.
     pub least: (f64, u64),
-    /// Number of solids that are folded at a node, and nowhere at an integration point.
+    /// Number of solids that are folded at a node, but at no integration point.
     pub folded_at_nodes: usize,
     /// Volume of all solids.
     pub volume: f64,
@@ -159,9 +158,9 @@ pub(super) struct JacobianSummary {
 
 /// Refuses inverted, folded and collapsed solids.
 ///
-/// The Jacobian is that of the element's own map, curved for elements of second order, at its integration points: where
-/// it is positive there, the stiffness is that of a body, and patch tests are passed. Its nodes (but the tip of a
-/// pyramid, where the map has no derivative) are looked at too, for a warning.
+/// The Jacobian at integration points is that of the element's own map, which is curved for second order. If it is positive there,
+/// the stiffness is that of a body and patch tests are passed. Nodes are checked too, for a warning and for edges of zero length.
+/// The tip of a pyramid is omitted: the map has no derivative there.
 pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
     let mut bad = Vec::new();
@@ -184,7 +183,7 @@ pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     if bad.is_empty() { Ok(all) } else { Err(bad_elements_error(mesh, &bad)) }
 }
 
-/// Names the first of the bad elements, their number, and the worst of them.
+/// Error that names the first bad elements, their number, and the worst element.
 fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
     let named: Vec<String> = bad
         .iter()
@@ -197,7 +196,7 @@ fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
         .expect("at least one");
     let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
     let worst = match worst.inside {
-        // Only edges have shrunk to points.
+        // All integration points are sound; only edges have zero length.
         inside if inside.scaled > MIN_SCALED_JACOBIAN => {
             format!("an edge of element {} has no length", worst.tag)
         }

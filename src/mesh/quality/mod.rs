@@ -1,4 +1,4 @@
-//! Is a mesh of solids fit for analysis: Jacobians, shared faces, unmerged nodes.
+//! Checks whether a mesh of solids is fit for analysis: Jacobians, shared faces, unmerged nodes.
 
 mod conformity;
 mod jacobian;
@@ -14,31 +14,31 @@ use conformity::find_nonconforming_faces;
 use jacobian::check_jacobians;
 use measure::coincident_points;
 
-/// What [`check`] found out of a mesh that is fit for analysis.
+/// Result of [`check`] for a mesh that is fit for analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quality {
     /// Number of solid cells of each kind.
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Least Jacobian at a node or integration point by the product of the lengths of its columns: 1 for a box; and its
-    /// element.
+    /// Smallest scaled Jacobian at a node or integration point, and its element. The Jacobian is divided by the product of the
+    /// lengths of its columns, and is 1 for a box.
     pub min_scaled_jacobian: (f64, u64),
-    /// Number of solids that are folded or flat at a node, though at no integration point.
+    /// Number of solids that are folded or flat at a node, but at no integration point.
     pub folded_at_nodes: usize,
-    /// Faces of neighbours that do not fit.
+    /// Faces of neighbours that do not match.
     pub nonconforming_faces: NonconformingFaces,
-    /// Places of the points that lie where another point lies already, mm.
+    /// Positions of the points that coincide with an earlier point, mm.
     pub coincident_points: Vec<[f64; 3]>,
 }
 
 impl Quality {
-    /// What deserves a warning.
+    /// Warnings about the mesh.
     pub fn warnings(&self) -> Vec<String> {
         self.folded().into_iter().chain(self.nonconforming_warnings()).chain(self.unmerged()).collect()
     }
 
-    /// That solids are folded at nodes.
+    /// Warning about solids that are folded at nodes.
     fn folded(&self) -> Option<String> {
         let (least, tag) = self.min_scaled_jacobian;
         let all: usize = self.solids.iter().map(|(_, n)| n).sum();
@@ -52,7 +52,7 @@ impl Quality {
         })
     }
 
-    /// That displacements have gaps between neighbours.
+    /// Warnings about displacement gaps between neighbours.
     fn nonconforming_warnings(&self) -> Vec<String> {
         let NonconformingFaces { split_quadrangles, mixed_orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
@@ -78,7 +78,7 @@ impl Quality {
         .collect()
     }
 
-    /// That nodes lie on one another.
+    /// Warning about coincident nodes.
     fn unmerged(&self) -> Option<String> {
         let n = self.coincident_points.len();
         if n == 0 {
@@ -97,8 +97,8 @@ impl Quality {
 /// Checks the solids of a mesh and measures them.
 ///
 /// # Errors
-/// If there are no solids; if elements are turned inside out, folded or collapsed at an integration point (their numbers
-/// and the least Jacobian are named); if three solids share a face. Several parts are not an error here: what holds each is the body's matter.
+/// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point; the
+/// message gives their numbers and the smallest Jacobian. Separate parts are not an error here; the body checks their supports.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));
@@ -124,7 +124,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     })
 }
 
-/// The axis to which all points lie in one perpendicular plane, if there is one.
+/// Axis normal to the plane that contains all points; `None` if there is no such plane.
 fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     let extents = [0, 1, 2].map(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));
@@ -134,7 +134,7 @@ fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     (0..3).find(|&k| extents[k] <= 1e-9 * size)
 }
 
-/// A mesh without solids, and how that comes about.
+/// Error for a mesh without solids, with its likely cause.
 fn no_solids(mesh: &Mesh) -> Error {
     let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::CellBlock::n_cells).sum();
     let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };
