@@ -247,7 +247,7 @@ impl BoundaryValueProblem<'_> {
         let solution = self.solution(unknown, Some(report))?;
         if solution.residual.is_nan() || solution.residual > MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance {
             return Err(Error::numerical(format!(
-                "the compressed equations of boundary elements are wrong by {:.1e} where {:.1e} was asked for; take larger elements, until there are at \
+                "the relative residual of the compressed boundary-element equations is {:.1e}, required is {:.1e}; take larger elements, so that there are at \
                  most {MAX_DENSE_UNKNOWNS} unknowns, which are solved directly",
                 solution.residual, report.tolerance
             )));

@@ -209,7 +209,7 @@ fn validate_periodicity(
     let most = max_period_over_cell(singularity_distance);
     if periodic != [true; 2] && cells[1 - across] > 1 && length > most * width {
         return Err(Error::input(format!(
-            "the periodic frame is {length} long where it repeats itself, {:.0} times the width {width} of its cells across; the              influence is computed up to {most:.0} times for these materials: take a shorter period or wider cells",
+            "the periodic frame is {length} long where it repeats itself, {:.0} times the width {width} of its cells across; the influence is computed up to {most:.0} times for these materials: take a shorter period or wider cells",
             length / width
         )));
     }
