@@ -2,6 +2,7 @@
 //! solution method.
 
 use super::{ContactState, Increment};
+use crate::linalg::vector::nan_max;
 
 /// Independent checks of a state. Relative checks are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,7 +44,7 @@ impl StateChecks {
 }
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    a.into_iter().chain(b).reduce(|a, b| if a.is_nan() || a > b { a } else { b })
+    a.into_iter().chain(b).reduce(nan_max)
 }
 
 /// Ratio of elastic energy to the energy of cells that deform alone. Below it the elastic energy consists of errors of the
@@ -76,8 +77,7 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
         for (cell, sum) in cells.iter().zip(&sums) {
             for plane in planes.clone() {
                 let error = (elastic[plane * n + cell] - sum[plane]).abs();
-                // A NaN difference remains NaN.
-                difference = if error.is_nan() || error > difference { error } else { difference };
+                difference = nan_max(difference, error);
                 size = size.max(sum[plane].abs());
             }
         }

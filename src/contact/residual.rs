@@ -3,6 +3,7 @@
 use super::contact_state::ContactState;
 use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
+use crate::linalg::vector::nan_max;
 
 /// Rounding error of a sum of a few numbers, relative to the largest of them.
 const SUM_ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -100,9 +101,4 @@ impl Increment<'_> {
         }
         residuals
     }
-}
-
-/// The larger of two numbers, NaN if either is NaN. In contrast, `f64::max` ignores NaN.
-fn nan_max(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -35,6 +35,11 @@ pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
+/// Larger of two numbers, NaN if either is NaN. In contrast, `f64::max` ignores NaN.
+pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
 /// Euclidean norm, summed sequentially.
 #[inline]
 pub(crate) fn norm(x: &[f64]) -> f64 {
@@ -45,4 +50,18 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
 #[inline]
 pub(crate) fn axpy<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[T]) {
     y.iter_mut().zip(x).for_each(|(y, &x)| *y += factor * Into::<f64>::into(x));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a residual with one undefined entry is undefined, wherever the entry stands.
+    #[test]
+    fn maximum_keeps_nan() {
+        for values in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+            assert!(values.into_iter().fold(0.0, nan_max).is_nan());
+        }
+        assert_eq!([3.0, 1.0, 2.0].into_iter().fold(0.0, nan_max), 3.0);
+    }
 }

@@ -5,6 +5,7 @@ use super::node_matrix::{LANES, Lanes};
 use super::{MAX_ENERGY_ERROR, SLOW_OR_SINGULAR, TwoLevelSolver};
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::linalg::vector::nan_max;
 
 /// Maximum number of iterations. The preconditioner counts as failed if it needs more.
 const MAX_ITERATIONS: usize = 2000;
@@ -82,7 +83,7 @@ impl CgVectors {
             (0..LANES).for_each(|l| energy[l] += gain[l]);
             taken[iteration % ERROR_ESTIMATE_STEPS] = gain;
             let left = |l: usize| taken.iter().map(|gain| gain[l]).sum::<f64>();
-            error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, largest).sqrt();
+            error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, nan_max).sqrt();
             if !error.is_finite() {
                 return Err(not_converged(iteration + 1, error));
             }
@@ -101,7 +102,7 @@ impl CgVectors {
         self.residual.fill([0.0; LANES]);
         subtract(&mut self.residual);
         let (left, whole) = (dot(&self.image, &self.image), dot(&self.residual, &self.residual));
-        (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, largest).sqrt()
+        (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, nan_max).sqrt()
     }
 
     /// Starts from the best solution in the coarse space, as the preconditioner requires; returns its energy.
@@ -128,11 +129,6 @@ fn not_converged(iterations: usize, error: f64) -> Error {
         "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
          {MAX_ENERGY_ERROR:.0e}): {SLOW_OR_SINGULAR}"
     ))
-}
-
-/// Larger of two numbers; NaN if either is NaN.
-fn largest(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// `a / b`, or 0 if `a` or `b` is 0: a lane without a right-hand side, or a lane that is already solved.

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
 use crate::geometry::Side;
+use crate::linalg::vector::nan_max;
 use crate::material::Stiffness;
 
 /// First and largest number of points of the trapezoidal rule over half a turn.
@@ -106,12 +107,7 @@ impl BarnettLothe {
             relative(&im, &im_other, re.amax()),
         ]
         .into_iter()
-        .fold(
-            0.0,
-            |worst: f64, change: f64| {
-                if worst.is_nan() || change.is_nan() { f64::NAN } else { worst.max(change) }
-            },
-        )
+        .fold(0.0, nan_max)
     }
 }
 
