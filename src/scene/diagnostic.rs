@@ -1,4 +1,4 @@
-//! What is wrong with a scene, and where.
+//! Diagnostics: errors in a scene with their locations.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,18 +6,18 @@ use std::ops::Range;
 use super::document::Document;
 use crate::error::Error;
 
-/// Where in the input a mistake was made.
+/// Location of an error in the input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Location {
-    /// Bytes of the scene file's text.
+    /// Byte range in the text of the scene file.
     File(Range<usize>),
-    /// The command-line option `--set` with this text.
+    /// Text of the command-line option `--set`.
     SetOption(String),
     /// The scene as a whole.
     WholeScene,
 }
 
-/// What kind of error a mistake is, where the code depends on it.
+/// Kinds of errors that the code distinguishes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DiagnosticKind {
     /// A table has a key that the schema does not know.
@@ -28,25 +28,25 @@ pub enum DiagnosticKind {
     Other,
 }
 
-/// One thing the user has to mend.
+/// One error that the user has to fix.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The kind of error.
     pub kind: DiagnosticKind,
-    /// The key, dotted as in `--set` ("body1.fibre.tilt"); empty for the scene as a whole.
+    /// Dotted key as in `--set` ("body1.fibre.tilt"); empty for the whole scene.
     pub key: String,
     /// What was found and why it is wrong.
     pub message: String,
-    /// A few words beside the excerpt.
+    /// Short label beside the excerpt.
     pub label: String,
-    /// What is allowed and how to mend it.
+    /// Allowed values and how to fix the error.
     pub help: String,
-    /// Where.
+    /// Location in the input.
     pub location: Location,
 }
 
 impl Diagnostic {
-    /// A mistake at `key` of `document`, with a message that says what was found.
+    /// Error at `key` of `document`, with a message that states what was found.
     pub fn at(document: &Document, key: &str, message: impl Into<String>) -> Self {
         Self {
             kind: DiagnosticKind::Other,
@@ -58,42 +58,42 @@ impl Diagnostic {
         }
     }
 
-    /// The same mistake with its kind.
+    /// Sets the kind of error.
     pub fn kind(mut self, kind: DiagnosticKind) -> Self {
         self.kind = kind;
         self
     }
 
-    /// The same mistake with a few words beside the excerpt.
+    /// Sets the label beside the excerpt.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// The same mistake with what is allowed and how to mend it.
+    /// Sets the help: allowed values and how to fix the error.
     pub fn help(mut self, mend: impl Into<String>) -> Self {
         self.help = mend.into();
         self
     }
 }
 
-/// Everything wrong with a scene, with its text for excerpts.
+/// All errors of a scene, with its text for excerpts.
 #[derive(Debug, Clone)]
 pub struct Diagnostics {
     /// Name of the scene file as the user gave it.
     pub file: String,
-    /// Its text.
+    /// Text of the scene file.
     pub text: String,
-    /// Its fingerprint; empty if it could not be read.
+    /// SHA-256 of the file and its overrides; empty if the file could not be read.
     pub sha256: String,
-    /// The mistakes in the order of the file.
+    /// The errors, in the order of the file.
     pub list: Vec<Diagnostic>,
-    /// What else was noted of the scene, which may be why they are there.
+    /// Notes on the scene, which may explain the errors.
     pub notes: Vec<String>,
 }
 
 impl Diagnostics {
-    /// All mistakes of a document, in the order of the file and without repetitions.
+    /// Sorts the errors of a document in the order of the file and removes duplicates.
     pub fn new(document: &Document, mut list: Vec<Diagnostic>) -> Self {
         list.sort_by_key(|mistake| match &mistake.location {
             Location::File(range) => (0, range.start),
@@ -110,14 +110,14 @@ impl Diagnostics {
         }
     }
 
-    /// The one mistake that an error raised at `key` is; a mistake is shown with its key, which the error need not repeat.
+    /// Diagnostics of a single error raised at `key`. The key is removed from the start of the message, because it is shown anyway.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
         let text = error.to_string();
         let message = text.strip_prefix(&format!("{key}: ")).unwrap_or(&text);
         Self::new(document, vec![Diagnostic::at(document, key, message)])
     }
 
-    /// Line (from 1) of a mistake in the file.
+    /// Line number (from 1) of an error in the file.
     pub fn line(&self, mistake: &Diagnostic) -> Option<usize> {
         match &mistake.location {
             Location::File(range) => {
@@ -128,7 +128,7 @@ impl Diagnostics {
         }
     }
 
-    /// The crate's error that stands for all of them, one line each.
+    /// One error of the crate with all messages, one line each.
     pub fn to_error(&self) -> Error {
         Error::input(self.to_string())
     }

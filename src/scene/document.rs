@@ -1,4 +1,4 @@
-//! The scene file as a tree whose every value remembers where it was written.
+//! Document tree of a scene file. Every value knows its location in the file.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -10,19 +10,19 @@ use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::Location;
 
-/// Where a value was written.
+/// Location of a value in the input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ValueSource {
-    /// Bytes of the file.
+    /// Byte range in the file.
     File(Range<usize>),
-    /// The override of this index.
+    /// Index of the override (`--set`).
     Override(usize),
 }
 
-/// A value with its origin.
+/// A value with its location.
 #[derive(Debug, Clone)]
 pub struct TomlNode {
-    /// Where the value stands.
+    /// Location of the value.
     pub source: ValueSource,
     /// The value.
     pub value: TomlValue,
@@ -33,7 +33,7 @@ pub struct TomlNode {
 pub struct TomlEntry {
     /// The key.
     pub name: String,
-    /// Where the key stands.
+    /// Location of the key.
     pub origin: ValueSource,
     /// Its value.
     pub node: TomlNode,
@@ -50,12 +50,12 @@ pub enum TomlValue {
     Integer(i64),
     Float(f64),
     Boolean(bool),
-    /// Text of a date, or of a number too large to hold.
+    /// A date, or an integer outside the range of i64: kind of value, and its text.
     Unsupported(&'static str, String),
 }
 
 impl TomlValue {
-    /// As JSON; `float` converts the floats.
+    /// Converts the value to JSON; `float` converts floating-point numbers.
     fn to_json(&self, float: fn(f64) -> serde_json::Value) -> serde_json::Value {
         match self {
             Self::Table(entries) => {
@@ -70,25 +70,25 @@ impl TomlValue {
     }
 }
 
-/// A scene file and the overrides laid over it.
+/// A scene file with its overrides applied.
 #[derive(Debug, Clone)]
 pub struct Document {
     /// Name of the file as the user gave it.
     pub file: String,
-    /// Folder that relative paths in the scene start from.
+    /// Folder to which relative paths in the scene refer.
     pub folder: PathBuf,
     /// Text of the file.
     pub text: String,
     /// The overrides, `key.path=value`.
     pub overrides: Vec<String>,
-    /// The tree, overrides applied.
+    /// The document tree with the overrides applied.
     pub root: TomlNode,
     /// SHA-256 (hexadecimal) of the file's bytes and the overrides.
     pub sha256: String,
 }
 
 impl Document {
-    /// A document without content yet.
+    /// A document with an empty tree.
     pub fn new(path: &Path, text: String, overrides: &[String]) -> Self {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
@@ -104,17 +104,17 @@ impl Document {
         }
     }
 
-    /// The value at a dotted key, if there.
+    /// The value at a dotted key, if present.
     pub fn get(&self, key: &str) -> Option<&TomlNode> {
         key_segments(key).try_fold(&self.root, |node, segment| node.child(&segment).map(|(_, child)| child))
     }
 
-    /// The scene with its overrides as JSON; numbers that are not finite, dates and numbers too large to hold as text.
+    /// The scene with its overrides as JSON. Numbers that are not finite or out of range and dates become strings.
     pub fn to_display_json(&self) -> serde_json::Value {
         self.root.value.to_json(|x| if x.is_finite() { x.into() } else { x.to_string().into() })
     }
 
-    /// Takes the entry at a dotted key out of its table.
+    /// Removes the entry at a dotted key from its table.
     pub(crate) fn remove(&mut self, key: &str) {
         let mut table: Vec<Cow<'_, str>> = key_segments(key).collect();
         let Some(name) = table.pop() else { return };
@@ -137,7 +137,7 @@ impl Document {
         }
     }
 
-    /// Where `key` stands, or the nearest table around it that does.
+    /// Location of `key`, or of the innermost table around it that exists.
     pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
@@ -152,7 +152,7 @@ impl Document {
         }
     }
 
-    /// From the first byte of a key to the last of its value where both stand on one line, else the key alone.
+    /// Location from the start of a key to the end of its value if both are on one line, otherwise that of the key alone.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -167,7 +167,7 @@ impl Document {
     }
 }
 
-/// The parts of a dotted key; a part in quotes may be empty or hold dots, and quotes and backslashes after a backslash, as in TOML.
+/// The segments of a dotted key. A quoted segment may be empty or contain dots, and has the escapes `\"` and `\\`.
 pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     let mut rest = key;
     std::iter::from_fn(move || {
@@ -183,7 +183,7 @@ pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     })
 }
 
-/// The text up to the closing quote, and what follows it.
+/// The text up to the closing quote, and the text after it.
 fn unquoted(text: &str) -> (String, &str) {
     let (mut segment, mut escaped) = (String::new(), false);
     for (i, c) in text.char_indices() {
@@ -199,7 +199,7 @@ fn unquoted(text: &str) -> (String, &str) {
     (segment, "")
 }
 
-/// The dotted key of the entry `name` of the table at `key`.
+/// Dotted key of the entry `name` in the table at `key`.
 pub(super) fn join_key(key: &str, name: &str) -> String {
     let dot = if key.is_empty() { "" } else { "." };
     if name.is_empty() || name.contains(['.', '"', '\\']) {
@@ -210,7 +210,7 @@ pub(super) fn join_key(key: &str, name: &str) -> String {
     }
 }
 
-/// SHA-256 of the text of a scene, followed by each override on a line of its own.
+/// SHA-256 of the text of a scene and its overrides, one override per line.
 fn fingerprint(text: &str, overrides: &[String]) -> String {
     let mut hash = Sha256::new();
     hash.update(text);
@@ -222,8 +222,8 @@ fn fingerprint(text: &str, overrides: &[String]) -> String {
 }
 
 impl TomlNode {
-    /// The child named `segment` of a table, or of this index (from 0) of an array; elements of an array of tables
-    /// also answer to their `name`.
+    /// The child of a table with the name `segment`, or of an array with this index (from 0). In an array of tables `segment` may
+    /// also be the `name` of an element.
     pub fn child(&self, segment: &str) -> Option<(&ValueSource, &TomlNode)> {
         match &self.value {
             TomlValue::Table(entries) => {
@@ -237,7 +237,7 @@ impl TomlNode {
         }
     }
 
-    /// What sort of value it is, with its article.
+    /// Description of the type and value, with an article.
     pub fn describe(&self) -> String {
         match &self.value {
             TomlValue::Table(_) => "a table".to_owned(),
@@ -250,7 +250,7 @@ impl TomlNode {
         }
     }
 
-    /// As TOML on one line.
+    /// The value as TOML on one line.
     pub fn to_toml(&self) -> String {
         match &self.value {
             TomlValue::Table(entries) => {
@@ -262,30 +262,30 @@ impl TomlNode {
             }
             TomlValue::String(text) => quoted(text),
             TomlValue::Integer(number) => number.to_string(),
-            // The shortest text that reads back to the same bits.
+            // The shortest text that is read back to the same bits.
             TomlValue::Float(number) => format!("{number:?}").replace("NaN", "nan"),
             TomlValue::Boolean(value) => value.to_string(),
             TomlValue::Unsupported(_, text) => text.clone(),
         }
     }
 
-    /// As JSON; whole floats become integers, since TOML writes 1e5 as a float.
+    /// The value as JSON. Floats with integer values become integers, because TOML reads 1e5 as a float.
     pub fn to_serde_json(&self) -> serde_json::Value {
         self.value.to_json(|x| if is_whole(x) { (x as i64).into() } else { x.into() })
     }
 }
 
-/// Index in a list of tables that a segment names: a number from 0, or the `name` of an element.
+/// Index in a list of tables, given by a number (from 0) or by the `name` of an element.
 pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> {
     segment.parse().ok().or_else(|| index_of_name(items, segment))
 }
 
-/// Index of the element of this `name` in a list of tables; of several the last, whose result the name stands for.
+/// Index of the last element with this `name` in a list of tables; results reported by name are those of the last one.
 pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
     items.iter().rposition(|item| name_of(item) == Some(name))
 }
 
-/// The `name` of an element of a list of tables.
+/// The `name` of an element in a list of tables.
 pub(super) fn name_of(item: &TomlNode) -> Option<&str> {
     match item.child("name") {
         Some((_, TomlNode { value: TomlValue::String(name), .. })) => Some(name),
@@ -298,12 +298,12 @@ pub(super) fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < 9.0e15
 }
 
-/// A text in double quotes; TOML's basic strings have the escapes of JSON.
+/// A string in double quotes. Basic strings of TOML have the same escape sequences as JSON.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
 
-/// At most 60 characters of a text, on one line.
+/// The first 60 characters of a text, on one line.
 fn shorten(text: &str) -> String {
     let mut line: String = text.chars().take(60).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().count() > 60 {
@@ -312,7 +312,7 @@ fn shorten(text: &str) -> String {
     line
 }
 
-/// The tree of a parsed table; `origin` gives the origin of a span.
+/// Document tree of a parsed table; `origin` maps a span to its location.
 pub(super) fn table_from_toml(
     parsed: &DeTable<'_>,
     origin: &dyn Fn(Range<usize>) -> ValueSource,
@@ -332,7 +332,7 @@ pub(super) fn table_from_toml(
     TomlValue::Table(entries)
 }
 
-/// The tree of a parsed value.
+/// Document tree of a parsed value.
 pub(super) fn node_from_toml(
     parsed: &Spanned<DeValue<'_>>,
     origin: &dyn Fn(Range<usize>) -> ValueSource,
@@ -358,7 +358,7 @@ pub(super) fn node_from_toml(
 mod tests {
     use super::*;
 
-    /// Truth: the parts of a key that was joined are its names again, whatever characters they have.
+    /// Truth: `key_segments` inverts `join_key` for names with any characters.
     #[test]
     fn keys_of_any_names_come_apart_again() {
         for name in ["steel", "a.b", "a.\"b", "", "\"", "back\\slash", "\\\"", "ä ö"] {

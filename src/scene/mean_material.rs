@@ -1,4 +1,4 @@
-//! The material of a meshed body at its contact surface, or all of it: mean fibre and how far it varies.
+//! Mean material of a meshed body at its contact surface or in the whole body: mean fibre direction and its scatter.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -8,25 +8,25 @@ use crate::fem::ElementMaterials;
 use crate::geometry::{Point, fibre_axes};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// The material of a part of a body.
+/// Mean material of a part of a body.
 #[derive(Debug, Clone)]
 pub struct MeanMaterial {
-    /// Material with the area's mean fibre.
+    /// Material with the mean fibre direction.
     pub material: BodyMaterial,
-    /// Largest angle between a fibre and the mean, radians.
+    /// Largest angle between a fibre and the mean direction, radians.
     pub fibre_spread: f64,
-    /// Largest angle between a material axis and that of the mean material, radians; 0 where it has none.
+    /// Largest angle between a material axis and the same axis of the mean material, radians; 0 for isotropic material.
     pub axes_spread: f64,
-    /// Names of all materials there, each once.
+    /// Names of all materials of the part, without duplicates.
     pub materials: Vec<String>,
 }
 
-/// The material of `fe` at the faces of its contact group that lie under the frame (all faces of a mesh frame).
+/// Material of `fe` at the faces of its contact group under the frame (all faces of a mesh frame).
 ///
-/// A fibre is a line without a sense: its mean is the first principal axis of the area's sum of a aᵀ.
+/// Fibres have no sense. Their mean is the first principal axis of ∑ A a aᵀ over the faces (all faces if none is under the frame).
 ///
 /// # Errors
-/// If the group is no surface, or the elements have no materials.
+/// If the group is not a surface, or if elements have no material.
 pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Result<MeanMaterial> {
     let mesh = &fe.mesh;
     let regions = ElementMaterials::new(&fe.fem_spec("body"))?;
@@ -47,17 +47,17 @@ pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Resu
     Ok(weighted_mean_material(fe, &regions, &elements))
 }
 
-/// The material of all of `fe`, each element as much as another.
+/// Mean material of the whole body `fe`, all elements with equal weights.
 ///
 /// # Errors
-/// If the elements have no materials.
+/// If elements have no material.
 pub fn mean_material_of_body(fe: &MeshedBodyPlan) -> Result<MeanMaterial> {
     let regions = ElementMaterials::new(&fe.fem_spec("body"))?;
     let elements: Vec<(usize, f64)> = (0..regions.n_elements()).map(|element| (element, 1.0)).collect();
     Ok(weighted_mean_material(fe, &regions, &elements))
 }
 
-/// The material of elements with weights.
+/// Mean material of elements with weights.
 fn weighted_mean_material(
     fe: &MeshedBodyPlan,
     regions: &ElementMaterials,
@@ -103,7 +103,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Mean of lines with weights, in the sense of the first.
+/// Weighted mean of directions without sense; its sense is that of the first one.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {
@@ -115,7 +115,7 @@ fn mean_axis(lines: &[(Point, f64)]) -> Point {
     if mean.dot(&first) < 0.0 { -mean } else { mean }
 }
 
-/// Angle between two lines, radians.
+/// Angle between two directions without sense, radians.
 fn angle_between_axes(a: &Point, b: &Point) -> f64 {
     a.cross(b).norm().atan2(a.dot(b).abs())
 }
@@ -124,7 +124,7 @@ fn angle_between_axes(a: &Point, b: &Point) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: lines have no sense; the mean of two of equal weight halves the angle between them.
+    /// Truth: directions have no sense. The mean of two directions with equal weights bisects the angle between them.
     #[test]
     fn the_mean_of_lines_is_between_them() {
         let at = |degrees: f64| Point::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);

@@ -1,4 +1,4 @@
-//! Meshes that were read and checked before, so that the scenes of a study share them.
+//! Cache of meshes and their quality, shared by the scenes of a study.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::quality::{self, Quality};
 use crate::mesh::{Mesh, gmsh};
 
-/// The meshes of files that have not changed since they were read, with their quality where it was asked for.
+/// Meshes of files that have not changed since they were read, with their quality if it was requested.
 #[derive(Debug, Default)]
 pub struct MeshCache(Mutex<HashMap<FileState, KnownMesh>>);
 
@@ -19,11 +19,11 @@ struct KnownMesh {
     quality: Option<Arc<Quality>>,
 }
 
-/// A file's path, its length in bytes and when it was last changed.
+/// Path of a file, its length in bytes and the time of its last change.
 type FileState = (PathBuf, u64, SystemTime);
 
 impl MeshCache {
-    /// The mesh of a gmsh file; read only if the file is new or has changed.
+    /// The mesh of a gmsh file. The file is read only if it is new or has changed.
     ///
     /// # Errors
     /// As [`gmsh::read`].
@@ -36,12 +36,12 @@ impl MeshCache {
         }
         let mesh = Arc::new(gmsh::read(path)?);
         let mut known = self.lock();
-        // What the file was before is not asked for any more.
+        // Meshes of earlier states of the file are not needed any more.
         known.retain(|other, _| other.0 != path || *other == state);
         Ok(known.entry(state).or_insert(KnownMesh { mesh, quality: None }).mesh.clone())
     }
 
-    /// The quality of a mesh; measured once if the mesh was read here.
+    /// Quality of a mesh; computed once for a mesh of this cache.
     ///
     /// # Errors
     /// As [`quality::check`].
@@ -70,7 +70,7 @@ mod tests {
     const ONE_TETRAHEDRON: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
         $Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n";
 
-    /// Truth: a file that stays as it is is read once; one that changes is read again.
+    /// Truth: an unchanged file is read once; a changed file is read again.
     #[test]
     fn files_are_read_once_unless_they_change() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
-//! The scene a user writes (TOML), and the validated plan it becomes.
+//! The scene of the user (TOML) and the validated [`plan::Plan`] of a run.
 //!
-//! [`spec`] are the keys as written; [`document`] holds the file with the place of every value; [`schema_check`] finds
-//! what the schema does not allow; `resolve` finds what makes no sense and builds the [`plan::Plan`]. Every
-//! mistake is collected, so that a user mends them all at once.
+//! [`spec`] defines the keys, and [`document`] is the file with the location of every value. [`schema_check`] checks the document
+//! against the JSON Schema, and `resolve` checks the values against each other and builds the plan. All errors are collected, so
+//! that the user can fix them together.
 
 pub mod diagnostic;
 pub mod document;
@@ -26,22 +26,22 @@ pub use mesh_cache::MeshCache;
 pub use plan::Plan;
 pub use unit_checks::UNIT_WARNING_PREFIX;
 
-/// What is said of a scene that makes no plan although nothing was found to be wrong with it.
+/// Diagnostic for a scene that gives no plan although no error was found.
 fn missing_diagnostic(document: &Document) -> Diagnostic {
     Diagnostic::at(document, "", "internal error: the scene was rejected without a diagnostic")
         .label("cause unknown")
         .help("please report this scene as a bug; removing keys one by one finds the key that causes it")
 }
 
-/// The plan of the scene file at `path` with overrides `key.path=value`; reads its meshes too.
+/// Reads the scene file at `path` with overrides `key.path=value`, and the meshes that it names.
 ///
 /// # Errors
-/// Everything wrong with the scene, all at once.
+/// All errors of the scene.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
     read_with_meshes(path, overrides, &MeshCache::default())
 }
 
-/// As [`read`], with meshes that were read before.
+/// As [`read`], with a cache of meshes.
 ///
 /// # Errors
 /// As [`read`].
@@ -49,7 +49,7 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], of a scene whose text is given; `path` is its name in messages, in whose folder relative paths begin.
+/// As [`read`], for a scene given as text. Messages name it `path`, and relative paths refer to the folder of `path`.
 ///
 /// # Errors
 /// As [`read`].
@@ -57,7 +57,7 @@ pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan
     plan_from_document(parse::parse_document(path, text, overrides)?, &MeshCache::default())
 }
 
-/// The plan of a document.
+/// Builds the plan of a document.
 fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan, Diagnostics> {
     if document.get("study").is_some() && document.get("axes").is_some() {
         let mistake = Diagnostic::at(&document, "study", "this is a study, not a scene").label("a study");
@@ -66,7 +66,7 @@ fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan
     }
     let (mut mistakes, unknown) = schema_check::check_against_schema(&document, schema::json_schema());
     let clean = mistakes.is_empty();
-    // Without the keys that no table knows, what is left may still be checked.
+    // Without the unknown keys the rest of the scene can still be checked.
     unknown.iter().for_each(|key| document.remove(key));
     let (plan, nonsense, notes) = resolve::resolve(&document, meshes, clean);
     mistakes.extend(nonsense);

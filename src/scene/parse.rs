@@ -1,4 +1,4 @@
-//! Reads a scene file and lays the command line's overrides over it.
+//! Reads a scene file and applies the overrides of the command line.
 
 use std::borrow::Cow;
 use std::fs;
@@ -13,16 +13,16 @@ use super::document::{
 };
 use crate::scene::suggest::quoted_list;
 
-/// Most parts of a key that an override names; a file has at most so many, too.
+/// Maximum number of segments of an override's key; a file has the same limit.
 const MAX_KEY_DEPTH: usize = 80;
 
-/// Largest scene file read, bytes; anything larger is not a scene.
+/// Maximum size of a scene file, bytes.
 const MAX_SCENE_BYTES: u64 = 16 << 20;
 
-/// The document of the scene file at `path` with the overrides (`key.path=value`) applied.
+/// Reads the scene file at `path` and applies the overrides (`key.path=value`).
 ///
 /// # Errors
-/// If the file cannot be read, is not UTF-8 or not TOML, or an override is malformed: all such mistakes.
+/// All errors of the file and the overrides: the file cannot be read, is not UTF-8 or not TOML, or an override is malformed.
 pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diagnostics> {
     let bytes = read_bytes(path).map_err(|message| file_error(path, message))?;
     let text = String::from_utf8(bytes).map_err(|error| {
@@ -35,7 +35,7 @@ pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diag
     parse_document(path, text, overrides)
 }
 
-/// The document of the `text` of the scene file at `path`.
+/// Parses the `text` of the scene file at `path` and applies the overrides.
 ///
 /// # Errors
 /// As [`read_document`].
@@ -46,7 +46,7 @@ pub(super) fn parse_document(
 ) -> Result<Document, Diagnostics> {
     let mut document = Document::new(path, text, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
-    // Errors after the first one mostly follow from it, as all lines do after a bracket that is not closed.
+    // Only the first error is reported. Later errors mostly follow from it, for example after an unclosed bracket.
     let first = errors.iter().min_by_key(|error| error.span().map_or(0, |span| span.start));
     let mut mistakes: Vec<Diagnostic> =
         first.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
@@ -60,7 +60,7 @@ pub(super) fn parse_document(
     if mistakes.is_empty() { Ok(document) } else { Err(Diagnostics::new(&document, mistakes)) }
 }
 
-/// Bytes of a scene file, or why there are none.
+/// Bytes of a scene file, or the error message.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     let data = fs::metadata(path)
         .map_err(|error| format!("cannot read the scene: {error}; give the path of a scene file (.toml)"))?;
@@ -76,14 +76,14 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
 }
 
-/// A mistake that has no place in the text.
+/// Diagnostics of an error without a location in the text.
 fn file_error(path: &Path, message: String) -> Diagnostics {
     let document = Document::new(path, String::new(), &[]);
     let mistakes = Diagnostics::new(&document, vec![Diagnostic::at(&document, "", message)]);
     Diagnostics { sha256: String::new(), ..mistakes }
 }
 
-/// What the TOML reader found, with the usual mends.
+/// Diagnostic of a TOML syntax error, with help for the usual causes.
 fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>) -> Diagnostic {
     let span = span.unwrap_or(0..0);
     let before = &text.as_bytes()[..span.start.min(text.len())];
@@ -106,14 +106,14 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     }
 }
 
-/// Whether a line assigns a number with a decimal comma; in lists commas part numbers.
+/// Whether a line assigns a number with a decimal comma. Lines with lists are excluded, because commas separate their elements.
 fn has_decimal_comma(line: &str) -> bool {
     let bytes = line.as_bytes();
     !line.contains('[')
         && bytes.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
 }
 
-/// Sets the value at `key.path` of `line` = `key.path=value` in the tree.
+/// Applies the override `line` (`key.path=value`) to the tree.
 fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), Box<Diagnostic>> {
     let wrong = |message: String, mend: &str| {
         Box::new(Diagnostic {
@@ -149,7 +149,7 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
     })
 }
 
-/// The value of an override: TOML, or a bare word or path taken as text.
+/// Value of an override: a TOML value, or a bare word or path that is read as a string.
 fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     let is_path = ["/", "./", "../"].iter().any(|start| text.starts_with(start));
     let bare = (is_path || text.starts_with(|c: char| c.is_ascii_alphabetic()))
@@ -167,7 +167,7 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     }
 }
 
-/// Puts `value` at the end of the path, making tables on the way.
+/// Sets the value at the path and creates missing tables.
 fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) -> Result<(), String> {
     let Some((segment, rest)) = path.split_first() else {
         *at = value;

@@ -1,4 +1,4 @@
-//! The validated inputs of a run; angles in radians.
+//! The validated inputs of a run. Angles are in radians.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -28,16 +28,16 @@ use crate::mesh::Mesh;
 use crate::output::interior_points::InteriorPointRequest;
 use crate::output::summary::Units;
 
-/// What a scene asks for, checked as far as it can be without solving anything.
+/// A scene, validated as far as possible without solving anything.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Title; the file's name if the scene has none.
+    /// Title; the name of the file if the scene has no title.
     pub title: String,
     /// Names of the units.
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
     pub bodies: [BodyPlan; 2],
-    /// What the materials bear, by name, where the scene says it.
+    /// Strengths of the materials by name, where the scene gives them.
     pub strength_limits: BTreeMap<String, MaterialStrength>,
     /// The contact frame.
     pub frame: FramePlan,
@@ -47,11 +47,11 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// Of friction and wear, the body whose fibre the law takes, 0 or 1; `None` where it takes none, or one of its own.
+    /// Index (0 or 1) of the body whose fibre direction the friction and the wear law use; `None` if a law uses none or its own.
     pub fibre_bodies: [Option<usize>; 2],
-    /// Fraction of the worn depth taken from body 1.
+    /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
-    /// Share of the elements that a meshed body wears by until its mesh moves; `None` where it does not.
+    /// Wear depth, as a fraction of the element size, at which meshes move with the wear; `None` if meshes do not move.
     pub mesh_motion_threshold: Option<f64>,
     /// Integration of wear over cycle jumps.
     pub integrator: Integrator,
@@ -59,30 +59,30 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Solver settings.
     pub solver: Solver,
-    /// Memory that the run may take.
+    /// Memory limit of the run.
     pub memory_limit: MemoryLimit,
-    /// What is written.
+    /// Output settings.
     pub output: Output,
-    /// What is compared.
+    /// Variants to compare.
     pub compare: ComparePlan,
-    /// Points inside bodies whose displacement and stress is written.
+    /// Points inside bodies at which displacement and stress are written.
     pub interior_requests: Vec<InteriorPointRequest>,
-    /// How accurate results shall be; `None` where cells, increments and jumps are the scene's.
+    /// Required accuracy; `None` if cells, increments and jumps are those of the scene.
     pub accuracy: Option<AccuracyPlan>,
-    /// Of the increments of a monotone step each so-manieth is written to files.
+    /// Interval, in increments, at which a monotone step writes fields to files.
     pub fields_every: usize,
-    /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
+    /// Cache of the flexibilities of finite-element bodies; `None` without a cache.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
-    /// What the user should know before running.
+    /// Notes for the user before the run.
     pub notes: Vec<String>,
-    /// Files that the scene names, by key.
+    /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
-    /// The scene file, for messages that point into it.
+    /// The scene file, for messages that refer to it.
     pub document: Document,
 }
 
 impl Plan {
-    /// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
+    /// Largest positive approach (mm) that the steps prescribe; `None` if there is none.
     pub fn max_prescribed_approach(&self) -> Option<f64> {
         let approach = |step: &Step| match step.normal {
             Some(Normal::Approach(approach)) => Some(approach),
@@ -101,7 +101,7 @@ impl Plan {
         step.wear && self.wear.specific_rate(self.friction.ellipse()).is_some()
     }
 
-    /// Lets a run take memory up to `limit`, where one is given in place of the scene's own.
+    /// Replaces the memory limit of the scene by `limit`, if given. Adds a note if the limit exceeds the available memory.
     pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
         if self.memory_limit.exceeds_available() {
@@ -112,14 +112,14 @@ impl Plan {
     }
 }
 
-/// How accurate results shall be.
+/// Required accuracy of the results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AccuracyPlan {
     /// Relative error.
     pub relative: f64,
-    /// Of what.
+    /// Quantities that must meet it.
     pub quantities: Vec<AccuracyQuantity>,
-    /// What stays as the scene has it.
+    /// Parameters that are not refined.
     pub fixed_parameters: Vec<RefinementParameter>,
 }
 
@@ -132,35 +132,35 @@ pub enum BodyPlan {
     Be(Box<BeBodyPlan>),
     /// Boundary-element half-space.
     HalfSpace(Box<BodyMaterial>),
-    /// Half-space whose surface is meshed as far as it goes.
+    /// Half-space whose surface is meshed only around the frame.
     TruncatedHalfSpace(Box<TruncatedHalfSpacePlan>),
-    /// Does not deform.
+    /// Rigid body.
     Rigid,
 }
 
-/// A material in place.
+/// Elastic material with its orientation.
 #[derive(Debug, Clone)]
 pub struct BodyMaterial {
     /// Name of the material.
     pub name: String,
     /// Stiffness in material axes.
     pub stiffness: Stiffness,
-    /// Whether the stiffness is the same in all directions.
+    /// Whether the stiffness is isotropic.
     pub isotropic: bool,
-    /// Direction of material axis 1; along x if absent.
+    /// Direction of material axis 1; along x if `None`.
     pub fibre: Option<FibreAngles>,
 }
 
-/// A half-space whose surface is meshed.
+/// Half-space whose surface is meshed only around the frame.
 #[derive(Debug, Clone)]
 pub struct TruncatedHalfSpacePlan {
     /// Its material.
     pub material: BodyMaterial,
-    /// Half of the sides of the square of its elements around the frame.
+    /// Half side length of the meshed square around the frame.
     pub half_size: f64,
 }
 
-/// Direction of a fibre, radians.
+/// Direction of a fibre, in radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FibreAngles {
     /// Angle out of the surface.
@@ -169,27 +169,27 @@ pub struct FibreAngles {
     pub azimuth: f64,
 }
 
-/// A finite body of boundary elements.
+/// Finite body of boundary elements.
 #[derive(Debug, Clone)]
 pub struct BeBodyPlan {
-    /// Its closed surface as a mesh without solids, normals outward, of one material; no foundations.
+    /// Closed surface mesh with outward normals and one material, without volume elements and foundations.
     pub meshed: MeshedBodyPlan,
-    /// The solids whose skin the surface is, if there are any.
+    /// Volume mesh from which the surface was extracted, if there is one.
     pub solids: Option<Arc<Mesh>>,
-    /// How displacement and traction vary over an element.
+    /// Interpolation of displacement and traction over an element.
     pub interpolation: Interpolation,
 }
 
-/// A meshed body.
+/// Body with a mesh.
 #[derive(Debug, Clone)]
 pub struct MeshedBodyPlan {
-    /// Its material, with its fibre where that is one direction.
+    /// Material of the body, with its fibre direction if that is uniform.
     pub material: BodyMaterial,
-    /// Whether fibres are given, in whichever way.
+    /// Whether fibre directions are given in any form.
     pub has_fibre: bool,
     /// Its mesh.
     pub mesh: Arc<Mesh>,
-    /// The mesh's file as the scene names it.
+    /// Name of the mesh file as given in the scene.
     pub mesh_name: String,
     /// Physical group of the contact surface.
     pub contact: String,
@@ -197,39 +197,39 @@ pub struct MeshedBodyPlan {
     pub supports: Vec<PrescribedDisplacement>,
     /// Elastic foundations.
     pub foundations: Vec<fem::Foundation>,
-    /// Pressures on surface groups, positive towards the body.
+    /// Pressures on surface groups, positive in compression.
     pub pressures: Vec<(String, f64)>,
     /// Tractions on surface groups along x, y, z.
     pub tractions: Vec<(String, [f64; 3])>,
-    /// Force per volume.
+    /// Body force per volume.
     pub body_force: [f64; 3],
-    /// What fills each volume group; `None` stands for the elements in no named region.
+    /// Material of each volume group; `None` stands for the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
-    /// Element formulation; the mesh's own default if absent.
+    /// Element formulation; `None` for the default of the mesh.
     pub element: Option<Element>,
-    /// Where the near field of the contact is computed.
+    /// Model of the near field of the contact.
     pub near_field: NearField,
 }
 
-/// Displacement components prescribed on a group; `None` leaves one free.
+/// Displacement components prescribed on a group. A component with `None` is free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrescribedDisplacement {
-    /// Its key in the scene, dotted: "body1.fixed.0".
+    /// Dotted key of the support in the scene: "body1.fixed.0".
     pub key: String,
     /// Physical group.
     pub group: String,
     /// Prescribed values along x, y, z.
     pub values: [Option<f64>; 3],
-    /// Their change per length along x, y, z, a row for each.
+    /// Gradients of the prescribed values along x, y, z, one row per component.
     pub gradient: [[f64; 3]; 3],
 }
 
 /// The contact frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FramePlan {
-    /// Uniform rectangular cells.
+    /// Grid of uniform rectangular cells.
     Grid {
-        /// Half of the sides.
+        /// Half of the side lengths.
         half_width: [f64; 2],
         /// Number of cells.
         cells: [usize; 2],
@@ -237,18 +237,18 @@ pub enum FramePlan {
         center: [f64; 2],
         /// Angle of the frame's x from global x.
         azimuth: f64,
-        /// Whether it repeats itself along its x, y.
+        /// Whether the frame is periodic along its x and y.
         periodic: [bool; 2],
-        /// Outline of what may touch.
+        /// Outline of the region in which contact is possible.
         outline: Option<Outline>,
-        /// Whether it is enlarged when wear brings the contact to its edge.
+        /// Whether the frame is enlarged when wear moves the contact to its edge.
         grow: bool,
     },
-    /// The contact group of a meshed body.
+    /// Contact group of a meshed body.
     Mesh {
         /// Index of the body, 0 or 1.
         body: usize,
-        /// Whether faces or nodes have a cell each.
+        /// Whether each face or each node has a cell.
         points: FramePoints,
         /// Origin in global x, y.
         center: [f64; 2],
@@ -275,13 +275,13 @@ impl From<UniformFibre> for FibreAngles {
 }
 
 impl BodyMaterial {
-    /// Axes of the material as columns, in axes turned by `azimuth` (radians) from the global ones.
+    /// Material axes as columns, in axes rotated by `azimuth` (radians) about the normal from the global axes.
     pub fn material_axes(&self, azimuth: f64) -> Matrix3<f64> {
         let fibre = self.fibre.unwrap_or(FibreAngles { tilt: 0.0, azimuth: 0.0 });
         fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
     }
 
-    /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
+    /// Stiffness in axes rotated by `azimuth` (radians) about the normal from the global axes.
     pub fn stiffness_in_frame(&self, azimuth: f64) -> Stiffness {
         if self.isotropic {
             self.stiffness.clone()
@@ -292,7 +292,7 @@ impl BodyMaterial {
 }
 
 impl BeBodyPlan {
-    /// What the body takes; `name` is what its messages call it.
+    /// Input of the boundary-element module; `name` is the name of the body in messages.
     pub fn bem_spec(&self, name: &str) -> body::BeSpec {
         let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.fem_spec(name);
         body::BeSpec {
@@ -309,31 +309,31 @@ impl BeBodyPlan {
 }
 
 impl PrescribedDisplacement {
-    /// A support of `group` that leaves all components free.
+    /// A support of `group` with all components free.
     pub fn free(key: String, group: &str) -> Self {
         Self { key, group: group.to_owned(), values: [None; 3], gradient: [[0.0; 3]; 3] }
     }
 
-    /// Whether it prescribes a displacement other than zero.
+    /// Whether a displacement other than zero is prescribed.
     pub fn is_moving(&self) -> bool {
         self.values.iter().flatten().chain(self.gradient.iter().flatten()).any(|&value| value != 0.0)
     }
 }
 
 impl MeshedBodyPlan {
-    /// Whether its contact faces are of first order; false without them.
+    /// Whether all contact faces are of first order; false without a contact group.
     pub fn has_linear_contact_faces(&self) -> bool {
         let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
         let group = self.mesh.group_of_dim(&self.contact, 2);
         group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
     }
 
-    /// Whether it has loads of its own.
+    /// Whether the body has loads of its own.
     pub fn is_loaded(&self) -> bool {
         !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]
     }
 
-    /// Groups of surfaces of its contact, supports, foundations and loads, some of them more than once.
+    /// Groups of contact, supports, foundations and loads. A group may occur several times.
     pub fn groups(&self) -> impl Iterator<Item = &str> {
         let supports = self.supports.iter().map(|support| &support.group);
         let foundations = self.foundations.iter().map(|foundation| &foundation.group);
@@ -347,7 +347,7 @@ impl MeshedBodyPlan {
         all.map(String::as_str)
     }
 
-    /// What the finite-element module takes; `name` is what its messages call the body.
+    /// Input of the finite-element module; `name` is the name of the body in messages.
     pub fn fem_spec(&self, name: &str) -> fem::FeSpec {
         let supports = self.supports.iter().map(|support| fem::Support {
             group: support.group.clone(),
@@ -374,7 +374,7 @@ impl MeshedBodyPlan {
 }
 
 impl BodyPlan {
-    /// What it is.
+    /// Kind of model of the body.
     pub fn discretisation(&self) -> Discretisation {
         match self {
             Self::Fe(_) => Discretisation::FiniteElements,
@@ -385,7 +385,7 @@ impl BodyPlan {
         }
     }
 
-    /// The material, unless rigid.
+    /// The material; `None` for a rigid body.
     pub fn material(&self) -> Option<&BodyMaterial> {
         match self {
             Self::Fe(fe) => Some(&fe.material),
@@ -396,7 +396,7 @@ impl BodyPlan {
         }
     }
 
-    /// Whether it says where its fibres run.
+    /// Whether fibre directions are given.
     pub fn has_fibre(&self) -> bool {
         match self.as_meshed() {
             Some(meshed) => meshed.has_fibre,

@@ -1,4 +1,4 @@
-//! The JSON Schema of a scene, generated from the [keys](super::spec).
+//! JSON Schema of a scene, generated from the [keys](super::spec).
 
 use std::sync::LazyLock;
 
@@ -9,14 +9,14 @@ use serde_json::Value;
 
 use super::spec::Scene;
 
-/// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
+/// JSON Schema (draft 2020-12) of a scene file, for completion and checks in editors.
 pub fn json_schema() -> &'static Value {
-    // A study reads a scene for each of its runs.
+    // Generated once, because a study reads a scene for each of its runs.
     static SCHEMA: LazyLock<Value> = LazyLock::new(json_schema_of::<Scene>);
     &SCHEMA
 }
 
-/// The same of a file with the keys of `T`.
+/// JSON Schema of a file with the keys of `T`.
 pub fn json_schema_of<T: JsonSchema>() -> Value {
     SchemaSettings::draft2020_12()
         .with_transform(RecursiveTransform(tidy))
@@ -25,7 +25,7 @@ pub fn json_schema_of<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// Takes out `format`, which names Rust's number types, and null: what is an `Option` may be absent, but no file says null.
+/// Removes `format` (number types of Rust) and null. Optional keys may be absent, but no file contains null.
 fn tidy(schema: &mut schemars::Schema) {
     let Some(schema) = schema.as_object_mut() else { return };
     if let Some(Value::Array(branches)) = schema.get_mut("anyOf") {

@@ -1,4 +1,4 @@
-//! Checks a scene's tree against the JSON Schema, collecting every mistake.
+//! Checks the document tree of a scene against the JSON Schema and collects all errors.
 
 use serde_json::Value as Json;
 
@@ -6,20 +6,20 @@ use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
-/// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
+/// Returns the schema violations of `document`, and the keys among them that no table of the schema defines.
 pub fn check_against_schema(document: &Document, schema: &Json) -> (Vec<Diagnostic>, Vec<String>) {
     let mut walk = SchemaWalk { document, root: schema, diagnostics: Vec::new(), unknown_keys: Vec::new() };
     walk.check_value(&document.root, schema, "");
     (walk.diagnostics, walk.unknown_keys)
 }
 
-/// The branches of a value that is a number or a list of numbers.
+/// Schemas of the number and of the list, if `branches` allows a number or a list of numbers.
 fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
     let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
     Some([of_type("number").or_else(|| of_type("integer"))?, of_type("array")?])
 }
 
-/// A walk over the tree and the schema side by side.
+/// Simultaneous traversal of the document tree and the schema.
 struct SchemaWalk<'a> {
     document: &'a Document,
     root: &'a Json,
@@ -32,7 +32,7 @@ impl<'a> SchemaWalk<'a> {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
-    /// The schema behind a reference.
+    /// The schema that a `$ref` points to, or `schema` itself.
     fn dereference(&self, schema: &'a Json) -> &'a Json {
         let target = schema.get("$ref").and_then(Json::as_str).and_then(|r| r.strip_prefix('#'));
         target.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
@@ -85,7 +85,7 @@ impl<'a> SchemaWalk<'a> {
         if let Some(types) = schema.get("type").and_then(Json::as_array) {
             let whole = !types.iter().any(|kind| kind == "number");
             return match node.value {
-                // The number is what the schema bounds.
+                // The bounds of the schema apply to the number.
                 TomlValue::Integer(_) => self.check_number(node, schema, key, true),
                 TomlValue::Float(_) if !whole => self.check_number(node, schema, key, false),
                 TomlValue::String(_) => {}
@@ -108,7 +108,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// One of a few words.
+    /// Checks a string against the allowed words.
     fn check_word(&mut self, node: &TomlNode, words: &[&str], key: &str) {
         let allowed = quoted_list(words, "\"");
         let TomlValue::String(found) = &node.value else {
@@ -133,7 +133,7 @@ impl<'a> SchemaWalk<'a> {
         self.report(key, format!("`{name}` = \"{found}\" is not an allowed value"), "not allowed", hint);
     }
 
-    /// A table whose `tag` says which keys it has.
+    /// Checks a table whose `tag` key selects the branch of the schema.
     fn check_tagged_table(&mut self, node: &TomlNode, branches: &'a [Json], tag: &'a str, key: &str) {
         let TomlValue::Table(entries) = &node.value else {
             return self.report_wrong_type(node, key, &format!("a table with `{tag}`"));
@@ -159,7 +159,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// A table with named keys, or with names of the user's.
+    /// Checks a table with the keys of the schema or with user-defined names.
     fn check_table(
         &mut self,
         node: &TomlNode,
@@ -182,7 +182,7 @@ impl<'a> SchemaWalk<'a> {
         let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
         let known = names(schema);
         for name in required.filter_map(Json::as_str) {
-            // A misspelt key is reported once, with the right spelling.
+            // A misspelt key is reported once, as an unknown key with the correct spelling.
             let there = |entry: &TomlEntry| {
                 entry.name == name
                     || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
@@ -268,7 +268,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// A number must be finite, whole if a count, of a size that can be squared, and within the schema's bounds.
+    /// Checks that a number is finite, within [`MAGNITUDE_RANGE`] and within the bounds of the schema; counts must be integers.
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
@@ -317,7 +317,7 @@ impl<'a> SchemaWalk<'a> {
     }
 }
 
-/// Keys of earlier versions, and what to use instead.
+/// Keys of earlier versions, with the help text for each.
 const REMOVED_KEYS: [(&str, &str); 2] = [
     (
         "wear.beyond_critical",
@@ -326,7 +326,7 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
     ("solver.precision", "remove it: all products with the flexibility are in double precision"),
 ];
 
-/// Values of earlier versions, and what to do about them.
+/// Values of earlier versions, with the help text for each.
 const REMOVED_VALUES: [(&str, &str); 4] = [
     ("gauss-seidel", "leave `method` out or take \"auto\": Newton's method solves these contacts"),
     ("mirror-half", "remove it: mirror-symmetric grids are no longer halved"),
@@ -334,32 +334,32 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("reduced-precision", "remove it: all products with the flexibility are in double precision"),
 ];
 
-/// Largest count.
+/// Maximum magnitude of an integer.
 const MAX_INTEGER: f64 = 1e15;
 
-/// Sizes of numbers other than 0 whose products with each other stay within the range of f64.
+/// Magnitudes of numbers other than 0 whose products with each other stay within the range of f64.
 pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
 
-/// The key that tells the branches apart by a constant, if all have one.
+/// The key that distinguishes the branches by a constant, if the first branch has one.
 fn tag_of(branches: &[Json]) -> Option<&str> {
     let first = branches.first()?.get("properties")?.as_object()?;
     let (tag, _) = first.iter().find(|(_, schema)| schema.get("const").is_some())?;
     Some(tag)
 }
 
-/// The constant of `tag` in a branch.
+/// Value of the constant `tag` in a branch.
 fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
     branch.get("properties")?.get(tag)?.get("const")?.as_str()
 }
 
-/// The branch of a number that some words may stand for.
+/// The branch for a number, among branches that also allow words.
 fn number_branch(branches: &[Json]) -> Option<&Json> {
     branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "integer" || t == "number"))
 }
 
-/// The words that branches of constants allow.
+/// The words that the branches allow.
 fn branch_words(branches: &[Json]) -> Vec<&str> {
-    // Words beside a number are branches of their own.
+    // Words that are allowed beside a number are nested in a `oneOf` of their own.
     let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
         Some(inner) => inner.as_slice(),
         None => std::slice::from_ref(branch),
@@ -373,7 +373,7 @@ fn branch_words(branches: &[Json]) -> Vec<&str> {
         .collect()
 }
 
-/// The names of the keys of a table.
+/// Names of the keys of a table.
 fn names(schema: &Json) -> Vec<&str> {
     schema
         .get("properties")
@@ -384,7 +384,7 @@ fn names(schema: &Json) -> Vec<&str> {
         .collect()
 }
 
-/// What bounds a number violates, in words.
+/// Description of the bounds of a number, if it violates one of them.
 fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
     let (least, most) = (bound("minimum"), bound("maximum"));
@@ -405,7 +405,7 @@ fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     Some(parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
 }
 
-/// What a list must be, in words.
+/// Description of the list that the schema requires.
 fn describe_list(schema: &Json) -> String {
     let least = schema.get("minItems").and_then(Json::as_u64);
     let most = schema.get("maxItems").and_then(Json::as_u64);
@@ -416,12 +416,12 @@ fn describe_list(schema: &Json) -> String {
     }
 }
 
-/// The last part of a dotted key.
+/// Last segment of a dotted key.
 fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// The last part of a dotted key that is a name, with the indices after it.
+/// Last segment of a dotted key that is a name, with the indices after it.
 fn last_named_segment(key: &str) -> &str {
     let mut start = key.len();
     for part in key.rsplit('.') {

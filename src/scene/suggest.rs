@@ -1,8 +1,8 @@
-//! The word that a user most likely meant.
+//! Suggestions for misspelt words.
 
 use strsim::osa_distance;
 
-/// The candidate nearest to `word` in edits, if near enough to be meant.
+/// The candidate with the smallest edit distance to `word`, if that is at most a third of its length (at least 1).
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);
@@ -14,7 +14,7 @@ pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str>
         .map(|(_, candidate)| candidate)
 }
 
-/// Words in quotes, separated by commas.
+/// Words in quotes, separated by commas; "none" without words.
 pub(crate) fn quoted_list(words: &[&str], quote: &str) -> String {
     if words.is_empty() {
         return "none".to_owned();
@@ -22,7 +22,7 @@ pub(crate) fn quoted_list(words: &[&str], quote: &str) -> String {
     words.iter().map(|word| format!("{quote}{word}{quote}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Small letters, with one kind of hyphen; the first 64 of them.
+/// The first 64 characters in lower case, with hyphens for underscores and spaces.
 fn normalised(word: &str) -> String {
     word.to_lowercase().replace(['_', ' '], "-").chars().take(64).collect()
 }
@@ -31,7 +31,7 @@ fn normalised(word: &str) -> String {
 mod tests {
     use super::closest;
 
-    /// Truth: one slip of the finger each; a word of another meaning is not suggested.
+    /// Truth: words with one typing error are found; a word with another meaning is not suggested.
     #[test]
     fn slips_of_the_finger_are_found() {
         let keys = ["radius", "kind", "half_width", "cells"];

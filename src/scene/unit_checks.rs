@@ -1,7 +1,7 @@
-//! Numbers that look as if units were mixed up: warnings with the numbers, never refusals.
+//! Warnings about numbers that indicate mixed-up units. The scene is never refused for them.
 //!
-//! Every rule compares sizes that differ by orders of magnitude in no sensible scene; none reads names of units but the
-//! one for moduli in N and mm or N and m.
+//! Every rule compares magnitudes that differ by orders of magnitude in no realistic scene. Only the rule for moduli reads the
+//! names of units (N and mm, or N and m).
 
 use std::f64::consts::PI;
 
@@ -12,22 +12,22 @@ use crate::frame::GapShape;
 use crate::geometry::{Point, bounds};
 use crate::material::{PlacedMaterial, Stiffness};
 
-/// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.
+/// Values that moduli of stiff solids have in GPa, but not in MPa.
 const GPA_LIKE_MODULI_MPA: [f64; 2] = [2.0, 1000.0];
 
-/// Poisson's ratios of stiff solids; rubber (0.45 to 0.5) and foam may well have moduli of a few MPa.
+/// Poisson's ratios of stiff solids. Rubber (0.45 to 0.5) and foam can have moduli of a few MPa.
 const STIFF_POISSON_RATIOS: [f64; 2] = [0.15, 0.42];
 
-/// Above the stiffest solid (diamond, 1.2e6 MPa).
+/// Upper limit of Young's modulus, above the stiffest solid (diamond, 1.2e6 MPa).
 const MAX_MODULUS_MPA: f64 = 5e6;
 
-/// Ratio of moduli of two bodies beyond which the softer one has all of the deformation.
+/// Ratio of the moduli of two bodies above which the deformation of the stiffer one is negligible.
 const MAX_MODULUS_RATIO: f64 = 1e4;
 
-/// What each of these warnings begins with.
+/// Prefix of these warnings.
 pub const UNIT_WARNING_PREFIX: &str = "possible unit error";
 
-/// Warnings on the sizes of moduli, radii, displacements, forces, meshes and frame.
+/// Warnings about the magnitudes of moduli, radii, displacements, forces, meshes and the frame.
 pub(super) fn unit_warnings(plan: &Plan) -> Vec<String> {
     let mut notes = Vec::new();
     check_moduli(plan, &mut notes);
@@ -51,7 +51,7 @@ fn least(values: [f64; 3]) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Materials of a body by name, each once.
+/// Distinct materials of a body, by name.
 fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
     let mut found: Vec<(&str, &Stiffness)> = match body {
         BodyPlan::Fe(fe) => {
@@ -65,9 +65,9 @@ fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
     found
 }
 
-/// Moduli that would be ordinary in another unit of stress.
+/// Warns about moduli that would be usual in another unit of stress.
 fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
-    // The size of 1 MPa in the scene's unit of stress.
+    // 1 MPa in the stress unit of the scene.
     let mpa = match (plan.units.force.as_str(), plan.units.length.as_str()) {
         ("N", "mm") => 1.0,
         ("N", "m") => 1e6,
@@ -101,7 +101,7 @@ fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Moduli of the two bodies that have nothing to do with each other.
+/// Warns about moduli of the two bodies that differ too much.
 fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     let [Some(first), Some(second)] = [0, 1].map(|i| plan.bodies[i].material()) else { return };
     let [a, b] = [first, second].map(|elastic| young(&elastic.stiffness));
@@ -118,8 +118,8 @@ fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Half of the least side and the least cell of a grid frame, along the directions in which it does not repeat itself if there are
-/// any.
+/// Smallest half-width and smallest cell side of a grid frame, along its non-periodic directions or, if both are periodic, along
+/// both.
 fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     let FramePlan::Grid { half_width, cells, periodic, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
@@ -131,7 +131,7 @@ fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     )
 }
 
-/// Length along the endless direction of a frame that repeats itself in one.
+/// Length of the frame along its periodic direction, if exactly one direction is periodic.
 fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     match frame {
         FramePlan::Grid { half_width, periodic: [true, false], .. } => Some(2.0 * half_width[0]),
@@ -140,7 +140,7 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// The same of any frame: of a mesh frame half of its largest extent, and the side of a square as large as a face.
+/// Half-width and cell side of any frame. For a mesh frame: half of its largest extent, and the square root of the mean face area.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;
@@ -150,7 +150,7 @@ fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
 }
 
-/// Radius of curvature of a round gap.
+/// Radius of curvature of a gap with a curved shape.
 fn radius(plan: &Plan) -> Option<f64> {
     match plan.gap.shape {
         GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
@@ -160,7 +160,7 @@ fn radius(plan: &Plan) -> Option<f64> {
     }
 }
 
-/// Radius, displacements and forces against the frame and its cells.
+/// Compares the radius, displacements and forces with the size of the frame and its cells.
 fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let approach = plan.max_prescribed_approach().unwrap_or(0.0);
     let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
@@ -208,7 +208,7 @@ fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// The half-width of the contact by the largest normal force (Hertz), right within a factor of a few.
+/// Contact half-width for the largest normal force (Hertz), correct within a factor of a few.
 fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
     let force = (plan.steps.iter())
         .filter_map(|step| if let Some(Normal::Force(force)) = step.normal { Some(force) } else { None })
@@ -219,7 +219,7 @@ fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
         .sum();
     let width = match line_contact_length(&plan.frame) {
         None => (0.75 * force * radius * compliance).cbrt(),
-        // A line contact.
+        // Line contact: a² = 4 F R / (π L E*).
         Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
     };
     (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
@@ -234,7 +234,7 @@ fn extent(fe: &MeshedBodyPlan, group: &str) -> Option<[f64; 3]> {
     }))
 }
 
-/// Extent of the mesh along the normal of the frame, along which bodies approach.
+/// Extent of the mesh along the normal of the frame, the direction of approach.
 fn height(plan: &Plan, fe: &MeshedBodyPlan) -> f64 {
     let normal = match plan.frame {
         FramePlan::Mesh { normal, .. } => Point::from(normal).normalize(),
@@ -244,7 +244,7 @@ fn height(plan: &Plan, fe: &MeshedBodyPlan) -> f64 {
     high - low
 }
 
-/// Meshes against the frame and the displacements.
+/// Compares the size of the meshes with the frame and with the approach.
 fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
     for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
         let Some(fe) = body.as_meshed() else { continue };

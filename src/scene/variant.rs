@@ -1,4 +1,4 @@
-//! What the bodies of a scene are in its variants, and how they are meshed there.
+//! Discretisations of the bodies in the variants of a scene, and their meshes.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,23 +8,23 @@ use super::suggest::closest;
 use crate::bem::finite::Interpolation;
 use crate::mesh::Mesh;
 
-/// What stands for a body.
+/// Model of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Discretisation {
     /// Finite elements.
     FiniteElements,
-    /// A finite body of boundary elements.
+    /// Finite body of boundary elements.
     BoundaryElements,
-    /// A half-space.
+    /// Half-space.
     HalfSpace,
-    /// A half-space whose surface is meshed as far as it goes.
+    /// Half-space whose surface is meshed only around the frame.
     TruncatedHalfSpace,
-    /// Nothing: the body does not deform.
+    /// Rigid body.
     Rigid,
 }
 
 impl Discretisation {
-    /// All, in the order of messages.
+    /// All models, in the order of messages.
     const ALL: [Self; 5] = [
         Self::FiniteElements,
         Self::BoundaryElements,
@@ -33,7 +33,7 @@ impl Discretisation {
         Self::Rigid,
     ];
 
-    /// Its name in that of a variant.
+    /// Name in the name of a variant.
     pub fn name(self) -> &'static str {
         match self {
             Self::FiniteElements => "FE",
@@ -45,7 +45,7 @@ impl Discretisation {
     }
 }
 
-/// What stands for body 1 and body 2.
+/// Models of body 1 and body 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiscretisationPair(pub [Discretisation; 2]);
 
@@ -58,7 +58,7 @@ impl fmt::Display for DiscretisationPair {
 impl std::str::FromStr for DiscretisationPair {
     type Err = String;
 
-    /// "FE-BE", in letters of any case; the error says what is allowed.
+    /// Parses "FE-BE", in upper or lower case. The error message lists the allowed names.
     fn from_str(text: &str) -> Result<Self, String> {
         let names = Discretisation::ALL.map(Discretisation::name);
         let wanted = format!("two of {} joined by a hyphen, e.g. \"FE-BE\"", names.join(", "));
@@ -77,27 +77,27 @@ impl std::str::FromStr for DiscretisationPair {
     }
 }
 
-/// How a body is meshed where something else stands for it than what it is.
+/// Meshes and elements of a body in variants that replace its model.
 #[derive(Debug, Clone)]
 pub struct AlternativeMeshes {
-    /// A closed surface; the skin of its own mesh if absent.
+    /// Closed surface mesh; `None` for the boundary surface of the body's own mesh.
     pub surface: Option<Arc<Mesh>>,
-    /// How displacement and traction vary over its elements.
+    /// Interpolation of displacement and traction over the boundary elements.
     pub interpolation: Interpolation,
-    /// Solids; those of its own mesh if absent.
+    /// Volume mesh; `None` for the body's own mesh.
     pub solids: Option<Arc<Mesh>>,
     /// Formulation of the finite elements.
     pub element: Option<Element>,
-    /// Where their near field is computed.
+    /// Model of the near field of the finite-element body.
     pub near_field: NearField,
 }
 
-/// What is compared.
+/// Settings of a comparison.
 #[derive(Debug, Clone)]
 pub struct ComparePlan {
-    /// The variants; the scene as it is and the usual ones if absent.
+    /// The variants; `None` for the scene as it is and the usual variants.
     pub variants: Option<Vec<DiscretisationPair>>,
-    /// How bodies 1 and 2 are meshed.
+    /// Alternative meshes of bodies 1 and 2.
     pub alternatives: [AlternativeMeshes; 2],
 }
 
@@ -105,7 +105,7 @@ pub struct ComparePlan {
 mod tests {
     use super::*;
 
-    /// Truth: the names of the documentation, and those it does not have.
+    /// Truth: names of variants are read in upper and lower case; other names are refused.
     #[test]
     fn variants_are_read_as_they_are_written() {
         for text in ["FE-FE", "BE-rigid", "FE-BE", "HS-HS"] {

@@ -1,4 +1,4 @@
-//! The axes of a study: lists or ranges of values, crossed or zipped.
+//! Axes of a study: lists, ranges or samples of values, which are combined or zipped.
 
 use std::collections::BTreeSet;
 
@@ -8,36 +8,36 @@ use crate::sweep::range;
 use crate::sweep::read::MOST_RUNS;
 use crate::sweep::spec::{AxisKeys, SampleKeys, StudyFile};
 
-/// An axis: keys of the scene and the values that they take together.
+/// An axis: keys of the scene, and the values that they take together.
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// Name in tables and plots.
     pub name: String,
     /// Keys of the scene.
     pub keys: Vec<String>,
-    /// By key, where it stands in the file.
+    /// Location of each key in the study file.
     pub(super) locations: Vec<KeyLocation>,
-    /// By value, one node per key.
+    /// Values of the axis; each contains one node per key.
     pub values: Vec<Vec<TomlNode>>,
-    /// Whether its values are a sample.
+    /// Whether the values are a sample.
     pub is_sample: bool,
 }
 
-/// Where the study file has a key and its values.
+/// Location of a key and its values in the study file.
 #[derive(Debug, Clone)]
 pub(super) struct KeyLocation {
-    /// Number of the axis.
+    /// Index of the axis in the file.
     axis: usize,
-    /// Name of that axis.
+    /// Name of the axis in the file.
     pub name: String,
-    /// Number of the key in it.
+    /// Index of the key in the axis.
     key: usize,
-    /// Number of its keys.
+    /// Number of keys of the axis.
     pub of: usize,
     source: AxisKind,
 }
 
-/// Which key gives the values.
+/// Key of the study file that gives the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AxisKind {
     Values,
@@ -45,11 +45,11 @@ enum AxisKind {
     Sample,
 }
 
-/// Name of the axis of all that are sampled.
+/// Name of the axis that contains all sampled axes.
 const SAMPLE: &str = "sample";
 
 impl Axis {
-    /// A value as a person reads it.
+    /// Label of a value for the user; the number of the point for a sample.
     pub fn label(&self, value: usize) -> String {
         if self.is_sample {
             return format!("{}", value + 1);
@@ -61,12 +61,12 @@ impl Axis {
         self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
     }
 
-    /// A value as a number, where the axis sets one key to numbers.
+    /// A value as a number, if the axis has one key and the value is a number.
     pub fn number(&self, value: usize) -> Option<f64> {
         (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
 
-    /// The number that a value gives to one of the keys.
+    /// The number that a value gives to one of the keys, if it is a number.
     pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
             TomlValue::Integer(number) => Some(number as f64),
@@ -75,18 +75,18 @@ impl Axis {
         }
     }
 
-    /// Whether all its values are numbers.
+    /// Whether all values are numbers of one key.
     pub fn is_numeric(&self) -> bool {
         (0..self.values.len()).all(|value| self.number(value).is_some())
     }
 
-    /// Where the study file has key `k`.
+    /// Path of key `k` in the study file.
     pub(super) fn place_of_key(&self, k: usize) -> String {
         let KeyLocation { axis, key, .. } = &self.locations[k];
         format!("axes.{axis}.keys.{key}")
     }
 
-    /// Where the study file has what `value` gives to key `k`.
+    /// Path of the value of key `k` in the study file.
     pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
         match &self.locations[k] {
             KeyLocation { axis, source: AxisKind::Range, .. } => format!("axes.{axis}.range"),
@@ -97,7 +97,7 @@ impl Axis {
     }
 }
 
-/// The axes of a study; what is wrong with them is added to `mistakes`.
+/// Reads the axes of a study. Errors are added to `mistakes`.
 pub(super) fn axes(
     document: &Document,
     keys: &StudyFile,
@@ -113,7 +113,7 @@ pub(super) fn axes(
         let list = document.get(&format!("axes.{i}.values"));
         if own.sample.is_some() {
             sampled(own, list, &mut wrong);
-            // Its values follow when all that are sampled are known.
+            // The values are sampled later, when all sampled axes are known.
             let written =
                 KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
             let (name, keys) = (own.name.clone(), own.keys.clone());
@@ -161,7 +161,7 @@ pub(super) fn axes(
     merge_zipped(document, keys, axes, mistakes)
 }
 
-/// Says what is wrong with an axis that is sampled.
+/// Reports errors of a sampled axis.
 fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(String, String, &str)) {
     if list.is_some() || own.range.is_some() {
         let other = if list.is_some() { "values" } else { "range" };
@@ -177,9 +177,9 @@ fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(Strin
     }
 }
 
-/// Draws the values of the axes that are sampled.
+/// Samples the values of all sampled axes.
 fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Diagnostic>) {
-    // What is out of bounds has been told.
+    // Counts out of bounds are reported by the schema check.
     let allowed = |spec: &SampleKeys| (1..=MOST_RUNS).contains(&spec.count);
     if keys.sample.is_some_and(|spec| !allowed(&spec)) {
         return;
@@ -221,7 +221,7 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
     }
 }
 
-/// Keys that are none, that vary twice, or that an option sets.
+/// Reports keys that are invalid, that vary twice, or that an option sets.
 fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Diagnostic>) {
     let mut taken: BTreeSet<&str> = BTreeSet::new();
     let by_option: BTreeSet<&str> =
@@ -242,7 +242,7 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
     }
 }
 
-/// The values of a list, one node for each key.
+/// The values of a list, one node per key.
 fn listed(
     axis: &AxisKeys,
     list: &TomlNode,
@@ -262,7 +262,7 @@ fn listed(
                 continue;
             }
         };
-        // Axes that are zipped may stay where they are from one run to the next.
+        // Zipped axes may repeat a value.
         let is_new = known.insert(value.iter().map(TomlNode::to_toml).collect::<Vec<_>>());
         if !is_new && axis.zip.is_empty() {
             let message = format!("the value {} is there twice", item.to_toml());
@@ -273,7 +273,7 @@ fn listed(
     values
 }
 
-/// Names the axes that have no name: by the last part of their first key, or by all of it where that is taken.
+/// Names the unnamed axes after the last segment of their first key, or after the whole key if that name is taken.
 fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
@@ -290,7 +290,7 @@ fn assign_names(axes: &mut [Axis]) {
     }
 }
 
-/// The axes with those that have the same `zip`, or are sampled, as one, where the first of them stands.
+/// Merges axes with the same `zip`, and all sampled axes, into one axis at the position of the first of them.
 fn merge_zipped(
     document: &Document,
     keys: &StudyFile,
@@ -344,7 +344,7 @@ fn merge_zipped(
 
 #[cfg(test)]
 impl Axis {
-    /// An axis of numbers.
+    /// An axis of numbers for one key.
     pub fn of_numbers(name: &str, key: &str, numbers: &[f64]) -> Self {
         let node = |&number: &f64| {
             let source = crate::scene::document::ValueSource::File(0..0);

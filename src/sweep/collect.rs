@@ -1,4 +1,4 @@
-//! Numbers out of the results of a run, by paths like `fretting.worn_volume`.
+//! Collects numbers from the results of a run by paths such as `fretting.worn_volume`.
 
 use std::borrow::Cow;
 
@@ -8,22 +8,22 @@ use crate::evolution::records::{IncrementRecord, JumpRecord, Resultants, Rolling
 use crate::output::summary::Units;
 use crate::scene::document::key_segments;
 
-/// A number of the entries of a step.
+/// A number in the entries of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CollectedQuantity {
-    /// As it is written: step, then the field of its entries.
+    /// Path as written in the study file: step, then the fields of its entries.
     pub path: String,
     /// Name of the step.
     pub step: String,
-    /// Fields, outermost first.
+    /// Field names, outermost first.
     fields: Vec<String>,
 }
 
 impl CollectedQuantity {
-    /// The quantity of a path.
+    /// Parses a path.
     ///
     /// # Errors
-    /// If there is no such number in the entries of a step; the message, and how to mend it.
+    /// The message and help text, if the entries of a step do not have such a number.
     pub fn parse(path: &str) -> Result<Self, (String, String)> {
         let parts: Vec<String> = key_segments(path).map(Cow::into_owned).collect();
         let Some((step, fields)) = parts.split_first() else {
@@ -50,20 +50,20 @@ impl CollectedQuantity {
         }
     }
 
-    /// The number in an entry; `None` where it has none.
+    /// The number in an entry; `None` if the entry does not have it. Booleans are 0 or 1.
     pub fn value_in(&self, record: &IncrementRecord) -> Option<f64> {
         let entry = serde_json::to_value(record).ok()?;
         let found = self.fields.iter().try_fold(&entry, |at, field| child(at, field))?;
         found.as_f64().or(found.as_bool().map(|b| if b { 1.0 } else { 0.0 }))
     }
 
-    /// The number at the end of the step.
+    /// The number in the last entry of the step.
     pub fn final_value(&self, records: &[IncrementRecord]) -> Option<f64> {
         self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
-    /// The numbers of all entries of the step, over the cycles or the distance slid if it wears in jumps, else over the
-    /// increments. In the first case what adds up in the course of a run starts from the entry before, or from 0.
+    /// Values of all entries of the step. The abscissa is the number of cycles or the sliding distance for steps with wear jumps,
+    /// otherwise the increment. With wear jumps, curves of cumulative quantities start from the entry before the step, or from 0.
     pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
         let entries = || records.iter().filter(|record| record.name == self.step);
         let cycles = entries().any(|record| record.stroke_ends.is_some());
@@ -86,7 +86,7 @@ impl CollectedQuantity {
             .collect()
     }
 
-    /// Its name with the unit: "worn volume, mm^{3}".
+    /// Name with unit: "worn volume, mm^{3}".
     pub fn label(&self, units: &Units) -> String {
         let name = self.fields.iter().rev().find(|field| field.parse::<usize>().is_err());
         let unit = name.map(|name| units.of_key(name)).unwrap_or_default();
@@ -96,7 +96,7 @@ impl CollectedQuantity {
     }
 }
 
-/// Fields that count from the start of a run.
+/// Fields that accumulate from the start of a run.
 const CUMULATIVE_FIELDS: [&str; 8] = [
     "worn_volume",
     "worn_volume_by_body",
@@ -111,7 +111,7 @@ const CUMULATIVE_FIELDS: [&str; 8] = [
 const EXAMPLE: &str =
     "name a step and a number of its entries, as in \"fretting.worn_volume\" (docs/results.md)";
 
-/// An entry that has all fields.
+/// An entry with all optional fields.
 fn template() -> Value {
     let mut record = IncrementRecord {
         stroke_ends: Some([Resultants::default(); 2]),
@@ -145,7 +145,7 @@ fn names(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    /// Truth: the entry's own fields; the last entry of a step is its result.
+    /// Truth: the fields of the entry; the last entry of a step is its result.
     #[test]
     fn paths_lead_to_numbers() {
         let entry = |increment: usize, volume: f64| IncrementRecord {
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "worn volume, mm^{3}");
     }
 
-    /// Truth: what is no number of an entry is refused with what there is.
+    /// Truth: a path that is not a number of an entry is refused with the allowed names.
     #[test]
     fn other_paths_are_refused() {
         for (path, message, mend) in [

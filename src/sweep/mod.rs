@@ -1,8 +1,8 @@
-//! Studies: a scene run for all combinations of some of its values.
+//! Studies: a scene is computed for all combinations of some of its values.
 //!
-//! [`spec`] are the keys of a study file, [`mod@read`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
-//! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
-//! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
+//! [`spec`] defines the keys of a study file, and [`mod@read`] reads and checks it with its scenes ([`Sweep`]). The values come
+//! from `axes` with their `range` and `sample`; `require` omits combinations. [`run`] computes the runs, [`collect`] takes numbers
+//! from their results, [`table`] contains them, and [`plots`] draws them.
 
 pub mod axes;
 pub mod collect;

@@ -1,5 +1,4 @@
-//! The pictures of a study: families of curves over the cycles, results over one axis with another as family or over two, and over the keys of a
-//! sample.
+//! Plots of a study: curves over the cycles, results over one axis with another as family, heat maps, and scatter plots of samples.
 
 use std::collections::HashMap;
 
@@ -13,10 +12,10 @@ use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::read::Sweep;
 use crate::sweep::table::{StudyResult, StudyRun};
 
-/// Most panels of a picture.
+/// Maximum number of panels of a plot.
 const MOST_PANELS: usize = 12;
 
-/// Pictures with the names of their files; runs that did not converge are left out.
+/// The plots with the names of their files. Runs that did not converge are omitted.
 pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
     let study = StudyPlots { sweep, result, places };
@@ -36,7 +35,7 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     pictures
 }
 
-/// The panels of a picture: the first [`MOST_PANELS`] are drawn, the others only counted.
+/// Panels of a plot. The first [`MOST_PANELS`] are drawn; the others are only counted.
 #[derive(Default)]
 struct Panels {
     drawn: Vec<Canvas>,
@@ -51,7 +50,7 @@ impl Panels {
         self.count += 1;
     }
 
-    /// The picture; its last line says how many panels are missing.
+    /// The plot as SVG. Its last line states how many panels are missing.
     fn arrange(&self) -> String {
         let note = if self.count > self.drawn.len() {
             format!("the first {} of {} panels; all numbers are in study.csv", self.drawn.len(), self.count)
@@ -62,7 +61,7 @@ impl Panels {
     }
 }
 
-/// Letters that every file system takes.
+/// Replaces characters that are not allowed in file names.
 fn plain(name: &str) -> String {
     let fine = |c: &char| c.is_ascii_alphanumeric() || "-_.".contains(*c);
     name.chars().filter(|c| *c != '"').map(|c| if fine(&c) { c } else { '-' }).collect()
@@ -71,7 +70,7 @@ fn plain(name: &str) -> String {
 struct StudyPlots<'a> {
     sweep: &'a Sweep,
     result: &'a StudyResult,
-    /// Numbers of the runs by what they choose.
+    /// Index of the run of each combination of values.
     places: HashMap<&'a [usize], usize>,
 }
 
@@ -80,20 +79,20 @@ impl StudyPlots<'_> {
         &self.sweep.axes
     }
 
-    /// Axes with something to compare; the first one if none has.
+    /// Axes with more than one value; the first axis if there are none.
     fn varied(&self) -> Vec<usize> {
         let varied: Vec<usize> =
             (0..self.axes().len()).filter(|&i| self.axes()[i].values.len() > 1).collect();
         if varied.is_empty() { vec![0] } else { varied }
     }
 
-    /// Whether an axis is worth a side of a heat map.
+    /// Whether an axis is suitable as a side of a heat map.
     fn is_side(&self, i: usize) -> bool {
         let axis = &self.axes()[i];
         !axis.is_sample && axis.values.len() > 2
     }
 
-    /// Results over two axes, a panel for each combination of the others.
+    /// Heat maps over two axes, one panel for each combination of the other axes.
     fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
@@ -125,7 +124,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// The values of an axis, numbers in rising order.
+    /// Indices of the values of an axis; numbers in ascending order.
     fn in_order(&self, i: usize) -> Vec<usize> {
         let axis = &self.axes()[i];
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
@@ -171,12 +170,12 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// The converged run with these values.
+    /// The converged run of a combination.
     fn run(&self, choice: &[usize]) -> Option<&StudyRun> {
         self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
     }
 
-    /// All combinations of the axes that are not `free`; the free ones stay at their first value.
+    /// All combinations of the axes that are not in `free`. The free axes stay at their first value.
     fn combinations_of_other_axes(&self, free: &[usize]) -> Vec<Vec<usize>> {
         let mut choices = vec![vec![0; self.axes().len()]];
         for (i, axis) in self.axes().iter().enumerate().filter(|(i, _)| !free.contains(i)) {
@@ -193,7 +192,7 @@ impl StudyPlots<'_> {
         choices
     }
 
-    /// What a panel has in common: "; angle = 45".
+    /// Title of a panel: step, quantity and the fixed values of other axes (", angle = 45").
     fn title(&self, quantity: &CollectedQuantity, free: &[usize], choice: &[usize]) -> String {
         let words = quantity.label(&self.sweep.units);
         let name = words.split(',').next().unwrap_or("");
@@ -206,11 +205,11 @@ impl StudyPlots<'_> {
         title
     }
 
-    /// Curves over the cycles: for each axis a family of its values, a panel for each combination of the others.
+    /// Curves over the cycles: each axis as family, with one panel for each combination of the other axes.
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
-            // As many lines as points.
+            // There would be one curve for each point of the sample.
             return panels;
         }
         for family in self.varied() {
@@ -230,7 +229,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Results over each axis, with each other one as family.
+    /// Results over each axis, with each other axis as family.
     fn results(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         let varied = self.varied();
@@ -257,7 +256,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// A result over the values of an axis, numbers in rising order, others by their place.
+    /// A result over the values of an axis. Numbers are in ascending order; other values are numbered.
     fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
         let axis = &self.axes()[over];
         let numeric = axis.is_numeric();
@@ -272,7 +271,7 @@ impl StudyPlots<'_> {
         points
     }
 
-    /// A series for each value of the family's axis.
+    /// One series for each value of the axis `family`.
     fn family(
         &self,
         family: Option<usize>,
@@ -291,7 +290,7 @@ impl StudyPlots<'_> {
         (0..axis.values.len()).map(series).filter(|series| !series.points.is_empty()).collect()
     }
 
-    /// Adds a panel, unless no series has a point.
+    /// Adds a panel if a series has a point.
     fn add_chart(
         &self,
         panels: &mut Panels,
@@ -307,7 +306,7 @@ impl StudyPlots<'_> {
     }
 }
 
-/// The name of an axis with its key; with the names of its values where they are no numbers.
+/// Label of an axis: its name and key; for values that are not numbers, name and numbered values.
 fn axis_words(axis: &Axis) -> String {
     let key = axis.keys.first().filter(|key| **key != axis.name);
     let key = key.map(|key| format!(" ({key})")).unwrap_or_default();

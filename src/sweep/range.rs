@@ -1,18 +1,18 @@
-//! Ranges of numbers: 0, 15, 30 and not 14.999999999999998.
+//! Ranges of numbers in exact decimal arithmetic: 0, 15, 30 and not 14.999999999999998.
 
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
 use crate::sweep::spec::{Range, Spacing};
 
-/// Most powers of ten between numbers that are added as decimals.
+/// Maximum difference between the powers of ten of numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;
-/// Digits of numbers with even ratios after the first one, so that they are the same on every machine.
+/// Digits after the first one in ranges with constant ratio, so that the numbers are the same on every machine.
 const DIGITS: usize = 11;
 
-/// The numbers of the range at `key`, at most `most`; integers where all of them are and the file writes the ends as such.
+/// The numbers of the range at `key`, at most `most`. They are integers if all are whole and the file has integer ends.
 ///
 /// # Errors
-/// What is wrong with the range.
+/// The error of an invalid range.
 pub(super) fn values(
     range: &Range,
     document: &Document,
@@ -25,7 +25,7 @@ pub(super) fn values(
     };
     let Range { from, to, .. } = *range;
     if range.count.is_some_and(|count| count > most) {
-        // Has been told.
+        // Reported by the schema check.
         return Ok(Vec::new());
     }
     if !(from.is_finite() && to.is_finite() && from != to) {
@@ -70,7 +70,7 @@ pub(super) fn values(
     Ok(numbers.into_iter().map(node).collect())
 }
 
-/// Decimals of numbers with one power of ten, if they are near enough to each other.
+/// Exact decimals with a common power of ten, if the powers of ten of the numbers are close enough.
 fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut parts = [(0_i128, 0_i32); N];
     for (part, number) in parts.iter_mut().zip(numbers) {
@@ -121,7 +121,7 @@ fn log(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..=last).map(value).collect()
 }
 
-/// The numbers with a step; message and mend where it does not lead from one end to the other.
+/// The numbers of a range with a step. If the steps do not meet the end, returns a message and a help text.
 fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String, String)> {
     let use_count = "give `count` in place of `step`".to_owned();
     let Some(([a, b, by], power)) = decimals([from, to, step]) else {
@@ -147,7 +147,7 @@ fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String
 mod tests {
     use super::*;
 
-    /// Truth: the decimals that a person writes, bit by bit.
+    /// Truth: the decimals that a person would write, bit by bit.
     #[test]
     fn numbers_are_the_decimals_that_are_meant() {
         assert_eq!(linear(0.0, 90.0, 7), [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]);
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(log(-2.0, -0.02, 3), [-2.0, -0.2, -0.02]);
     }
 
-    /// Truth: thirds are right to the last bit or the one before, ends are exact, and even ratios to the digits that are kept.
+    /// Truth: thirds are correct to the last or second-last bit, ends are exact, ratios are constant to the digits kept.
     #[test]
     fn other_numbers_are_the_nearest() {
         for (i, found) in linear(0.0, 1.0, 4).into_iter().enumerate() {
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Truth: steps that miss the end are refused with the ends that they meet.
+    /// Truth: steps that do not meet the end are refused with a message that names the possible ends.
     #[test]
     fn steps_that_miss_the_end_are_refused() {
         let (message, mend) = steps(0.0, 1.0, 0.3, 9).expect_err("no step");

@@ -1,4 +1,4 @@
-//! Reads a study file: its axes, its runs, and everything wrong with it or with the scenes it makes.
+//! Reads a study file with its axes and runs, and collects all errors of the file and of the scenes of the runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,54 +17,54 @@ use crate::sweep::require::{Requirement, combinations};
 use crate::sweep::scenes::SceneReader;
 use crate::sweep::spec::StudyFile;
 
-/// Most runs of a study.
+/// Maximum number of runs of a study.
 pub(super) const MOST_RUNS: usize = 10_000;
-/// Most combinations of values of which some are left out.
+/// Maximum number of combinations before `require` omits some of them.
 const MOST_COMBINATIONS: usize = 1_000_000;
-/// Longest name of a folder.
+/// Maximum length of a folder name, bytes.
 const LONGEST: usize = 80;
 
 /// A run of the study.
 #[derive(Debug, Clone)]
 pub struct RunSpec {
-    /// By axis, which of its values.
+    /// Index of the value on each axis.
     pub choice: Vec<usize>,
-    /// What is laid over the scene, `key.path=value`.
+    /// Overrides of the scene, `key.path=value`.
     pub overrides: Vec<String>,
-    /// Name of its folder.
+    /// Name of the folder.
     pub folder: String,
-    /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
+    /// Memory limit of the scene, or the free memory at the start of the study, whatever the number of parallel runs.
     pub memory: MemoryLimit,
 }
 
-/// A study that can be run.
+/// A valid study.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// Its file.
+    /// The study file.
     pub document: Document,
     /// Title.
     pub title: String,
-    /// The scene's file.
+    /// Path of the scene file.
     pub scene: PathBuf,
     /// Units of the scene.
     pub units: Units,
     /// The axes.
     pub axes: Vec<Axis>,
-    /// What is collected at the end of each run.
+    /// Quantities collected at the end of each run.
     pub collect: Vec<CollectedQuantity>,
-    /// What is collected of all entries.
+    /// Quantities collected from all entries.
     pub curves: Vec<CollectedQuantity>,
-    /// Number of combinations that `require` leaves out.
+    /// Number of combinations that `require` omits.
     pub left_out: usize,
-    /// Notes on the study file, for whoever starts the study.
+    /// Notes on the study file for the user.
     pub notes: Vec<String>,
-    /// The runs: all other combinations, the last axis fastest.
+    /// The runs: all other combinations, with the last axis varying fastest.
     pub runs: Vec<RunSpec>,
-    /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
+    /// Abscissa of the curves of steps with wear jumps, by step name: "cycles" or "distance slid".
     pub curve_abscissa: BTreeMap<String, &'static str>,
     /// The plan of the first run.
     pub first: Plan,
-    /// The meshes of its scenes.
+    /// Cache of the meshes of all scenes.
     pub meshes: Arc<MeshCache>,
 }
 
@@ -72,7 +72,7 @@ impl Sweep {
     /// The plan of a run.
     ///
     /// # Errors
-    /// Input, if the scene or a mesh has changed since the study was read, and is wrong now.
+    /// Input, if the scene or a mesh was changed after the study was read, and is invalid now.
     pub fn plan(&self, number: usize) -> Result<Plan, Error> {
         let run = &self.runs[number];
         let read = scene::read_with_meshes(&self.scene, &run.overrides, &self.meshes);
@@ -81,7 +81,7 @@ impl Sweep {
         Ok(plan)
     }
 
-    /// Gives all runs another memory limit, if there is one.
+    /// Sets the memory limit of all runs, if given.
     pub fn set_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         let Some(limit) = limit else { return };
         self.runs.iter_mut().for_each(|run| run.memory = limit);
@@ -89,10 +89,10 @@ impl Sweep {
     }
 }
 
-/// The study of the file at `path`; `overrides` are laid over the scene of every run.
+/// Reads the study file at `path`; `overrides` apply to the scene of every run.
 ///
 /// # Errors
-/// Everything wrong with the study file and with its scene under each combination of values, by file.
+/// All errors of the study file and of its scene with each combination of values, by file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
     let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
     if document.get("study").is_none() && document.get("body1").is_some() {
@@ -175,7 +175,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     })
 }
 
-/// Mistakes of a study file, where the words are those of a scene.
+/// Replaces "scene" by "study" in messages about a study file.
 fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
     for mistake in &mut mistakes.list {
         for words in ["the scene lacks", "the scene has no key"] {
@@ -187,7 +187,7 @@ fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
     mistakes
 }
 
-/// The combinations of values that meet what the study requires; what is wrong with that is added to `mistakes`.
+/// The combinations of values that meet all requirements. Errors are added to `mistakes`.
 fn choices(
     document: &Document,
     keys: &StudyFile,
@@ -228,7 +228,7 @@ fn choices(
     choices
 }
 
-/// The runs of all combinations; `read` hears of each and says what it found.
+/// The runs of all combinations. `read` reads the scene of each run and returns its memory limit.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
@@ -251,13 +251,13 @@ fn runs(
     runs
 }
 
-/// A name that is not too long and not `taken`: with the number of the run where it has to be. Taken names are in lower case, for some
-/// file systems do not tell them apart.
+/// A folder name that is short enough and not in `taken` (lower case, for file systems that ignore case). If necessary, the number
+/// of the run is appended.
 fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
     if name.len() <= LONGEST && !taken.contains(&name.to_lowercase()) {
         return name;
     }
-    // By plain letters alone, so that any place is one between them.
+    // The name is ASCII, so that every byte index is a character boundary.
     let mut short = format!("{}-{}", &name[..name.len().min(LONGEST)], number + 1);
     while taken.contains(&short.to_lowercase()) {
         short.push('-');
@@ -265,7 +265,7 @@ fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> 
     short
 }
 
-/// Names of the axes with their values, as far as every file system takes them: `tilt-30_angle-45`.
+/// Names of the axes with their values, with the characters that every file system allows: `tilt-30_angle-45`.
 fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     let plain = |text: String| -> String {
         text.chars().map(|c| if c.is_ascii_alphanumeric() || "+-._".contains(c) { c } else { '-' }).collect()
@@ -274,7 +274,7 @@ fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     axes.iter().zip(choice).map(part).collect::<Vec<_>>().join("_")
 }
 
-/// Quantities of the last step, where the study names none.
+/// Quantities of the last step, collected if the study names none.
 fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
     let Some(last) = plan.steps.last() else { return Vec::new() };
     let names = [
@@ -295,7 +295,7 @@ fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
 mod tests {
     use super::*;
 
-    /// Truth: a file system that ignores case keeps a folder for each run.
+    /// Truth: each run has its own folder, also on a file system that ignores case.
     #[test]
     fn folders_differ_by_more_than_case() {
         let taken = BTreeSet::from(["material-a".to_owned()]);

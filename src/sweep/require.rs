@@ -1,38 +1,38 @@
-//! What combinations of values have to meet: `tilt + 'sliding angle' <= 120`.
+//! Conditions on combinations of values: `tilt + 'sliding angle' <= 120`.
 
 use crate::scene::suggest::{closest, quoted_list};
 use crate::sweep::axes::Axis;
 
-/// Numbers that agree to this share of the terms they come from are equal: 0.1 + 0.2 is 0.3.
+/// Tolerance for equality, relative to the magnitude of the terms: 0.1 + 0.2 equals 0.3.
 const SAME: f64 = 1e-12;
-/// Longest text.
+/// Maximum length of a condition, bytes.
 const LONGEST: usize = 500;
-/// Signs of comparison, those first that others begin.
+/// Comparison operators; those that start with another operator come first.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
 const EXAMPLE: &str = "write a comparison of names of axes and numbers, as in \"tilt + angle <= 120\"";
 
-/// A message, and how to mend it.
+/// A message and its help text.
 type MessageAndHelp = (String, String);
 
-/// A comparison, or several in a chain: `0 <= tilt - angle <= 30`.
+/// A comparison or a chain of comparisons: `0 <= tilt - angle <= 30`.
 #[derive(Debug)]
 pub(super) struct Requirement {
     sides: Vec<Expression>,
     signs: Vec<&'static str>,
 }
 
-/// Arithmetic of the values of axes.
+/// Arithmetic expression in the values of axes.
 #[derive(Debug)]
 enum Expression {
     Number(f64),
-    /// An axis and one of its keys.
+    /// Index of an axis, and of one of its keys.
     AxisValue(usize, usize),
     Negative(Box<Expression>),
     Binary(Box<[Expression; 2]>, char),
 }
 
-/// The combinations that meet all requirements, the last axis fastest.
+/// The combinations that meet all requirements, with the last axis varying fastest.
 pub(super) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<Vec<usize>> {
     let count: usize = axes.iter().map(|axis| axis.values.len()).product();
     let choice = |mut rest: usize| {
@@ -47,10 +47,10 @@ pub(super) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<V
 }
 
 impl Requirement {
-    /// The requirement that a text is.
+    /// Parses a requirement.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The message and help text of the first error.
     pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, MessageAndHelp> {
         if text.len() > LONGEST {
             let message = format!("`require` has {} bytes (at most {LONGEST})", text.len());
@@ -91,7 +91,7 @@ impl Requirement {
 }
 
 impl Expression {
-    /// Its value, and the size of what it comes from, which says how far rounding may have moved it.
+    /// Value of the expression, and the magnitude of its terms for estimating the rounding error.
     fn value(&self, axes: &[Axis], choice: &[usize]) -> [f64; 2] {
         match self {
             Self::Number(number) => [*number, number.abs()],
@@ -116,14 +116,14 @@ impl Expression {
     }
 }
 
-/// Deepest nesting of brackets.
+/// Maximum nesting depth of parentheses.
 const DEEPEST: usize = 40;
 
 struct Parser<'a> {
     text: &'a str,
     rest: &'a str,
     axes: &'a [Axis],
-    /// Whether it has met the name of an axis.
+    /// Whether the text parsed so far contains the name of an axis.
     named: bool,
 }
 
@@ -142,7 +142,7 @@ impl<'a> Parser<'a> {
         (format!("`{}` has {found} where {wanted} is expected", self.text), EXAMPLE.to_owned())
     }
 
-    /// Terms that are added or subtracted.
+    /// Parses a sum or difference of products.
     fn sum(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut sum = self.product(depth)?;
         while let Some(sign) = ['+', '-'].into_iter().find(|sign| self.takes(&sign.to_string())) {
@@ -151,7 +151,7 @@ impl<'a> Parser<'a> {
         Ok(sum)
     }
 
-    /// Factors that are multiplied or divided.
+    /// Parses a product or quotient of factors.
     fn product(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut product = self.factor(depth)?;
         while let Some(sign) = ['*', '/'].into_iter().find(|sign| self.takes(&sign.to_string())) {
@@ -160,7 +160,7 @@ impl<'a> Parser<'a> {
         Ok(product)
     }
 
-    /// A number, a name, or something in brackets.
+    /// Parses a number, a name, or an expression in parentheses.
     fn factor(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         if depth > DEEPEST {
             return Err((format!("`{}` is nested too deeply", self.text), EXAMPLE.to_owned()));
@@ -208,7 +208,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Names and keys that can stand in a requirement, with the axis and the key they mean.
+    /// Names and keys that a requirement may contain, with the indices of their axis and key.
     fn known(&self) -> Vec<(&'a str, usize, usize)> {
         let mut known = Vec::new();
         for (i, axis) in self.axes.iter().enumerate() {
@@ -229,7 +229,7 @@ impl<'a> Parser<'a> {
         quoted_list(&names, "`")
     }
 
-    /// The axis of a name.
+    /// The expression of an axis name.
     fn axis(&mut self, name: &str) -> Result<Expression, MessageAndHelp> {
         let known = self.known();
         let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
@@ -267,7 +267,7 @@ mod tests {
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 
-    /// Truth: arithmetic by hand: brackets before products before sums, chains as in mathematics, decimals that differ by rounding are equal.
+    /// Truth: arithmetic by hand, with the usual precedence and chains of comparisons; decimals that differ by rounding are equal.
     #[test]
     fn requirements_are_arithmetic() {
         assert_eq!(kept("tilt + 'the angle' == 2.3"), [[0.3, 2.0]]);
@@ -279,7 +279,7 @@ mod tests {
         assert!(kept("1 / tilt < 0").is_empty(), "nothing is below 0, a division by 0 is not either");
     }
 
-    /// Truth: docs/study.md: each mistake is named, with a way to mend it.
+    /// Truth: docs/study.md: each error has its own message and a help text.
     #[test]
     fn mistakes_are_named() {
         for (text, words) in [

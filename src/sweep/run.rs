@@ -1,4 +1,4 @@
-//! The runs of a study: side by side, each into a folder of its own.
+//! Runs of a study: computed in parallel, each with its own folder.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -22,37 +22,37 @@ use crate::sweep::plots::pictures;
 use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::table::{StudyResult, StudyRun};
 
-/// Why a folder does not count.
+/// Reason why the results in a folder are not used.
 const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
 
-/// A study and how it is run.
+/// A study with the settings of its execution.
 pub struct StudyRunner<'a> {
     /// The study.
     pub sweep: &'a Sweep,
-    /// Where the folders of the runs are.
+    /// Directory that contains the folders of the runs.
     pub directory: &'a Path,
-    /// Flexibilities of meshed bodies that are kept.
+    /// Cache of the flexibilities of finite-element bodies.
     pub cache: Option<&'a FlexibilityCache>,
-    /// Whether to stop.
+    /// Cancellation flag.
     pub stop: &'a AtomicBool,
-    /// Whether to leave what has converged, and to go on with what is unfinished.
+    /// Whether to keep converged runs and to continue unfinished runs.
     pub resume: bool,
 }
 
-/// What the runs of a study came to.
+/// Results of the runs of a study.
 #[derive(Debug, Default)]
 pub struct StudyOutcome {
-    /// All of its runs, in its order; those that were not run have no status.
+    /// All runs, in the order of the study. Runs that were not computed have no status.
     pub runs: Vec<StudyRun>,
-    /// The gravest exit code.
+    /// The most severe exit code.
     pub code: u8,
-    /// Number of runs that were left as they were.
+    /// Number of runs whose existing results were kept.
     pub reused: usize,
-    /// Why runs could not be begun.
+    /// Reasons why runs could not be started.
     pub problems: Vec<String>,
 }
 
-/// A run that ended.
+/// A finished run.
 struct FinishedRun {
     number: usize,
     result: StudyRun,
@@ -60,23 +60,23 @@ struct FinishedRun {
     kept: bool,
 }
 
-/// What a worker says.
+/// Message from a worker thread.
 enum WorkerMessage {
     Ended(Box<FinishedRun>),
     Problem(String),
 }
 
 impl StudyRunner<'_> {
-    /// How the runs of these numbers share `threads` and what memory there is.
+    /// Distributes `threads` and the available memory over the runs with these numbers.
     pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
-        // One thread takes one run after the other, whatever they need.
+        // With one thread the runs are sequential, whatever memory they need.
         let several = threads > 1 && numbers.len() > 1;
         let needed = if several { self.sweep.largest_memory(numbers) } else { None };
         let free = self.sweep.runs.first().and_then(|run| run.memory.remaining());
         plan_concurrency(numbers.len(), threads, needed, free)
     }
 
-    /// Runs those of these numbers; `show` hears of each that ends how many have.
+    /// Computes the runs with these numbers. After each run, calls `show` with the number of finished runs.
     pub fn run(&self, numbers: &[usize], shared: Concurrency, show: &mut dyn FnMut(usize)) -> StudyOutcome {
         let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(self.sweep, number)).collect();
         let mut ended = StudyOutcome { runs, ..StudyOutcome::default() };
@@ -116,7 +116,7 @@ impl StudyRunner<'_> {
         ended
     }
 
-    /// Takes one run after the other until there is none left.
+    /// Computes one run after the other until none is left or the study is stopped.
     fn worker(
         &self,
         threads: usize,
@@ -128,7 +128,7 @@ impl StudyRunner<'_> {
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
-                // Whoever listens has gone only with the study.
+                // The receiver is dropped only at the end of the study.
                 let _ = said.send(WorkerMessage::Problem(format!("no threads for a run: {error}")));
                 return;
             }
@@ -159,7 +159,7 @@ impl StudyRunner<'_> {
         FinishedRun { number, result, code, kept }
     }
 
-    /// The end of a run; a panic ends this run alone, and the others go on.
+    /// The result of `run`. A panic is caught and makes only this run fail.
     fn catch_panic(&self, number: usize, run: impl FnOnce() -> FinishedRun) -> FinishedRun {
         catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
             let message = panic_message(&*panic);
@@ -203,7 +203,7 @@ impl StudyRunner<'_> {
         run(&plan, Some(output), summary, job)
     }
 
-    /// Collects the runs from their folders, whatever made them; none is begun.
+    /// Collects the results of all runs from their folders, however they were computed. Computes nothing.
     pub fn collect(&self) -> StudyOutcome {
         let mut ended = StudyOutcome::default();
         for (number, spec) in self.sweep.runs.iter().enumerate() {
@@ -235,7 +235,7 @@ impl StudyRunner<'_> {
         ended
     }
 
-    /// Writes the table and the pictures of the study; `study.json` last.
+    /// Writes the tables and plots of the study; `study.json` is written last.
     ///
     /// # Errors
     /// Resources, if a file cannot be written.
@@ -250,20 +250,20 @@ impl StudyRunner<'_> {
         write_atomically(&self.directory.join("study.json"), json.as_bytes())
     }
 
-    /// Looks for the directory.
+    /// Checks that the directory exists.
     ///
     /// # Errors
-    /// Input, if there is none.
+    /// Input, if it does not exist.
     pub fn find_directory(&self) -> Result<()> {
         let place = self.directory.display();
         let none = || Error::input(format!("there is no folder {place}; name that of the runs with --out"));
         self.directory.is_dir().then_some(()).ok_or_else(none)
     }
 
-    /// Makes the directory.
+    /// Creates the directory.
     ///
     /// # Errors
-    /// Input, if it is a file; resources, if it cannot be made.
+    /// Input, if it is a file; resources, if it cannot be created.
     pub fn make_directory(&self) -> Result<()> {
         let place = self.directory;
         if place.exists() && !place.is_dir() {
@@ -280,7 +280,7 @@ impl StudyRunner<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: a panic in a run is a failed run with exit code 1, not the end of the study.
+    /// Truth: a panic in a run gives a failed run with exit code 1 and does not end the study.
     #[test]
     fn a_panic_ends_its_run_alone() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Points of a sample: spread evenly over the ranges of several keys together.
+//! Points of a sample, distributed evenly over the ranges of several keys.
 
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
@@ -7,7 +7,7 @@ use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 /// Digits of sampled numbers after the first one.
 const DIGITS: usize = 11;
 
-/// Points in the unit cube of `dimensions`, `[count][dimensions]`.
+/// Points in the unit cube, `[count][dimensions]`.
 ///
 /// # Sources
 /// M. D. McKay, R. J. Beckman, W. J. Conover, A comparison of three methods for selecting values of input variables, 1979.
@@ -35,13 +35,13 @@ fn points(keys: &SampleKeys, dimensions: usize) -> Vec<Vec<f64>> {
     }
 }
 
-/// Most dimensions that both methods have.
+/// Maximum number of dimensions that both methods support.
 pub(super) const MOST_DIMENSIONS: usize = 256;
 
-/// The numbers of each range, `[dimensions][count]`; places are the keys of the ranges in the file.
+/// The sampled numbers of each range, `[dimensions][count]`. Each range comes with its key in the study file.
 ///
 /// # Errors
-/// What is wrong with the ranges.
+/// All errors of the ranges.
 pub(super) fn values(
     keys: &SampleKeys,
     ranges: &[(&SampledRange, String)],
@@ -80,7 +80,7 @@ pub(super) fn values(
     Ok(ranges.iter().enumerate().map(column).collect())
 }
 
-/// The number of a range at `share` in 0..=1, to the digits that are kept.
+/// The number at the fraction `share` (0 to 1) of a range, rounded to the digits that are kept.
 fn within(range: &SampledRange, share: f64) -> f64 {
     let SampledRange { from, to, spacing } = *range;
     let between = |a: f64, b: f64| a * (1.0 - share) + b * share;
@@ -99,15 +99,15 @@ mod tests {
         SampleKeys { method, count, seed }
     }
 
-    /// In how many of `parts` equal parts of an axis there is a point.
+    /// Number of the `parts` equal intervals of an axis that contain a point.
     fn parts_met(points: &[Vec<f64>], k: usize, parts: usize) -> usize {
         let mut met = vec![false; parts];
         points.iter().for_each(|point| met[(point[k] * parts as f64) as usize] = true);
         met.into_iter().filter(|met| *met).count()
     }
 
-    /// Truth: a Latin hypercube has one point in each of `count` parts of each axis; so has a scrambled Sobol sequence of a power of two, and in
-    /// two dimensions one in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
+    /// Truth: a Latin hypercube has one point in each of `count` intervals of each axis. So has a scrambled Sobol sequence if
+    /// `count` is a power of two; in two dimensions it also has one point in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
         let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);
@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    /// Truth: the same seed gives the same points, another one others.
+    /// Truth: equal seeds give equal points, different seeds different points.
     #[test]
     fn seeds() {
         for method in [SampleMethod::Sobol, SampleMethod::LatinHypercube] {
@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Truth: the mean of x over [2, 6] is 4, of the logarithm over [1e-9, 1e-5] that of 1e-7; both methods err by less than a part of an axis.
+    /// Truth: the mean of [2, 6] is 4, the logarithmic mean of [1e-9, 1e-5] is 1e-7; both methods err by less than one interval.
     #[test]
     fn ranges_are_covered() {
         let linear = SampledRange { from: 2.0, to: 6.0, spacing: Spacing::Linear };

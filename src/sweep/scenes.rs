@@ -1,4 +1,4 @@
-//! Reads the scenes that the runs of a study make.
+//! Reads the scenes of the runs of a study.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,29 +11,29 @@ use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document, Mesh
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
 
-/// Reads the scene of each run and gathers what is wrong with them.
+/// Reads the scene of each run and collects the errors.
 pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
-    /// The meshes of all runs.
+    /// Cache of the meshes of all runs.
     meshes: &'a MeshCache,
-    /// What is wrong with the study file.
+    /// Errors of the study file.
     pub study_diagnostics: Vec<Diagnostic>,
-    /// What is wrong with the scene itself.
+    /// Errors of the scene itself.
     scene_diagnostics: Option<Diagnostics>,
-    /// By mistake of the scene, the runs that have it, from 0, and the values of the first of them.
+    /// For each error of the scene: indices (from 0) of the runs with it, and the axis values of the first of them.
     runs_of_mistakes: Vec<(Vec<usize>, String)>,
     /// Number of runs read.
     n_runs: usize,
     /// The plan of the first run.
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
-    /// What steps that wear in jumps have along their curves, by name.
+    /// Abscissa of the curves of steps with wear jumps, by step name.
     pub jumping: BTreeMap<String, &'static str>,
 }
 
 impl<'a> SceneReader<'a> {
-    /// Nothing read yet.
+    /// A reader that has not read any scene.
     pub fn new(document: &'a Document, scene: &'a Path, meshes: &'a MeshCache) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
         Self {
@@ -50,7 +50,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Reads the scene of a run: the memory that it may take, or `None` if the scene is wrong.
+    /// Reads the scene of a run. Returns its memory limit, or `None` if the scene is invalid.
     pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
         self.n_runs += 1;
         match scene::read_with_meshes(self.scene, overrides, self.meshes) {
@@ -65,7 +65,7 @@ impl<'a> SceneReader<'a> {
                 }
                 let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
-                    // Of all runs the memory that was free before any of them.
+                    // All runs have the memory limit from before the first of them, unless the scene gives one.
                     let given = plan.solver.memory_limit.is_some();
                     let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
@@ -80,7 +80,7 @@ impl<'a> SceneReader<'a> {
                 Some(memory)
             }
             Err(mistakes) => {
-                // A key that leads nowhere hides what else is wrong.
+                // An override with an invalid key hides other errors. The scene is read again without it.
                 let lost = |mistake: &Diagnostic| match &mistake.location {
                     Location::SetOption(option) if mistake.kind == DiagnosticKind::BadOverride => {
                         Some(option.clone())
@@ -107,7 +107,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Sorts mistakes into those that a value of the study made, and those of the scene itself.
+    /// Assigns errors to the values of the study that cause them, or else to the scene itself.
     fn sort_diagnostics(&mut self, mistakes: Diagnostics, axes: &[Axis], choice: &[usize]) {
         let mut remaining = mistakes.clone();
         remaining.list.clear();
@@ -147,7 +147,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// What is wrong with the scene itself; what only some runs are refused for names the first of them.
+    /// Errors of the scene itself. The message of an error that only some runs have names the first of them.
     pub fn scene_diagnostics(&self) -> Option<Diagnostics> {
         let mut diagnostics = self.scene_diagnostics.clone()?;
         for (mistake, (runs, values)) in diagnostics.list.iter_mut().zip(&self.runs_of_mistakes) {
@@ -159,20 +159,20 @@ impl<'a> SceneReader<'a> {
         Some(diagnostics)
     }
 
-    /// The key in the study file that made a mistake of a scene, if one did.
+    /// Path in the study file of the key or value that causes an error of a scene, if there is one.
     fn study_key_of(&self, mistake: &Diagnostic, axes: &[Axis], choice: &[usize]) -> Option<String> {
         let Location::SetOption(option) = &mistake.location else { return None };
         let (key, _) = option.split_once('=')?;
         for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
-            // Where the key is wrong, none of its values can be right.
+            // If the key is invalid, all of its values are.
             let of_key = matches!(mistake.kind, DiagnosticKind::UnknownKey | DiagnosticKind::BadOverride);
             return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
         }
         None
     }
 
-    /// Refuses quantities of steps that no run has.
+    /// Reports quantities of steps that no run has.
     pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
         if self.first.is_none() {
             return;

@@ -1,4 +1,4 @@
-//! How the runs of a study share threads and memory.
+//! Distribution of threads and memory over the runs of a study.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use crate::scene::document::{TomlNode, TomlValue};
 use crate::sweep::axes::Axis;
 use crate::sweep::read::Sweep;
 
-/// Sections of a scene whose numbers change no size of its problem.
+/// Sections of a scene whose numbers do not change the size of the problem.
 const SECTIONS_WITHOUT_MEMORY: [&str; 6] = ["title", "units", "materials", "friction", "wear", "gap"];
 
-/// Runs side by side, and the threads of each.
+/// Number of parallel runs, and threads of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Concurrency {
-    /// Number of runs at the same time.
+    /// Number of parallel runs.
     pub parallel_runs: usize,
-    /// Threads of each of them.
+    /// Threads of each run.
     pub threads_per_run: usize,
 }
 
 impl Sweep {
-    /// Estimated memory of the largest of these runs, bytes; `None` where no run has an estimate. Runs that differ only in values
-    /// without effect on memory are estimated once, and runs whose scene is refused do not count: they end before they need any.
+    /// Largest estimated memory of these runs, bytes; `None` if no run has an estimate. Runs that differ only in values without
+    /// effect on memory are estimated once. Runs with an invalid scene do not count.
     pub fn largest_memory(&self, numbers: &[usize]) -> Option<f64> {
         let sizing: Vec<usize> =
             (0..self.axes.len()).filter(|&axis| may_change_memory(&self.axes[axis])).collect();
@@ -38,13 +38,13 @@ impl Sweep {
     }
 }
 
-/// Whether the values of an axis may change the size of the problem. Words and tables may select a law or a model.
+/// Whether the values of an axis may change the size of the problem. Strings and tables may select a law or a model.
 fn may_change_memory(axis: &Axis) -> bool {
     let is_number = |node: &TomlNode| matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_));
     !axis.values.iter().flatten().all(is_number) || axis.keys.iter().any(|key| sets_size(key))
 }
 
-/// Whether a number of the scene may change the size of its problem.
+/// Whether a number at this key of the scene may change the size of the problem.
 fn sets_size(key: &str) -> bool {
     let mut segments = key.split('.');
     let section = segments.next().unwrap_or("");
@@ -52,8 +52,8 @@ fn sets_size(key: &str) -> bool {
     !SECTIONS_WITHOUT_MEMORY.contains(&section) && !is_value_of_step && !key.contains(".fibre.")
 }
 
-/// The share of `runs` runs in `threads` threads, of which each needs about `needed` bytes of the `free` ones; `None` where that
-/// is not known. A thread is worth more in a run of its own than in one that others share.
+/// Distribution of `threads` over `runs` runs. Each run needs about `needed` of the `free` bytes; `None` if unknown. Parallel runs
+/// come first, because a thread is more effective in a run of its own.
 pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Concurrency {
     let fit = match (needed, free) {
         (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,
@@ -67,7 +67,7 @@ pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: 
 mod tests {
     use super::*;
 
-    /// Truth: no more threads than there are, one run at least, and what fits into the memory.
+    /// Truth: the number of threads is not exceeded, at least one run is computed, and the memory suffices.
     #[test]
     fn threads_and_memory_suffice() {
         let shares = |runs, threads, needed, free| {

@@ -1,4 +1,4 @@
-//! The keys of a study file as they are written; their comments are the descriptions of its JSON Schema.
+//! Keys of a study file. Their doc comments are the descriptions in its JSON Schema.
 
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! The results of a study: `study.json`, `study.csv` and `study.npz` (docs/results.md).
+//! Results of a study: `study.json`, `study.csv` and `study.npz` (docs/results.md).
 
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -9,7 +9,7 @@ use crate::output::summary::{Status, Summary, Units};
 use crate::sweep::axes::Axis;
 use crate::sweep::read::Sweep;
 
-/// The fields of `study.json`.
+/// Results of a study; the fields of `study.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyResult {
     /// Name of the program.
@@ -24,50 +24,50 @@ pub struct StudyResult {
     pub units: Units,
     /// The axes.
     pub axes: Vec<AxisResult>,
-    /// Paths of what is collected at the end of each run.
+    /// Paths of the quantities collected at the end of each run.
     pub collect: Vec<String>,
-    /// Paths of what is collected of all entries.
+    /// Paths of the quantities collected from all entries.
     pub curves: Vec<String>,
-    /// Number of combinations of values that `require` leaves out.
+    /// Number of combinations of values that `require` omits.
     pub left_out: usize,
-    /// The runs: all other combinations, the last axis fastest.
+    /// The runs: all other combinations, with the last axis varying fastest.
     pub runs: Vec<StudyRun>,
 }
 
-/// An axis as `study.json` has it.
+/// An axis in `study.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct AxisResult {
-    /// Its name.
+    /// Name of the axis.
     pub name: String,
-    /// Keys of the scene that it sets.
+    /// Keys of the scene that the axis sets.
     pub keys: Vec<String>,
-    /// Its values; a list of one for each key where there are several.
+    /// Values of the axis; with several keys, each value is a list with one element per key.
     pub values: Vec<Value>,
 }
 
-/// A run.
+/// A run in `study.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyRun {
-    /// Folder of its results, beside `study.json`.
+    /// Folder of the results, relative to the folder of `study.json`.
     pub folder: String,
-    /// The values of the scene's keys that make it.
+    /// Values of the scene's keys that define the run.
     pub values: Map<String, Value>,
-    /// How it ended; `None` if the study was interrupted before.
+    /// Final status; `None` if the run was not computed.
     pub status: Option<Status>,
-    /// Why it did not converge, or failed.
+    /// Reason why the run did not converge or failed.
     pub reason: Option<String>,
-    /// SHA-256 of the scene file and of what was laid over it.
+    /// SHA-256 of the scene file and its overrides.
     pub scene_sha256: String,
-    /// Seconds for everything, writing included.
+    /// Total time, including output, s.
     pub seconds: f64,
-    /// Largest natural residual of its entries.
+    /// Largest natural residual of all entries.
     pub natural_residual: Option<f64>,
-    /// By path, the numbers at its end; null where it has none.
+    /// Collected numbers at the end of the run by path; null if there is none.
     pub results: Map<String, Value>,
-    /// By path, (cycles or increment, number) of all entries.
+    /// Points (cycles, sliding distance or increment; value) of all entries by path.
     #[serde(rename = "curves")]
     pub curve_points: Map<String, Value>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
@@ -90,7 +90,7 @@ impl AxisResult {
 }
 
 impl StudyRun {
-    /// Run `number` of a study, not begun.
+    /// Run `number` of a study, without results.
     pub fn new(sweep: &Sweep, number: usize) -> Self {
         let run = &sweep.runs[number];
         let pairs = sweep.axes.iter().zip(&run.choice).flat_map(|(axis, &value)| {
@@ -110,7 +110,7 @@ impl StudyRun {
         }
     }
 
-    /// Takes over what the summary of the run says.
+    /// Takes the results from the summary of the run.
     pub fn fill_from(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
         self.status = Some(summary.status);
         self.reason = summary.error.clone().or(summary.reason.clone());
@@ -126,7 +126,7 @@ impl StudyRun {
         self.warnings.clone_from(&summary.warnings);
     }
 
-    /// The number of a path at its end.
+    /// The collected number of a path.
     pub fn result(&self, path: &str) -> Option<f64> {
         self.results.get(path)?.as_f64()
     }
@@ -139,7 +139,7 @@ impl StudyRun {
 }
 
 impl StudyResult {
-    /// The results of `runs`, in the order of the study's runs.
+    /// The results of `runs`, given in the order of the study.
     pub fn new(sweep: &Sweep, runs: Vec<StudyRun>) -> Self {
         let paths =
             |list: &[crate::sweep::collect::CollectedQuantity]| list.iter().map(|q| q.path.clone()).collect();
@@ -157,18 +157,18 @@ impl StudyResult {
         }
     }
 
-    /// The JSON text.
+    /// The results as JSON text.
     ///
     /// # Errors
-    /// If it cannot be written as such, which numbers that are not finite never cause: they are null.
+    /// If serialisation fails. Numbers that are not finite do not cause this, because they become null.
     pub fn to_json(&self) -> Result<String> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| Error::numerical(format!("the results of the study: {error}")))?;
         Ok(text + "\n")
     }
 
-    /// The numbers as NumPy arrays (.npz), one for each column of the table with a number for each run, NaN where there is none: what the axes set, by
-    /// key, `converged`, `natural_residual`, and what is collected, by path; curves as `[runs, points, 2]`, padded with NaN.
+    /// The numbers as NumPy arrays (.npz), one number (or NaN) per run: axis values by key, `converged`, `natural_residual`, and
+    /// collected quantities by path. Curves are `[runs, points, 2]`, padded with NaN.
     ///
     /// # Errors
     /// If an array cannot be written.
@@ -202,8 +202,8 @@ impl StudyResult {
         archive.finish()
     }
 
-    /// A table with a row for each run: values of the keys, status, what was collected. It has no times, so that it is the same
-    /// for any number of threads.
+    /// CSV table with one row per run: values of the keys, status and collected quantities. It contains no times, so that it does
+    /// not depend on the number of threads.
     pub fn to_csv(&self) -> String {
         let keys: Vec<&String> = self.axes.iter().flat_map(|axis| &axis.keys).collect();
         let fixed = ["status", "reason", "folder", "natural_residual"].map(str::to_owned);
@@ -225,7 +225,7 @@ impl StudyResult {
     }
 }
 
-/// A value without the quotes of JSON.
+/// A value as text; strings without the quotes of JSON.
 fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

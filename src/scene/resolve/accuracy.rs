@@ -1,10 +1,10 @@
-//! The accuracy that a scene asks for.
+//! Required accuracy of a scene.
 
 use super::Resolver;
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 
-/// The key `accuracy`; the outer `None` if it is wrong.
+/// Resolves the key `accuracy`. The outer `None` marks an error, the inner one an absent key.
 pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
     if r.document.get("accuracy").is_none() {
         return Some(None);

@@ -20,7 +20,7 @@ use crate::scene::plan::{
 use crate::scene::spec::body::{Body, Component, Displaced, Element, FeBody, UniformFibre};
 use crate::scene::suggest::{closest, quoted_list};
 
-/// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
+/// Resolves the body at `key`. Its mesh is read here, so that missing groups are reported together with all other errors.
 pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodyPlan> {
     let body: Body = r.section(key)?;
     match body {
@@ -40,7 +40,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
     }
 }
 
-/// The material named at `key`, in place.
+/// Finds the material that `key` names, with its fibre direction.
 pub(super) fn find_material(
     r: &mut Resolver,
     key: &str,
@@ -75,7 +75,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         return None;
     };
     check_quality(r, &format!("{key}.mesh"), &mesh);
-    // A mesh without solids is reported; everything else would say the same in other words.
+    // A mesh without volume elements has been reported. All further errors would only repeat that.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.diagnostics.len();
@@ -93,7 +93,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
-/// The plan of a body on `mesh`; `None` without its material, which was reported.
+/// Plan of a body with `mesh`; `None` if its material is missing (reported).
 pub(super) fn meshed_plan(
     body: &FeBody,
     mesh: Arc<Mesh>,
@@ -118,14 +118,14 @@ pub(super) fn meshed_plan(
     })
 }
 
-/// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
+/// The body's own material, with its fibre direction if uniform; `None` if the material is missing (reported).
 fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
     Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
 }
 
-/// Whether the body says where its fibres run.
+/// Whether the body or one of its regions gives fibre directions.
 fn has_fibre(body: &FeBody) -> bool {
     let regions = body.regions.values();
     body.fibre.is_some()
@@ -133,9 +133,9 @@ fn has_fibre(body: &FeBody) -> bool {
         || regions.into_iter().any(|region| region.fibre.is_some() || region.layup.is_some())
 }
 
-/// Reports contact elements that are not on the outside of the solids.
+/// Reports contact elements that are not on the boundary of the volume elements.
 pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
-    // A missing group is reported with the others.
+    // Missing groups are reported by `check_groups`.
     if mesh.group_of_dim(&body.contact, 2).is_err() {
         return;
     }
@@ -143,7 +143,7 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     r.accept(group_faces(mesh, &body.contact), &format!("{key}.contact"), ["this group", mend]);
 }
 
-/// Reports supports that contradict one another or let a part float, and notes that the body floats.
+/// Reports contradictory supports and unconstrained parts, and notes unconstrained rigid-body modes.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
@@ -157,7 +157,7 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes; reports an error at the support that it names, else at `place`.
+/// Notes unconstrained rigid-body modes. Reports an error at the support that its message names, otherwise at `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -202,7 +202,7 @@ pub(super) fn prescribed_displacements(
     sound.then_some(supports)
 }
 
-/// The values and the gradient of a prescribed displacement, one for each component.
+/// A prescribed displacement: value and gradient of each component.
 fn prescribed_displacement(
     r: &mut Resolver,
     key: &str,
@@ -241,7 +241,7 @@ fn prescribed_displacement(
     sound.then_some(support)
 }
 
-/// Reports foundations whose stiffness is not positive; whether there are none.
+/// Reports foundations whose stiffness is not positive. Returns whether all are admissible.
 fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {
@@ -256,7 +256,7 @@ fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     sound
 }
 
-/// The supports that planes of symmetry are.
+/// The symmetry planes as supports: zero displacement along the normal.
 pub(super) fn symmetry_supports(
     r: &mut Resolver,
     key: &str,
@@ -277,7 +277,7 @@ pub(super) fn symmetry_supports(
     (supports.len() == body.symmetry.len()).then_some(supports)
 }
 
-/// A component named twice is a slip of the pen for another one.
+/// A component that is named twice is probably a typing error for another one.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
     let twice = |(i, component): (usize, &Component)| components[..i].contains(component);
     if components.iter().enumerate().any(twice) {
@@ -290,7 +290,7 @@ fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Componen
     }
 }
 
-/// The mesh named at `key`, as it is.
+/// Reads the mesh that `key` names.
 pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<Mesh>> {
     let place = format!("{key}.mesh");
     let path = r.file(&place, name);
@@ -320,7 +320,7 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
     }
 }
 
-/// Reports solids that are not fit for analysis, and notes what the reader mended and what deserves a look.
+/// Reports volume elements that are not suitable for the analysis. Notes repairs by the reader and doubtful elements.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     let mut warnings = mesh.warnings.clone();
     let mend = "every solid element needs a positive volume, and elements must not overlap";
@@ -329,7 +329,7 @@ pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
 
-/// The mesh files that lie where one was looked for.
+/// Names of the mesh files in the folder of `path`, for the help text.
 fn mesh_files_in_folder(path: &Path) -> String {
     let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else {
         return String::new();
@@ -347,7 +347,7 @@ fn mesh_files_in_folder(path: &Path) -> String {
     }
 }
 
-/// Reports every group that the mesh does not have, or has in another dimension.
+/// Reports groups that the mesh lacks or that have the wrong dimension.
 pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let mut check = |place: String, found: Result<&PhysicalGroup>| {
         r.accept(found, &place, ["this group", "name a physical group of the mesh"]);
@@ -374,7 +374,7 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
     }
 }
 
-/// Reports an element formulation for cells that the mesh does not have.
+/// Reports an element formulation for element types that the mesh does not contain.
 pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element>, mesh: &Mesh) {
     let Some(element) = element else { return };
     let (name, kind) = match element {
@@ -392,7 +392,7 @@ pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element
     r.report(&format!("{key}.element"), message, "not in the mesh", mend);
 }
 
-/// The kind of cell an element is made on.
+/// Element type of the mesh that a formulation requires.
 const fn kind_of(element: Element) -> ElementKind {
     match element {
         Element::Hex8Eas | Element::Hex8 | Element::Hex8Bbar => ElementKind::Hex8,

@@ -1,4 +1,4 @@
-//! Other descriptions of the bodies, for comparisons.
+//! Variants of the bodies for comparisons.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::scene::plan::{BodyPlan, MeshedBodyPlan};
 use crate::scene::spec::compare::{AlternativeModels, Compare};
 use crate::scene::variant::{AlternativeMeshes, ComparePlan, DiscretisationPair};
 
-/// The section `compare`, for these bodies.
+/// Resolves the section `compare` for these bodies.
 pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<ComparePlan> {
     let Compare { variants, body1, body2 } = r.section_or_default("compare")?;
     let mut pairs = Vec::new();
@@ -33,7 +33,7 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Optio
     Some(ComparePlan { variants: variants.map(|_| pairs), alternatives })
 }
 
-/// The other meshes of a body.
+/// Alternative meshes of a body.
 fn alternative_meshes(
     r: &mut Resolver,
     (keys, name): (AlternativeModels, &str),
@@ -82,7 +82,7 @@ fn alternative_meshes(
     }
 }
 
-/// The mesh, unless it lacks groups of the body's own: those are reported.
+/// The mesh, unless it lacks groups of the body (reported).
 fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,
@@ -90,7 +90,7 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // What is no group of surfaces stands in the way of the variant, not of the scene.
+    // A group that is not a surface prevents the variant, but not the scene.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

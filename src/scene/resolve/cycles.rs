@@ -10,10 +10,10 @@ use crate::scene::spec::step::{
     AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements,
 };
 
-/// Increments per stroke of an ellipse, if none are given.
+/// Default number of increments per stroke of an elliptic path.
 const DEFAULT_ELLIPSE_INCREMENTS: usize = 8;
 
-/// The cycles or the sliding of the step at `key`.
+/// Resolves the cycles or the sliding of the step at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) -> Option<Cycles> {
     let before = r.diagnostics.len();
     let (count, motion, jumps) = match (&step.cycles, &step.sliding) {
@@ -53,7 +53,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     (r.diagnostics.len() == before).then_some(cycles)
 }
 
-/// The path of a cycle.
+/// Resolves the path of a cycle.
 fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
     let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
         (Some(amplitude), None) => (Drive::Shift, amplitude.0),
@@ -109,7 +109,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
     Some(ClosedPath { drive, amplitude: [amplitude, across], angle, increments, resolved_cycles })
 }
 
-/// Only friction carries a tangential force.
+/// Reports a force amplitude in a step without friction.
 fn check_force_amplitude(
     r: &mut Resolver,
     key: &str,
@@ -123,7 +123,7 @@ fn check_force_amplitude(
     }
 }
 
-/// Cycles and sliding stand alone in their step but for the normal control, which goes to its end linearly over them.
+/// Reports other controls beside cycles or sliding. Only the normal control is allowed; it changes linearly over the step.
 fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = prescribed_controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {

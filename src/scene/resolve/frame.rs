@@ -8,7 +8,7 @@ use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
 
 use super::Resolver;
 
-/// The frame; a mesh frame names a meshed body.
+/// Resolves the contact frame.
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<FramePlan> {
     match r.section("frame")? {
         Frame::Grid { half_width, cells, center, azimuth, outline, periodic, grow } => {
@@ -39,7 +39,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
     }
 }
 
-/// Half-spaces alone repeat themselves; of a frame that does so both ways one cell is not enough.
+/// Checks a periodic frame: no meshed bodies, and more than one cell if it is periodic in both directions.
 fn check_periodic(
     r: &mut Resolver,
     bodies: &[Option<BodyPlan>; 2],
@@ -70,7 +70,7 @@ fn check_periodic(
     (r.diagnostics.len() == before).then_some(())
 }
 
-/// A note if the frame cuts the outline.
+/// A note if the frame cuts off a part of the outline.
 fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> Option<String> {
     let extent = outline.extent();
     let beyond =
@@ -80,14 +80,14 @@ fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bo
     })
 }
 
-/// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
+/// Mean area of the contact faces of a body; infinite if they cannot be used (reported elsewhere).
 fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// One cell per node where faces of first order meet a mesh or a rigid body: a checkerboard of tractions on faces would
-/// move neither side. A half-space feels every cell.
+/// One cell per node if faces of first order contact a mesh or a rigid body. A checkerboard of tractions on the faces would
+/// displace neither side, whereas a half-space responds to every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()
@@ -102,9 +102,9 @@ fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoi
     }
 }
 
-/// Index of the body whose faces are the cells; without a wish the finer one.
+/// Index of the body whose faces are the cells. Default: the meshed body with the smaller mean face area.
 fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 2]) -> Option<usize> {
-    // A body that is wrong itself is reported elsewhere.
+    // Errors of a body itself are reported elsewhere.
     let [Some(body1), Some(body2)] = bodies else { return None };
     let faces = [body1, body2].map(|body| body.as_meshed().map(mean_face_area));
     match (wanted, faces) {
@@ -130,7 +130,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     }
 }
 
-/// The gap, with angles from the frame's x.
+/// Resolves the initial gap, with angles from the frame's x.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
     frame: Option<&FramePlan>,
@@ -172,7 +172,7 @@ pub(super) fn resolve_gap(
     })
 }
 
-/// An ellipsoid by its radii of curvature, or by its semi-axes.
+/// An ellipsoid given by its radii of curvature or by its semi-axes.
 fn ellipsoid(
     r: &mut Resolver,
     radii: Option<[f64; 2]>,
@@ -199,7 +199,7 @@ fn ellipsoid(
     }
 }
 
-/// Heights read from a CSV or NPY file; `angle` from the frame's x.
+/// Heights read from a CSV or NPY file; `angle` is measured from the frame's x.
 fn heights(
     r: &mut Resolver,
     file: &str,
@@ -246,7 +246,7 @@ fn heights(
     Some(HeightTable { values: array.values, shape, spacing, angle })
 }
 
-/// The outline, in the axes of the frame.
+/// Resolves the outline, in the axes of the frame.
 fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline> {
     let outline = match outline {
         Outline::Circle { radius, center } => frame::Outline::Circle { radius: radius.0, center },

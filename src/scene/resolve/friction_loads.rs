@@ -1,4 +1,4 @@
-//! Loads that only friction carries: a tangential force and a spin moment.
+//! Loads that only friction can transmit: tangential force and spin moment.
 
 use super::Resolver;
 use super::laws::{Laws, lacks_friction};
@@ -7,14 +7,15 @@ use super::steps::NumberedStep;
 use crate::evolution::step::{Spin, Step, Tangential};
 use crate::scene::spec::step::Step as Keys;
 
-/// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.
+/// Loads that only friction can transmit: name, key, and key of the displacement to prescribe instead.
 const FRICTION_LOADS: [(&str, &str, &str); 2] =
     [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
 
-/// Their columns in load histories.
+/// Columns of these loads in load histories.
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
+/// Reports tangential forces and spin moments without friction. (Pressures on inclined cells of a mesh frame transmit spin
+/// moments.)
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [
@@ -32,17 +33,17 @@ pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
     }
 }
 
-/// What a step says of a load that only friction carries.
+/// State of a load that only friction can transmit, at the end of a step.
 enum LoadState {
-    /// Nothing.
+    /// The step does not mention it.
     Unspecified,
-    /// It is there.
+    /// Prescribed and nonzero.
     Active,
-    /// It is zero, or its motion is prescribed instead.
+    /// Zero, or replaced by a prescribed displacement.
     Released,
 }
 
-/// The same of the loads of [`FRICTION_LOADS`]; cycles and rolling move by themselves.
+/// States of the [`FRICTION_LOADS`] after a step. Cycles and rolling replace a tangential force.
 fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
@@ -58,7 +59,7 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     [tangential, spin]
 }
 
-/// Reports load points whose load only friction carries, in a step without.
+/// Reports load points with such a load in a step without friction.
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
@@ -82,7 +83,7 @@ pub(super) fn check_load_points(
     }
 }
 
-/// A load that an earlier step left in force needs friction too, until a motion replaces it; rolling takes none.
+/// Reports steps without friction in which such a load of an earlier step still acts. Rolling steps allow no such load at all.
 pub(super) fn check_inherited_loads(
     r: &mut Resolver,
     steps: &[NumberedStep],
@@ -96,7 +97,7 @@ pub(super) fn check_inherited_loads(
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
         for (i, step) in steps {
-            // A step that is wrong itself may prescribe anything.
+            // An invalid step may prescribe anything.
             let Some(step) = step else {
                 holder = None;
                 continue;

@@ -5,8 +5,8 @@ use crate::evolution::step::Step;
 use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
 
-/// Warnings where a body has loads or prescribed displacements of its own and a step has friction: they act in full before the first
-/// increment, so that the motion of the surface that they cause is no slip.
+/// Warns about loads and prescribed displacements of a body in scenes with friction. They act in full before the first increment,
+/// so that the surface motion they cause does not count as slip.
 pub(super) fn friction_warnings(
     bodies: &[Option<BodyPlan>; 2],
     friction: &FrictionLaw,
@@ -30,7 +30,7 @@ pub(super) fn friction_warnings(
     bodies.iter().enumerate().filter_map(warn).collect()
 }
 
-/// Keys of the loads and of the prescribed displacements of a body that are not zero.
+/// Keys of the nonzero loads and prescribed displacements of a body.
 fn own_loads(body: &BodyPlan) -> Vec<&'static str> {
     let Some(meshed) = body.as_meshed() else { return Vec::new() };
     let found = [

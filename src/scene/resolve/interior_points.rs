@@ -6,13 +6,13 @@ use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::solver::{InteriorPoints, Output, PointCounts};
 
-/// Most points of a request.
+/// Maximum number of points of a request.
 const MAX_POINTS: usize = 200_000;
 
-/// Sine of the angle between the sides of a rectangle below which it is none.
+/// Minimum sine of the angle between the sides of a rectangle.
 const MIN_SINE_BETWEEN_SIDES: f64 = 1e-9;
 
-/// The requests of the output, with mistakes reported.
+/// Resolves the requests for interior points.
 pub(super) fn resolve(
     r: &mut Resolver,
     output: Option<&Output>,
@@ -23,7 +23,7 @@ pub(super) fn resolve(
     for (i, inside) in output.map_or(&[][..], |output| &output.inside).iter().enumerate() {
         let key = format!("output.inside.{i}");
         check_name(r, &key, &inside.name, &found);
-        // Another number is a mistake that the schema tells of.
+        // Other body numbers are reported by the schema check.
         let index = usize::from(inside.body != 1);
         if let (Some(body), 1 | 2) = (&bodies[index], inside.body) {
             check_body(r, &key, inside.body, body, frame);
@@ -97,7 +97,7 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodyPlan, frame
     r.report(&key, message, "this body", mend);
 }
 
-/// Numbers of points along and across, 1 across a line; `None` if something is wrong.
+/// Numbers of points along both sides, 1 across a line; `None` if errors were reported.
 fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<[usize; 2]> {
     let before = r.diagnostics.len();
     let along = Point::from(inside.to) - Point::from(inside.from);

@@ -1,4 +1,4 @@
-//! Friction and wear laws with the fibre they take.
+//! Friction and wear laws with their fibre directions.
 
 use super::Resolver;
 use crate::geometry::Point;
@@ -10,24 +10,24 @@ use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::laws::{Friction, Wear, WearIntegration};
 
-/// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
+/// Maximum ratio of the two friction coefficients. Above it rounding dominates in single cells.
 const MAX_FRICTION_RATIO: f64 = 1e6;
 
-/// The laws of a scene.
+/// Friction and wear laws of a scene.
 pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-    /// Of friction and wear, the body whose fibre the law takes, 0 or 1; `None` where it takes none, or one of its own.
+    /// Index (0 or 1) of the body whose fibre direction friction and wear use; `None` if a law uses none or its own.
     pub fibre_bodies: [Option<usize>; 2],
 }
 
-/// Whether no friction acts in a step with the key `friction`; laws that are wrong themselves do not count.
+/// Whether a step with the key `friction` has no friction. Invalid laws (`None`) count as friction.
 pub(super) fn lacks_friction(laws: Option<&Laws>, friction: bool) -> bool {
     !friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None))
 }
 
-/// What the laws lie on.
+/// Bodies and frame to which the laws refer.
 #[derive(Clone, Copy)]
 pub(super) struct LawContext<'a> {
     pub bodies: &'a [Option<BodyPlan>; 2],
@@ -41,14 +41,14 @@ impl LawContext<'_> {
     }
 }
 
-/// Whose fibre a law takes: what the scene says of it.
+/// Fibre direction of a law as the scene gives it: a body, or angles.
 #[derive(Clone, Copy)]
 struct FibreChoice {
     body: Option<u8>,
     fibre: Option<UniformFibre>,
 }
 
-/// The laws, with angles from the frame's x.
+/// Resolves the laws, with angles from the frame's x.
 pub(super) fn resolve(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -149,9 +149,9 @@ fn wear_law(
     Some((law, integration))
 }
 
-/// Only the mesh of a body that wears can move.
+/// Reports `move_mesh` if no finite-element body wears.
 fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
-    // A body that is wrong itself is reported elsewhere.
+    // Errors of a body itself are reported elsewhere.
     let [Some(body1), Some(body2)] = ground.bodies else { return };
     let parts = [(body1, share), (body2, 1.0 - share)];
     if parts.iter().any(|(body, part)| body.as_fe().is_some() && *part > 0.0) {
@@ -162,8 +162,8 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
-/// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the
-/// body named; the number of that body, 0 or 1, in `fibre_body`.
+/// Fibre direction for the law of `section`: its own angles, or the fibre of the named body or of the only body with a fibre.
+/// `fibre_body` receives the index (0 or 1) of that body.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -174,7 +174,7 @@ fn law_fibre(
     if let Some(fibre) = wish.fibre {
         return Some(fibre.into());
     }
-    // A body that is wrong itself is reported elsewhere.
+    // Errors of a body itself are reported elsewhere.
     let [Some(body1), Some(body2)] = ground.bodies else { return None };
     let has_fibre = [body1, body2].map(BodyPlan::has_fibre);
     let index = match (wish.body, has_fibre) {
@@ -215,10 +215,10 @@ fn law_fibre(
     }
 }
 
-/// Refuses a contact frame that is curved or inclined: the tilt of a body's fibre is its angle to the plane z = 0, the law needs the
-/// angle to the contact surface. `None` if it was refused.
+/// Refuses a curved or inclined contact frame (`None`). The tilt of a body's fibre is its angle to the plane z = 0, but the law
+/// needs the angle to the contact surface.
 fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str) -> Option<()> {
-    // What is wrong with the frame or the contact group is reported elsewhere.
+    // Errors of the frame or the contact group are reported elsewhere.
     let &FramePlan::Mesh { body, .. } = ground.frame? else { return Some(()) };
     let meshed = ground.bodies[body].as_ref().and_then(BodyPlan::as_meshed)?;
     let faces = group_faces(&meshed.mesh, &meshed.contact).ok()?;
@@ -250,7 +250,7 @@ fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str
     r.refuse(&format!("{section}.law"), message, "frame is not a plane z = 0", help)
 }
 
-/// The mean fibre of a meshed body under the frame, refused where it varies.
+/// Mean fibre direction of a meshed body under the frame; refused if the directions scatter too much.
 fn fibre_under_frame(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -258,7 +258,7 @@ fn fibre_under_frame(
     index: usize,
     fe: &MeshedBodyPlan,
 ) -> Option<FibreAngles> {
-    // What is wrong with elements or contact group is reported elsewhere.
+    // Errors of elements or the contact group are reported elsewhere.
     let surface = mean_material_under_frame(fe, ground.frame?).ok()?;
     let spread = surface.fibre_spread.to_degrees();
     let fibre = surface.material.fibre?;
@@ -285,11 +285,11 @@ fn fibre_under_frame(
     Some(fibre)
 }
 
-/// Largest angle (degrees) between a face of the frame and their mean at which one angle of the fibre still holds, as that of fibres.
+/// Maximum angle (degrees) between the normal of a frame face and the mean normal for laws with one fibre angle.
 const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
 
-/// Largest angle (degrees) between the mean normal of the frame and z: what meshes of flat or symmetric surfaces are off.
+/// Maximum angle (degrees) between the mean normal of the frame and z: the inaccuracy of meshes of flat or symmetric surfaces.
 const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
-/// Largest angle (degrees) of a fibre from the mean that a law with one direction accepts.
+/// Maximum angle (degrees) between a fibre and the mean direction for laws with one direction.
 const MAX_FIBRE_SPREAD_DEG: f64 = 5.0;

@@ -1,4 +1,4 @@
-//! Load histories from CSV files: a row is a load point, reached from the one before.
+//! Load histories from CSV files. Each row is a load point that is reached from the previous one.
 
 use super::Resolver;
 use crate::csv::{Separators, data_lines, split_fields};
@@ -6,10 +6,10 @@ use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 
-/// Mistakes of one file that are listed; more are counted.
+/// Maximum number of errors of one kind that are listed for a file; the rest are counted.
 const MAX_LISTED_ERRORS: usize = 20;
 
-/// Excluding columns: motion and load of one direction.
+/// Columns that exclude each other: displacement and force of one direction.
 const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
     [&[LoadColumn::Approach], &[LoadColumn::NormalForce]],
     [&[LoadColumn::ShiftX, LoadColumn::ShiftY], &[LoadColumn::TangentialX, LoadColumn::TangentialY]],
@@ -17,10 +17,10 @@ const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
     [&[LoadColumn::Twist], &[LoadColumn::SpinMoment]],
 ];
 
-/// What a row prescribes.
+/// Controls that a row prescribes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LoadPoint {
-    /// Its line in the file, from 1.
+    /// Line in the file, from 1.
     pub line: usize,
     pub normal: Option<Normal>,
     pub tangential: Option<Tangential>,
@@ -28,7 +28,7 @@ pub(super) struct LoadPoint {
     pub spin: Option<Spin>,
 }
 
-/// The load points of the history at `key`, or `None` with what is wrong reported.
+/// Reads the load points of the history at `key`; `None` if errors were reported.
 pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option<Vec<LoadPoint>> {
     let path = r.file(&format!("{key}.file"), &history.file);
     let text = match std::fs::read_to_string(&path) {
@@ -47,12 +47,12 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     let before = r.diagnostics.len();
     let mut separators = Separators::default();
     if let Some((_, line)) = lines.first() {
-        // What is wrong with a row is reported with the rows, what is wrong with a header by its names.
+        // Separator errors of a row are reported with the rows, those of a header by its names.
         let _ = separators.check(line);
     }
     let columns = match &history.columns {
         Some(columns) => {
-            // A header that the scene's columns take the place of.
+            // A header is ignored if the scene gives the columns.
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
             if lines.first().is_some_and(|(_, line)| is_header(line)) {
                 lines.remove(0);
@@ -70,7 +70,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     (r.diagnostics.len() == before).then_some(points)
 }
 
-/// The columns that the first line names.
+/// The columns named in the first line.
 fn header(
     r: &mut Resolver,
     key: &str,
@@ -102,7 +102,7 @@ fn header(
     (r.diagnostics.len() == before).then_some(columns)
 }
 
-/// Columns that exclude or repeat each other, or say nothing.
+/// Reports columns that exclude each other, occur twice or are all ignored.
 fn check_columns(r: &mut Resolver, key: &str, columns: &[LoadColumn]) {
     let place = if r.document.get(&format!("{key}.columns")).is_some() { "columns" } else { "file" };
     let place = format!("{key}.{place}");
@@ -131,7 +131,7 @@ fn check_columns(r: &mut Resolver, key: &str, columns: &[LoadColumn]) {
     }
 }
 
-/// The numbers of all rows; what is none is reported by file, line and column.
+/// The load points of all rows. Invalid values are reported with file, line and column.
 fn rows(
     r: &mut Resolver,
     key: &str,
@@ -194,7 +194,7 @@ fn rows(
     points
 }
 
-/// Reports the first of the mistakes of one kind, and how many more there are.
+/// Reports the first [`MAX_LISTED_ERRORS`] errors of one kind and the number of the others.
 fn report_lines(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [label, mend]: [&str; 2]) {
     let count = wrong.len();
     for message in wrong.into_iter().take(MAX_LISTED_ERRORS) {
@@ -206,7 +206,7 @@ fn report_lines(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [la
     }
 }
 
-/// The load point of a row; of a pair x, y what is not given is 0.
+/// The load point of a row. In a pair (x, y) a missing value is 0.
 fn point(line: usize, values: &[Option<f64>; LoadColumn::COUNT]) -> LoadPoint {
     let one = |column: LoadColumn| values[column as usize];
     let pair = |x: LoadColumn, y: LoadColumn| {

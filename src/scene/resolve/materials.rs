@@ -1,4 +1,4 @@
-//! Materials: engineering constants to stiffnesses.
+//! Materials: stiffness matrices from engineering constants.
 
 use std::collections::BTreeMap;
 
@@ -11,16 +11,16 @@ use crate::material::{Orthotropic, Stiffness};
 use crate::scene::document::{TomlValue, join_key};
 use crate::scene::spec::material::Material;
 
-/// Largest ratio of the eigenvalues of a stiffness. Rounding of its inverse is this times 1e-16.
+/// Maximum condition number of a stiffness matrix. The rounding error of its inverse is about 1e-16 times this.
 const MAX_CONDITION: f64 = 1e12;
 
-/// Ratio of the moduli beyond which they are what makes a stiffness nearly singular.
+/// Ratio of the moduli above which they are reported as the cause of a nearly singular stiffness.
 const MAX_MODULUS_RATIO: f64 = 1e8;
 
-/// Materials by name; `None` where the constants are wrong (and reported).
+/// Materials by name; `None` if the constants are invalid (reported).
 pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 
-/// A material as the scene defines it.
+/// Material of the scene.
 #[derive(Clone)]
 pub(super) struct ElasticMaterial {
     pub stiffness: Stiffness,
@@ -28,7 +28,7 @@ pub(super) struct ElasticMaterial {
     pub strength: Option<MaterialStrength>,
 }
 
-/// The materials of the scene; reports constants and strengths that are not admissible.
+/// Resolves the materials of the scene. Reports constants and strengths that are not admissible.
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     for name in r.names("materials") {
@@ -71,7 +71,7 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
 }
 
-/// Why a stiffness cannot be told from a singular one in double precision, with the constants that make it so; `None` if it can.
+/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it; `None` if it is not.
 fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String> {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {
@@ -101,7 +101,7 @@ fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String
     ))
 }
 
-/// Which bodies and volume groups name the material, in brackets; nothing if none does.
+/// Bodies, volume groups and plies that use the material, in parentheses; empty if none does.
 fn material_users(r: &Resolver, name: &str) -> String {
     let is_named = |key: &str| matches!(r.document.get(key).map(|node| &node.value), Some(TomlValue::String(text)) if text == name);
     let mut places = Vec::new();

@@ -1,4 +1,4 @@
-//! From the keys as written to the plan: what makes no sense is collected as mistakes.
+//! Resolves the document into the [`Plan`]: checks the values against each other and collects all errors.
 
 mod accuracy;
 mod be_body;
@@ -31,26 +31,26 @@ use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
 
-/// What is resolved so far.
+/// State of the resolution.
 pub(super) struct Resolver<'a> {
     pub document: &'a Document,
-    /// Where meshes are read from.
+    /// Cache of the meshes.
     pub meshes: &'a MeshCache,
     pub diagnostics: Vec<Diagnostic>,
     pub notes: Vec<String>,
-    /// Files that the scene names, by key.
+    /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
-    /// Whether the schema walk found nothing, so that a section that cannot be read is news.
+    /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
     pub schema_valid: bool,
 }
 
 impl<'a> Resolver<'a> {
-    /// Collects a mistake at `key`.
+    /// Reports an error at `key`.
     pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
-    /// Collects a mistake at `key` that leaves no value.
+    /// Reports an error at `key` and returns `None`.
     pub fn refuse<T>(
         &mut self,
         key: &str,
@@ -62,7 +62,7 @@ impl<'a> Resolver<'a> {
         None
     }
 
-    /// The value of `result`; its error is reported at `key`.
+    /// Returns the value of `result`; reports its error at `key`.
     pub fn accept<T>(
         &mut self,
         result: crate::error::Result<T>,
@@ -72,14 +72,14 @@ impl<'a> Resolver<'a> {
         result.inspect_err(|error| self.report(key, error.message(), label, mend)).ok()
     }
 
-    /// Where the file `name` lies that `key` names.
+    /// Path of the file `name`, which is recorded under `key`.
     pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
         let path = self.document.folder.join(name);
         self.files.push((key.to_owned(), path.clone()));
         path
     }
 
-    /// The section at `key` as its type; `None` if absent or already known to be broken.
+    /// Deserialises the section at `key`; `None` if it is absent or invalid.
     pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
         let json = self.document.get(key)?.to_serde_json();
         match serde_path_to_error::deserialize(json) {
@@ -94,7 +94,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The same, or its default where the scene does not have it.
+    /// As [`Self::section`], with the default value for an absent section.
     pub fn section_or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
         if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
     }
@@ -116,7 +116,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
+/// Resolves a document into its plan, errors and notes. The plan exists only without errors and with a valid schema.
 pub(super) fn resolve(
     document: &Document,
     meshes: &MeshCache,
@@ -135,7 +135,7 @@ pub(super) fn resolve(
     (plan.filter(|_| whole), r.diagnostics, r.notes)
 }
 
-/// The name of the scene's file, for a scene without a title.
+/// Name of the scene file without extension, as the title of a scene with an empty title.
 fn file_stem(document: &Document) -> String {
     let stem = std::path::Path::new(&document.file).file_stem();
     stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
@@ -195,7 +195,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     })
 }
 
-/// What the run may take: the user's limit, or most of what the machine has now.
+/// Memory limit of the run: the value of the scene, or the default for the machine.
 fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit> {
     let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
     let bytes = size.bytes();

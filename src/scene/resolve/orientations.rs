@@ -1,4 +1,4 @@
-//! Directions of material axes: angles, fields of mesh files, tables, windings.
+//! Material axes of elements: by angles, by fields of mesh files, by tables, or by windings.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -14,17 +14,17 @@ use crate::scene::plan::FibreAngles;
 use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Most lines of a table that are reported.
+/// Maximum number of lines of a table that are reported.
 const MAX_LISTED_LINES: usize = 5;
 
-/// The angles of a direction that is the same everywhere.
+/// Angles of a direction that is uniform.
 pub(super) fn uniform_angles(direction: &FibreDirection) -> Option<FibreAngles> {
     let varies = direction.field.is_some() || direction.file.is_some() || direction.cylindrical.is_some();
     let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
     (!varies).then(|| FibreAngles { tilt: radians(direction.tilt), azimuth: radians(direction.azimuth) })
 }
 
-/// The direction at `key` of the elements of `mesh`.
+/// Resolves the material axes at `key` for the elements of `mesh`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -72,13 +72,13 @@ fn winding(r: &mut Resolver, key: &str, winding: &CylindricalWinding) -> Option<
     r.accept(winding, key, ["this winding", "see docs/scene.md"]).map(Orientation::Winding)
 }
 
-/// The element numbers of a mesh, and those of its solids among them.
+/// Numbers of all elements of a mesh, and numbers of its volume elements.
 fn numbers(mesh: &Mesh) -> [HashSet<u64>; 2] {
     let all = mesh.blocks.iter().flat_map(|block| block.tags.iter().copied()).collect();
     [all, mesh.volume_cells().map(|cell| mesh.tag(cell)).collect()]
 }
 
-/// The field `name` among those of `source`.
+/// Material axes by the field `name` of `source`.
 fn from_fields(
     r: &mut Resolver,
     key: &str,
@@ -120,7 +120,7 @@ fn from_fields(
     }
 }
 
-/// Axes of the solids by a field, and the numbers that the mesh does not have.
+/// Axes of the volume elements by a field, and the element numbers of the field that the mesh does not contain.
 fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
     if ![3, 9].contains(&field.n_components) {
         return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));
@@ -208,7 +208,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let mut separators = Separators::default();
     for (number, line) in data_lines(&text) {
         let line = line.split('#').next().unwrap_or("").trim();
-        // A first line of names is a heading.
+        // A first line that starts with a letter or a quote is a header.
         let heading = !before && line.starts_with(|c: char| c.is_alphabetic() || c == '"');
         before = true;
         if heading {

@@ -1,4 +1,4 @@
-//! What fills the regions of a meshed body: materials with their directions, and laminates.
+//! Materials of the regions of a meshed body: oriented materials and laminates.
 
 use std::collections::HashSet;
 
@@ -17,10 +17,10 @@ use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
 
-/// Most plies of a layup: as many as the schema allows repetitions of one.
+/// Maximum number of plies of a layup before mirroring (`symmetric`); equal to the limit of repetitions in the schema.
 const MAX_PLIES: usize = 100_000;
 
-/// The filling of each volume group of the body at `key`, that of all other elements first.
+/// Materials of the regions of the body at `key`. The first entry is for all elements outside the volume groups.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -30,7 +30,7 @@ pub(super) fn resolve(
 ) -> Option<Vec<(Option<String>, RegionMaterial)>> {
     check_fibre_or_layup(r, key, body.fibre.is_some(), body.layup.is_some());
     let whole = BodyContext { key, body, mesh, materials };
-    // Read once, also where regions take it over.
+    // Resolved once, even if regions use it too.
     let own_fibre = match &body.fibre {
         Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
         None => Some(Orientation::Uniform(Matrix3::identity())),
@@ -63,7 +63,7 @@ fn check_fibre_or_layup(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
     }
 }
 
-/// What the regions of a body share.
+/// Data common to all regions of a body.
 struct BodyContext<'a> {
     key: &'a str,
     body: &'a FeBody,
@@ -72,7 +72,7 @@ struct BodyContext<'a> {
 }
 
 impl BodyContext<'_> {
-    /// One material; `key` is where it is named, or where it is not.
+    /// A region of one material; `key` is the table of the region or the body.
     fn single(
         &self,
         r: &mut Resolver,
@@ -84,7 +84,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }
 
-    /// The material `name`, reported at `key` where it is not the body's own (which is reported once).
+    /// The material `name`. A missing material is reported at `key`, except for the body's own material, which is reported once.
     fn find_material(&self, r: &mut Resolver, key: &str, name: &str) -> Option<BodyMaterial> {
         if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
             return None;
@@ -92,7 +92,7 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Plies from the bottom up, in a volume group or in all elements without a filling of their own.
+    /// Plies from bottom to top, in a volume group or in all elements without a material of their own.
     fn layup(
         &self,
         r: &mut Resolver,
@@ -150,7 +150,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Layup(plies))
     }
 
-    /// Lowest and highest point of the elements of a layup; `None` if there are none.
+    /// Range of z of the elements of a layup; `None` if there are none.
     fn z_range(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
@@ -172,7 +172,7 @@ impl BodyContext<'_> {
     }
 }
 
-/// A material in its direction; one that is the same in all directions needs no turning.
+/// An oriented material. A uniform orientation of an isotropic material is replaced by the identity.
 fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     let orientation = match fibre {
         Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
@@ -181,7 +181,7 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     PlacedMaterial { name: elastic.name, stiffness: elastic.stiffness, orientation }
 }
 
-/// Reports elements without a material or a direction, and notes those that straddle plies.
+/// Reports elements without material or orientation, and notes elements that intersect several plies.
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
@@ -192,7 +192,7 @@ pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBod
             ));
         }
     }
-    // What has no solids or groups is reported elsewhere.
+    // Missing elements and groups are reported elsewhere.
     let Ok(findings) = fem::check_materials(&spec.fem_spec(key)) else { return };
     for (index, finding) in findings.into_iter().enumerate() {
         let place = match &spec.regions[index].0 {

@@ -6,10 +6,10 @@ use crate::evolution::step::Rolling;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 
-/// A direction this near to an axis (in quarter turns) is along it.
+/// Tolerance of a rolling direction along an axis, in quarter turns.
 const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 
-/// The rolling of the step at `key`.
+/// Resolves the rolling of the step at `key`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -53,7 +53,7 @@ pub(super) fn resolve(
     })
 }
 
-/// Whether frame and bodies can roll.
+/// Reports frames and bodies that do not allow steady rolling.
 pub(super) fn check_model(r: &mut Resolver, frame: Option<&FramePlan>, bodies: &[Option<BodyPlan>; 2]) {
     let keys = (0..r.list_length("steps")).map(|i| format!("steps.{i}.rolling"));
     let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();

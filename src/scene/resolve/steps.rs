@@ -8,10 +8,10 @@ use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
-/// Rotations beyond this (degrees) are noted: the tangent differs from the angle by a quarter of a percent.
+/// Rotation (degrees) above which a note is given; there the tangent differs from the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
-/// The steps in order.
+/// Resolves the steps in order.
 pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FramePlan>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let level = !matches!(frame, Some(FramePlan::Mesh { .. }));
@@ -35,10 +35,10 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     steps
 }
 
-/// A step with the number of its entry in the scene, unless that is wrong; an entry with a history has several.
+/// Index of an entry in the scene with its step; `None` if the entry is invalid. An entry with a history has several steps.
 pub(super) type NumberedStep = (usize, Option<Step>);
 
-/// The steps of an entry.
+/// Resolves the steps of one entry.
 fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
@@ -79,7 +79,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
             ..plain.clone()
         })
         .collect();
-    // A law that is wrong itself is reported elsewhere.
+    // Errors of a law itself are reported elsewhere.
     if laws.is_some() && lacks_friction(laws, plain.friction) {
         friction_loads::check_load_points(r, &key, (&points, &steps), level);
     }
@@ -89,7 +89,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     steps.into_iter().map(|step| (i, Some(step))).collect()
 }
 
-/// The step that the keys say, but for a history.
+/// The step of the keys, without history, cycles and rolling.
 fn step_without_history(keys: &Keys, i: usize) -> Step {
     Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
@@ -109,7 +109,7 @@ fn step_without_history(keys: &Keys, i: usize) -> Step {
     }
 }
 
-/// A history stands in the place of every other control.
+/// Reports other controls beside a history.
 fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     let others = prescribed_controls(keys).into_iter().flatten().chain([
         ("cycles", keys.cycles.is_some()),
@@ -128,7 +128,7 @@ fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Results are found by the names of steps: of two with one name only the last is.
+/// Notes steps with the same name: results reported by name are those of the last one.
 fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
@@ -151,7 +151,7 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
         .or(keys.tangential_force.map(Tangential::Force))
 }
 
-/// The motion and the load of each direction that a step may prescribe, and whether it does.
+/// Displacement and force keys of each direction, and whether the step gives them.
 pub(super) fn prescribed_controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
     [
         [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
@@ -161,7 +161,7 @@ pub(super) fn prescribed_controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4]
     ]
 }
 
-/// Motion and load of one direction cannot both be prescribed.
+/// Reports steps that prescribe both displacement and force of one direction.
 fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     for [(motion, moved), (load, loaded)] in prescribed_controls(keys) {
         if moved && loaded {
@@ -172,7 +172,7 @@ fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Rotations are taken as small: the gap changes by their angle, not its tangent.
+/// Notes large rotations. Rotations are linearised: the gap changes with the angle, not with its tangent.
 fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     let mut told = Vec::new();
     for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {
@@ -190,7 +190,7 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     }
 }
 
-/// Rotations that a frame which repeats itself cannot follow: the gap they open does not repeat itself.
+/// Reports rotations on a periodic frame, because the gap that they open is not periodic.
 fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;
@@ -198,7 +198,7 @@ fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: 
     let mut told = Vec::new();
     for (i, step) in steps.iter().filter_map(|(i, step)| step.as_ref().map(|step| (i, step))) {
         let tilt = match step.tilt {
-            // About y, x changes the gap.
+            // A rotation about y changes the gap along x.
             Some(Tilt::Rotation([x, y])) if (periodic[1] && x != 0.0) || (periodic[0] && y != 0.0) => {
                 Some("rotation")
             }

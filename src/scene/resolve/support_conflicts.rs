@@ -1,4 +1,4 @@
-//! Supports of a body that contradict one another, at the keys that they stand under.
+//! Contradictory supports of a body, reported at their keys.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use super::Resolver;
 use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
 
-/// Reports each support that prescribes another displacement at a node than one before it; their number.
+/// Reports each support that prescribes another displacement at a node than an earlier one. Returns their number.
 pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
     let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
     let mut count = 0;
@@ -48,7 +48,7 @@ pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize
     count
 }
 
-/// The displacement that a support prescribes along a component at a point.
+/// Displacement component that a support prescribes at a point; `None` if free.
 fn prescribed_value(support: &PrescribedDisplacement, component: usize, at: &[f64; 3]) -> Option<f64> {
     let far: f64 = support.gradient[component].iter().zip(at).map(|(g, x)| g * x).sum();
     support.values[component].map(|value| value + far)

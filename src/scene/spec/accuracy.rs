@@ -1,4 +1,4 @@
-//! `accuracy`: how accurate results shall be.
+//! `accuracy`: required accuracy of the results.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -54,10 +54,10 @@ pub enum RefinementParameter {
 }
 
 impl AccuracyQuantity {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Self; 3] = [Self::Load, Self::PeakPressure, Self::WornVolume];
 
-    /// Its name in scenes.
+    /// Name in scene files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Load => "load",
@@ -66,7 +66,7 @@ impl AccuracyQuantity {
         }
     }
 
-    /// In words.
+    /// Name in messages.
     pub fn label(self) -> &'static str {
         match self {
             Self::Load => "load",
@@ -77,7 +77,7 @@ impl AccuracyQuantity {
 }
 
 impl RefinementParameter {
-    /// In words.
+    /// Name in messages.
     pub fn label(self) -> &'static str {
         match self {
             Self::Cells => "cells",

@@ -64,7 +64,7 @@ pub enum AxisName {
 }
 
 impl WindingAxis {
-    /// Its direction, of any length.
+    /// Direction vector of any length.
     pub fn vector(self) -> [f64; 3] {
         match self {
             Self::Name(AxisName::X) => [1.0, 0.0, 0.0],

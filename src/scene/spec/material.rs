@@ -70,7 +70,7 @@ pub enum Material {
 }
 
 impl Material {
-    /// What it bears, if the scene says so.
+    /// Strength of the material, if given.
     pub(crate) fn strength_limit(&self) -> Option<MaterialStrength> {
         match self {
             Self::Isotropic { yield_stress, .. } => {

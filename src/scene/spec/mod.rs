@@ -1,6 +1,6 @@
-//! The keys of a scene as they are written; their comments are the descriptions of the JSON Schema.
+//! Keys of a scene file. Their doc comments are the descriptions in the JSON Schema.
 //!
-//! Angles are degrees here and become radians in the [plan](super::plan::Plan).
+//! Angles are in degrees here, and in radians in the [plan](super::plan::Plan).
 
 pub mod accuracy;
 pub mod body;

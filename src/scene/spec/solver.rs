@@ -46,7 +46,7 @@ pub enum SkipSetting {
 }
 
 impl SkipSetting {
-    /// What may be skipped.
+    /// The work that may be omitted.
     pub fn allowed_skips(&self) -> AllowedOmissions {
         match self {
             Self::All(true) => AllowedOmissions::ALL,
@@ -73,7 +73,7 @@ fn memory_size(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 }
 
 impl MemorySize {
-    /// Bytes; `None` if it is neither a whole positive number of them nor one with a unit.
+    /// Number of bytes; `None` if the value is not a positive integer or a number with a unit.
     pub fn bytes(&self) -> Option<u64> {
         let text = match self {
             Self::Bytes(bytes) => return Some(*bytes).filter(|&bytes| bytes > 0),
@@ -99,7 +99,7 @@ impl MemorySize {
     }
 }
 
-/// A whole number above 0.
+/// The number as an integer, if it is an integer above 0.
 fn positive_integer(number: f64) -> Option<u64> {
     (number >= 1.0 && number.is_finite() && number.fract() == 0.0).then_some(number as u64)
 }

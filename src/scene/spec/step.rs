@@ -110,7 +110,7 @@ pub enum LoadColumn {
 }
 
 impl LoadColumn {
-    /// Number of kinds.
+    /// Number of variants.
     pub const COUNT: usize = 13;
 
     const NAMES: [(Self, &'static str); Self::COUNT] = [
@@ -129,12 +129,12 @@ impl LoadColumn {
         (Self::Ignored, "-"),
     ];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].1
     }
 
-    /// The column of a name.
+    /// Finds the column with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(column, _)| *column)
     }
