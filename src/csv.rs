@@ -1,6 +1,6 @@
-//! Tables of text: lines and cells of CSV files.
+//! Lines and cells of CSV files.
 
-/// The lines of a table with their numbers from 1, trimmed; blank lines and those that begin with # are left out.
+/// Trimmed lines of a table with their numbers from 1, without blank lines and lines that begin with #.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     lines
@@ -9,11 +9,10 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// The cells of a line of a table: between commas or semicolons where it has them, else between blanks; without the quotes
-/// around them.
+/// Cells of a line, without enclosing quotes. Commas or semicolons separate them, or blanks if the line has neither.
 pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     if line.contains([',', ';']) {
-        // A separator at the end of the line closes its last cell.
+        // A separator at the end of the line does not start a further cell.
         let line = line.strip_suffix([',', ';']).unwrap_or(line);
         line.split([',', ';']).map(|cell| unquoted(cell.trim())).collect()
     } else {
@@ -21,16 +20,18 @@ pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     }
 }
 
-/// Checks that the lines of a table are separated alike, so that a decimal comma is not read as a separator.
+/// Checks that all lines of a table use the same separator, so that a decimal comma is not read as a separator.
 #[derive(Default)]
 pub(crate) struct Separators {
-    /// The comma or semicolon of the lines so far.
+    /// Separator of the lines so far: comma or semicolon.
     found: Option<char>,
 }
 
 impl Separators {
+    /// Checks a line.
+    ///
     /// # Errors
-    /// If the line has two kinds of separators, or another one than the lines before: why, to be put after its place.
+    /// If the line mixes separators, or uses another one than the lines before. The text is the reason, for the end of a message.
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let separator = line.chars().find(|c| [',', ';'].contains(c));
         let other = if separator.is_some() && line.contains(',') && line.contains(';') {
@@ -52,7 +53,7 @@ impl Separators {
     }
 }
 
-/// Whether blanks separate the values of a line and a comma stands within a number: "1 100,5".
+/// Whether blanks separate the values of a line and a number contains a comma: "1 100,5".
 fn has_decimal_comma_between_blanks(line: &str) -> bool {
     let cells: Vec<&str> = line.split(',').collect();
     cells.windows(2).any(|cells| {
@@ -64,7 +65,7 @@ fn has_decimal_comma_between_blanks(line: &str) -> bool {
     })
 }
 
-/// A cell without the quotes around it.
+/// Removes the quotes around a cell.
 fn unquoted(cell: &str) -> &str {
     cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
 }
@@ -73,7 +74,7 @@ fn unquoted(cell: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// Truth: docs/scene.md: decimal commas are refused, where they stand beside semicolons, blanks or tabs; texts of other columns may hold blanks.
+    /// Truth: docs/scene.md: decimal commas are refused next to semicolons, blanks or tabs. Texts may contain blanks.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in ["1\t100,5", "0,001\t3", "0.5 0,001", "0,5;1,5", "load 1,5", "1 0,5 0,5 0,7"] {

@@ -1,5 +1,4 @@
-//! Arrays in NumPy's files (numpy.lib.format): reads two-dimensional arrays of .npy files, format versions 1 and 2, and writes
-//! .npz archives.
+//! NumPy files (numpy.lib.format): reads two-dimensional arrays from .npy files of versions 1 and 2, and writes .npz archives.
 
 use std::io::{Cursor, Write};
 
@@ -8,16 +7,16 @@ use zip::{CompressionMethod, ZipWriter};
 
 use crate::error::{Error, Result};
 
-/// First bytes of every .npy file.
+/// Signature of .npy files.
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 
-/// The data of a .npy file begin at a multiple of this many bytes.
+/// Alignment of the data in a .npy file, bytes.
 const ALIGNMENT: usize = 64;
 
-/// A value's type: its code in the header, its bytes, and how they become a number.
+/// Value type: code in the header, size in bytes, conversion to f64.
 type ValueType = (&'static str, usize, fn(&[u8]) -> f64);
 
-/// What is read; the header may say "=" for "<" on machines that write so.
+/// Supported types. The header may contain "=" instead of "<" on little-endian machines.
 const VALUE_TYPES: [ValueType; 4] = [
     ("f4", 4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
     ("f8", 8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])),
@@ -25,19 +24,19 @@ const VALUE_TYPES: [ValueType; 4] = [
     ("i8", 8, |b| i64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]) as f64),
 ];
 
-/// An array of two dimensions in C order: `values[i * shape[1] + j]`.
+/// Two-dimensional array in C order: `values[i * shape[1] + j]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array2 {
     /// Values, `[shape[0], shape[1]]`.
     pub values: Vec<f64>,
-    /// Lengths along both dimensions.
+    /// Lengths of both dimensions.
     pub shape: [usize; 2],
 }
 
-/// The array in the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
+/// Reads an array from the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
 ///
 /// # Errors
-/// If it is no such file, has another type or number of dimensions, or its bytes do not fit its header.
+/// If the bytes are not a .npy file, have an unsupported type or number of dimensions, or do not fit the header.
 pub fn read(bytes: &[u8]) -> Result<Array2> {
     let (header, data) = split(bytes)?;
     let descr = field(header, "descr")?;
@@ -75,7 +74,7 @@ fn wrong(what: String) -> Error {
     Error::input(what)
 }
 
-/// Header and data.
+/// Splits a file into header and data.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
     let rest =
         bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin as a .npy file does".to_owned()))?;
@@ -99,7 +98,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
     Ok((header, data))
 }
 
-/// The text of a value in the header, a Python dictionary such as
+/// Text of a value in the header, which is a Python dictionary such as
 /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`.
 fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
     let missing = || wrong(format!("its header has no \"{name}\": it is damaged"));
@@ -118,7 +117,7 @@ fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
     Ok(value[..closes.ok_or_else(missing)?].trim_end())
 }
 
-/// Two lengths in brackets.
+/// Parses a tuple of two lengths.
 fn shape(text: &str) -> Result<[usize; 2]> {
     let inner = text.trim_start_matches('(').trim_end_matches(')');
     let lengths: Option<Vec<usize>> = inner
@@ -135,29 +134,29 @@ fn shape(text: &str) -> Result<[usize; 2]> {
     }
 }
 
-/// An archive of arrays (.npz) in memory: a ZIP file with an uncompressed .npy file for each array.
+/// Archive of arrays (.npz) in memory: a ZIP file with an uncompressed .npy file for each array.
 pub struct NpzWriter {
     zip: ZipWriter<Cursor<Vec<u8>>>,
 }
 
 impl NpzWriter {
-    /// An archive without arrays.
+    /// Creates an empty archive.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
         Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
     }
 
-    /// Appends `values`, in C order, as the array `name` of `shape`.
+    /// Appends `values` in C order as the array `name` of `shape`.
     ///
     /// # Errors
-    /// If there is an array of this name already, or `shape` has another number of values.
+    /// If the archive has an array of this name, or `shape` does not fit the number of values.
     pub fn add(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
         if shape.iter().product::<usize>() != values.len() {
             let message =
                 format!("the array {name}: {} values do not fill the shape {shape:?}", values.len());
             return Err(Error::numerical(message));
         }
-        // A file of 4 GiB or more needs longer fields in the archive.
+        // Files of 4 GiB or more require the ZIP64 format.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(size_of_val(values) >= 1 << 31);
@@ -170,19 +169,19 @@ impl NpzWriter {
         write().map_err(|error| Error::numerical(format!("the array {name}: {error}")))
     }
 
-    /// The bytes of the archive.
+    /// Completes the archive and returns its bytes.
     ///
     /// # Errors
-    /// If its table of contents cannot be written.
+    /// If the central directory cannot be written.
     pub fn finish(self) -> Result<Vec<u8>> {
         let bytes = self.zip.finish().map_err(|error| Error::numerical(format!("the archive: {error}")))?;
         Ok(bytes.into_inner())
     }
 }
 
-/// The bytes before the data of an array of f8 in C order, format version 1.
+/// Header of an array of f8 in C order, format version 1.
 fn head(shape: &[usize]) -> Vec<u8> {
-    // A Python tuple: one length needs a comma after it, too.
+    // Python tuple: a single length needs a trailing comma.
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let lengths = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
     let dictionary = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
@@ -190,7 +189,7 @@ fn head(shape: &[usize]) -> Vec<u8> {
     let before = bytes.len() + 4;
     let length = (before + dictionary.len() + 1).next_multiple_of(ALIGNMENT) - before;
     bytes.extend([1, 0]);
-    // A dictionary of a few lengths is far shorter than a u16 can say.
+    // The dictionary is far shorter than the limit of u16.
     bytes.extend((length as u16).to_le_bytes());
     bytes.extend(format!("{dictionary:width$}\n", width = length - 1).into_bytes());
     bytes
@@ -200,7 +199,7 @@ fn head(shape: &[usize]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// The bytes of a value.
+    /// Bytes of a value.
     type Bytes = fn(f64) -> Vec<u8>;
 
     fn file(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
@@ -221,7 +220,7 @@ mod tests {
         format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}   \n")
     }
 
-    /// Truth: numpy.lib.format: values follow row by row, or column by column in Fortran order.
+    /// Truth: numpy.lib.format: values follow row by row, in Fortran order column by column.
     #[test]
     fn types_versions_and_orders() {
         let wanted = [1.0, -2.0, 3.0, 4.0, 5.0, 6.0];
@@ -247,7 +246,7 @@ mod tests {
         }
     }
 
-    /// Truth: what the module's head does not promise is refused by name; damaged files end as errors.
+    /// Truth: everything that the module head does not list is refused with a reason. Damaged files give errors.
     #[test]
     fn other_files_are_refused() {
         let refused = |bytes: &[u8], word: &str| {
@@ -278,7 +277,7 @@ mod tests {
         }
     }
 
-    /// Truth: numpy.lib.format: the header is a dictionary whose shape is a tuple; the data begin at a multiple of 64 bytes.
+    /// Truth: numpy.lib.format: the header is a dictionary whose shape is a tuple. The data start at a multiple of 64 bytes.
     #[test]
     fn archives_hold_npy_files() {
         let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];

@@ -1,72 +1,72 @@
-//! How accurate the results are, where an accuracy was asked for.
+//! Accuracy of the results, if an accuracy was requested.
 
 use serde::Serialize;
 
-/// What was asked for and reached: the entry `accuracy` of `summary.json`.
+/// Requested and reached accuracy: the entry `accuracy` of `summary.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AccuracyRecord {
-    /// The relative error that was asked for.
+    /// Requested relative error.
     pub requested: f64,
-    /// Of what.
+    /// Quantities with a requested accuracy.
     #[serde(rename = "of")]
     pub quantities: Vec<&'static str>,
-    /// Whether all estimates are below it.
+    /// Whether all estimates are below the requested error.
     pub met: bool,
-    /// Why there was nothing finer, if something failed.
+    /// Reason why no finer run was possible, if a run failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The results with their estimated errors.
+    /// Results with estimated errors.
     pub results: Vec<EstimatedResult>,
-    /// The runs that converged, the last one that of the results.
+    /// Converged runs. The last one gave the results.
     pub runs: Vec<RefinementRun>,
 }
 
-/// A result with its estimated error.
+/// Result with its estimated error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimatedResult {
-    /// At the end of this step.
+    /// Step at whose end the result is taken.
     pub step: String,
-    /// What it is, as in `steps`.
+    /// Name of the quantity, as in `steps`.
     pub name: &'static str,
-    /// The result of the last run that converged.
+    /// Result of the last converged run.
     pub value: f64,
-    /// Its estimated error.
+    /// Estimated error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// The same relative: of forces to the length of the force, of shifts to that of the motion, of others to themselves.
+    /// Estimated relative error. Its reference is the total force for forces, the motion for displacements, otherwise the value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
-    /// The part of the cells.
+    /// Error due to the cells.
     #[serde(rename = "of_cells", skip_serializing_if = "Option::is_none")]
     pub cell_error: Option<f64>,
-    /// The part of the increments.
+    /// Error due to the increments.
     #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
-    /// The part of the jumps.
+    /// Error due to the jumps.
     #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
-    /// The order by which it converges with what was refined last, if its changes show one.
+    /// Order of convergence in the last refined setting, if the changes show one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
-    /// Its limit (Richardson), where its last changes show one order.
+    /// Richardson extrapolation, if the last changes show a single order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<f64>,
 }
 
-/// A run of the search.
+/// Run with one refinement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RefinementRun {
-    /// Cells of the frame, where it is a grid.
+    /// Numbers of cells of the frame, if it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[usize; 2]>,
-    /// How many times the increments of the scene.
+    /// Number of increments as a multiple of that in the scene.
     #[serde(rename = "increments")]
     pub increment_factor: usize,
     /// Tolerance or number of the jumps over cycles.
     #[serde(rename = "jumps", skip_serializing_if = "Option::is_none")]
     pub jump_setting: Option<f64>,
-    /// Its time.
+    /// Computing time, s.
     pub seconds: f64,
-    /// Its results, in the order of `results`.
+    /// Values of the run, in the order of `results`.
     pub values: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! Files that are there as a whole or not at all, and their checksums.
+//! Atomic file writes and checksums.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
@@ -8,10 +8,10 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
 
-/// Bytes written or read at once.
+/// Block size for reading and writing, bytes.
 const BLOCK: usize = 1 << 16;
 
-/// A writer that counts and hashes what goes through it.
+/// Writer that counts and hashes the bytes written.
 pub struct HashingWriter<W> {
     inner: W,
     hash: Sha256,
@@ -19,12 +19,12 @@ pub struct HashingWriter<W> {
 }
 
 impl<W: Write> HashingWriter<W> {
-    /// A writer into `inner`.
+    /// Creates a writer into `inner`.
     pub fn new(inner: W) -> Self {
         Self { inner, hash: Sha256::new(), bytes: 0 }
     }
 
-    /// The writer within, the bytes written and their SHA-256.
+    /// Returns the inner writer, the number of bytes written and their SHA-256.
     pub fn end(self) -> (W, u64, [u8; 32]) {
         (self.inner, self.bytes, self.hash.finalize().into())
     }
@@ -43,15 +43,15 @@ impl<W: Write> Write for HashingWriter<W> {
     }
 }
 
-/// A hash as hexadecimal digits.
+/// Formats a hash as hexadecimal digits.
 pub fn hexadecimal(hash: &[u8]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 of a file's content, hexadecimal.
+/// SHA-256 of the content of a file, hexadecimal.
 ///
 /// # Errors
-/// If it cannot be read.
+/// If the file cannot be read.
 pub fn sha256_of(path: &Path) -> io::Result<String> {
     let (mut file, mut hash, mut block) = (File::open(path)?, Sha256::new(), vec![0; BLOCK]);
     loop {
@@ -62,15 +62,15 @@ pub fn sha256_of(path: &Path) -> io::Result<String> {
     }
 }
 
-/// Writes `bytes` to `path` so that a reader sees either what was there before or all of it.
+/// Writes `bytes` to `path` atomically: a reader sees either the previous content or all of `bytes`.
 ///
 /// # Errors
-/// Resources, if the file cannot be written; what was at `path` is then unchanged.
+/// If the file cannot be written (kind `Resources`). The previous content of `path` then stays unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically_with(path, |file| file.write_all(bytes))
 }
 
-/// The same for a content that `fill` writes.
+/// Writes a file atomically, like [`write_atomically`], with content from `fill`.
 ///
 /// # Errors
 /// As [`write_atomically`].
@@ -93,17 +93,17 @@ pub fn write_atomically_with(
     })
 }
 
-/// What the names of the files begin with under which [`write_atomically_with`] writes the one at `path`.
+/// Prefix of the temporary files that [`write_atomically_with`] uses for `path`.
 pub(super) fn temporary_prefix(path: &Path) -> String {
     format!(".{}.", path.file_name().and_then(|name| name.to_str()).unwrap_or("file"))
 }
 
-/// Has the names in a folder written to the disk; where the system cannot, they get there by themselves.
+/// Flushes the entries of a folder to the disk, if the system supports it.
 pub(super) fn sync_folder(folder: Option<&Path>) {
     let _ = folder.map(|folder| File::open(folder).and_then(|folder| folder.sync_all()));
 }
 
-/// How to get rid of a file-system failure, as the end of a message; empty where there is no advice.
+/// Advice on a file-system failure, appended to a message; empty if there is none.
 fn advice(reason: &io::Error) -> &'static str {
     match reason.kind() {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
@@ -117,12 +117,12 @@ fn advice(reason: &io::Error) -> &'static str {
     }
 }
 
-/// A file-system failure as an error with the path, the reason and advice.
+/// Error for a file-system failure, with path, reason and advice.
 pub(crate) fn file_error(what: &str, path: &Path, reason: &io::Error) -> Error {
     Error::resources(format!("{what} {}: {reason}{}", path.display(), advice(reason)))
 }
 
-/// A failure while the content of a file is written, as an error with the reason and advice.
+/// Error for a failure while the content of a file is written, with reason and advice.
 pub(crate) fn write_error(reason: &io::Error) -> Error {
     Error::resources(format!("{reason}{}", advice(reason)))
 }
@@ -131,7 +131,7 @@ pub(crate) fn write_error(reason: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Truth: docs/command-line.md: exit code 4; a disk that fills while a content is written has the advice of one that is full before.
+    /// Truth: docs/command-line.md: exit code 4. A disk that fills during a write gives the same advice as a full disk.
     #[test]
     fn disks_that_fill_have_advice() {
         let reason = io::Error::from(io::ErrorKind::StorageFull);

@@ -1,4 +1,4 @@
-//! Fields of a body as grids for output: its displaced surface.
+//! Displaced surface of a body with its fields, as a grid for output.
 
 use rayon::prelude::*;
 
@@ -16,20 +16,20 @@ use crate::output::surface_stress::SurfaceStress;
 use crate::output::volume::stress_array;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// A body whose fields are written.
+/// Body with field output.
 #[derive(Clone, Copy)]
 pub struct BodyOutput<'a> {
-    /// Which body it is.
+    /// Side of the body.
     pub side: Side,
-    /// Gives its fields.
+    /// Body that recovers the fields.
     pub body: &'a dyn ElasticBody,
-    /// The points of its fields.
+    /// Points of the fields.
     pub location: RecoveryLocation<'a>,
 }
 
 impl BodyOutput<'_> {
-    /// Peaks of the stress of a meshed body; `None` where none was recovered. `tractions` on body 2, one triple per
-    /// cell of the frame in its local axes.
+    /// Stress peaks of a meshed body; `None` if no stress was recovered. `tractions` act on body 2, one triple per cell in its
+    /// local axes.
     pub(crate) fn peaks(
         &self,
         frame: &ContactFrame,
@@ -44,8 +44,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction at every node of the mesh in global axes: the mean over the frame's cells it lies over, 0 off the contact
-    /// surface; `faces` are the outer ones.
+    /// Traction at every node of the mesh in global axes: area-weighted mean over the cells over which the node lies, zero off the
+    /// contact surface. `faces` are the outer faces.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -81,27 +81,27 @@ impl BodyOutput<'_> {
     }
 }
 
-/// Where the fields that a body recovers live.
+/// Points at which a body recovers its fields.
 #[derive(Clone, Copy)]
 pub enum RecoveryLocation<'a> {
-    /// At the centres of the frame's cells (half-spaces).
+    /// Centres of the frame's cells (half-spaces).
     FrameCells,
-    /// At the nodes of a mesh.
+    /// Nodes of a mesh.
     MeshNodes {
-        /// The mesh.
+        /// Mesh.
         mesh: &'a Mesh,
-        /// Nodes of its contact surface.
+        /// Nodes of the contact surface.
         contact_nodes: &'a [usize],
     },
 }
 
-/// The displaced surface of a body with displacement and the traction on it, in global axes; `tractions` on
-/// body 2, one triple per cell of the frame in its local axes.
+/// Displaced surface of a body with its displacement and traction in global axes. `tractions` act on body 2, one triple per cell in
+/// its local axes.
 ///
-/// The rigid motion of body 2 is not part of its displacement.
+/// The displacement excludes the rigid motion of body 2.
 ///
 /// # Errors
-/// Numerical, if the recovered field does not fit the shape.
+/// If the recovered field does not fit the shape (kind `Numerical`).
 pub fn surface_grid(
     output: &BodyOutput<'_>,
     frame: (&ContactFrame, &FrameMesh),
@@ -167,13 +167,13 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// A point of a body's drawn surface: a mesh node, and the point at which its stress was recovered (0 without stress).
+/// Vertex of a body's output surface: mesh node and recovery point of its stress (the node without stress).
 struct SurfaceVertex {
     node: usize,
     recovery_point: usize,
 }
 
-/// Adds the faces to the grid; their points in the order of first use, a node once for each material at it.
+/// Adds the faces to the grid. Returns their vertices in order of first use; a node has one vertex per material.
 fn push_faces(
     grid: &mut UnstructuredGrid,
     mesh: &Mesh,
@@ -186,7 +186,7 @@ fn push_faces(
     let solids = mesh.volume_cells().next().is_some();
     for (i, face) in faces.iter().enumerate() {
         let recovered: Vec<usize> = match &field.stress {
-            // Of a body without solids the faces are the cells.
+            // In a body without solid cells, the faces are the cells.
             Some(stress) if !solids => stress.points.points_of_cell(i).to_vec(),
             Some(stress) => {
                 let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
@@ -206,8 +206,8 @@ fn push_faces(
     points
 }
 
-/// Directions out of the body at the nodes of its contact surface, 0 elsewhere, `[n_points]`: sums over the contact
-/// faces among the outer ones, `faces`.
+/// Outward direction at the nodes of the contact surface: sum of the area vectors of the outer `faces` in contact, zero elsewhere,
+/// `[n_points]`.
 fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);
@@ -225,7 +225,7 @@ fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
     }
 }
 
-/// Refuses a field that does not have the points it is drawn on.
+/// Checks that a field has the size of its points.
 pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
     let found = field.displacement.len();
     if found != n {

@@ -1,4 +1,4 @@
-//! The peaks of a body's stress, failure indices and estimated error, for the summary.
+//! Peaks of stress, failure indices and estimated error of a body, for the summary.
 
 use std::borrow::Cow;
 
@@ -10,62 +10,61 @@ use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::output::surface_stress::SurfaceStress;
 
-/// Share of the squared error in the cells that the summary points at.
+/// Fraction of the squared error in the cells that the summary reports.
 const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
-/// A largest value and where it is.
+/// Largest value and its position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// Undeformed position, global axes.
+    /// Undeformed position in global axes.
     pub position: [f64; 3],
 }
 
-/// The largest index of a criterion.
+/// Largest index of a failure criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IndexPeak {
     /// Name of the criterion, as in the field files.
     pub criterion: Cow<'static, str>,
-    /// Stress exposure: 1 at failure.
+    /// Stress exposure, 1 at failure.
     pub value: f64,
-    /// How it fails there.
+    /// Failure mode.
     pub mode: Cow<'static, str>,
-    /// Undeformed position, global axes.
+    /// Undeformed position in global axes.
     pub position: [f64; 3],
 }
 
-/// The estimated error of a body in one increment.
+/// Estimated error of a body in one increment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRecord {
-    /// Relative to the norm of the stress, in the energy norm.
+    /// Relative error in the energy norm, over the norm of the stress.
     pub relative: f64,
-    /// In the energy norm: the root of twice the energy of the difference.
+    /// Error in the energy norm: square root of twice the energy of the difference.
     pub energy_norm: f64,
-    /// Centre of the cell of the largest error.
+    /// Centre of the cell with the largest error.
     pub position: [f64; 3],
-    /// The cells that hold half of the squared error: their number, their share of the volume, their centre (weighted
-    /// by the squared error) and the distance from it within which they lie.
+    /// Smallest set of cells with half of the squared error.
     pub worst_cells: WorstCells,
 }
 
-/// Where the error is.
+/// Location of the error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorstCells {
-    /// Number of the fewest cells that hold half of the squared error.
+    /// Number of cells: the fewest that contain half of the squared error.
     pub count: usize,
-    /// Their share of the body's volume.
+    /// Fraction of the volume of the body.
     pub volume_share: f64,
-    /// Their centre, weighted by the squared error.
+    /// Centre of the cells, weighted by the squared error.
     pub centre: [f64; 3],
-    /// Largest distance of the centre of one from there.
+    /// Largest distance of a cell centre from `centre`.
     pub radius: f64,
 }
 
-/// The peaks of a body's stress.
+/// Stress peaks of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyPeaks {
-    /// Largest equivalent stress of von Mises.
+    /// Largest von Mises stress.
     pub von_mises: Peak,
     /// Largest index of each criterion.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
@@ -78,7 +77,7 @@ pub struct BodyPeaks {
     pub error: Option<ErrorRecord>,
 }
 
-/// The peaks of a body after an increment: an entry of `summary.bodies`.
+/// Peaks of a body after an increment: an entry of `summary.bodies`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyRecord {
     /// "body1" or "body2".
@@ -87,13 +86,13 @@ pub struct BodyRecord {
     pub name: String,
     /// Number of the increment or jump in its step, from 1.
     pub increment: usize,
-    /// The peaks.
+    /// Peaks.
     #[serde(flatten)]
     pub peaks: BodyPeaks,
 }
 
 impl BodyPeaks {
-    /// The peaks of `field`; `surface` gives the stress on the contact surface.
+    /// Determines the peaks of `field`; `surface` gives the stress on the contact surface.
     pub(crate) fn new(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Self {
         Self {
             von_mises: von_mises_peak(mesh, field),
@@ -104,7 +103,7 @@ impl BodyPeaks {
     }
 }
 
-/// The index and value of the first of the largest of some values; `None` of none.
+/// Index and value of the largest value; the first of equal ones, `None` without values.
 fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().fold(None, |best, (i, value)| match best {
         Some((_, found)) if value <= found => best,
@@ -112,7 +111,7 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     })
 }
 
-/// Peak of von Mises' stress.
+/// Peak of the von Mises stress.
 fn von_mises_peak(mesh: &Mesh, field: &StressField) -> Peak {
     let (point, value) = largest(field.stress.iter().map(von_mises)).unwrap_or((0, 0.0));
     Peak { value, position: mesh.points[field.points.mesh_nodes[point]] }
@@ -131,7 +130,7 @@ fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
 }
 
 impl ErrorRecord {
-    /// The summary of an estimate.
+    /// Summarises an error estimate.
     pub fn new(estimate: &ErrorEstimate) -> Self {
         let worst = estimate.worst_cells(WORST_CELLS_ERROR_SHARE);
         let weight: f64 = worst.iter().map(|&i| estimate.cell_errors[i].powi(2)).sum();
@@ -157,7 +156,7 @@ impl ErrorRecord {
         }
     }
 
-    /// Where to refine, in words; `length` is the unit.
+    /// Text with the error and the region to refine; `length` is the unit of length.
     pub fn advice(&self, length: &str) -> String {
         if self.relative < MIN_RELATIVE_ERROR {
             return format!(
@@ -178,7 +177,7 @@ impl ErrorRecord {
     }
 }
 
-/// Peak of the tension in the contact surface; `None` without one.
+/// Peak of the tension in the contact surface; `None` without contact points.
 fn tangential_peak(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Option<Peak> {
     let (i, value) = largest(field.contact.iter().map(|contact| surface.at(contact.point).1))?;
     Some(Peak { value, position: mesh.points[field.points.mesh_nodes[field.contact[i].point]] })

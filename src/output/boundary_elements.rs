@@ -1,12 +1,12 @@
-//! How bodies of boundary elements were solved, for `summary.json`.
+//! Boundary-element bodies in `summary.json`.
 
 use crate::body::BeBody;
 use crate::error::warning;
 
-/// Asymmetry of a flexibility from which on its elements are in doubt.
+/// Asymmetry of a flexibility above which a warning is given.
 const MAX_RELIABLE_ASYMMETRY: f64 = 0.02;
 
-/// How a body of boundary elements was condensed to its nodes under the frame.
+/// Condensation of a boundary-element body to its nodes under the frame.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BoundaryElementRecord {
     /// The body, 1 or 2.
@@ -19,30 +19,30 @@ pub struct BoundaryElementRecord {
     pub unknowns: usize,
     /// Asymmetry of the flexibility under constant and linear tractions ([`BeBody::asymmetry`]).
     pub asymmetry: f64,
-    /// Error of the tabulated kernels, over their largest values.
+    /// Error of the tabulated kernels, relative to their largest values.
     pub kernel_error: f64,
-    /// Relative residual of equations computed afresh.
+    /// Relative residual of recomputed equations.
     pub residual: f64,
     /// "dense" or "compressed".
     pub equations: &'static str,
-    /// Of compressed equations.
+    /// Compression, for compressed equations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compression: Option<CompressionRecord>,
 }
 
-/// How equations were compressed.
+/// Compression of the equations.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CompressionRecord {
-    /// Tolerance of the blocks.
+    /// Tolerance of the compressed blocks.
     pub tolerance: f64,
-    /// Most products with the matrix for a right side.
+    /// Maximum number of products with the matrix for a right-hand side.
     pub iterations: usize,
-    /// Bytes of the matrix and its approximate inverse.
+    /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,
 }
 
 impl BoundaryElementRecord {
-    /// Of body `index` (0 or 1).
+    /// Creates the record of body `index` (0 or 1).
     pub fn new(index: usize, body: &BeBody) -> Self {
         Self {
             body: index + 1,
@@ -61,7 +61,7 @@ impl BoundaryElementRecord {
         }
     }
 
-    /// What the user should know of it.
+    /// Warning if the asymmetry makes the displacements uncertain.
     pub fn accuracy_warning(&self) -> Option<String> {
         (self.asymmetry > MAX_RELIABLE_ASYMMETRY).then(|| {
             warning(&format!(

@@ -1,31 +1,31 @@
-//! Which cells of the frame a point of a body's surface lies in.
+//! Search for the cells of the frame over which a point of a body surface lies.
 
 use std::collections::HashMap;
 
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side};
 
-/// Finds the cells of a frame that points of a body's surface lie over.
+/// Finds the cells of a frame over which surface points of a body lie.
 pub struct CellLocator<'a> {
     frame: &'a ContactFrame,
     side: Side,
-    /// The normal of all cells, if they have one in common.
+    /// Normal common to all cells, if there is one.
     common_normal: Option<Point>,
     bin: f64,
     bins: HashMap<[i64; 3], Vec<usize>>,
 }
 
-/// A point of a surface and the direction out of the body there, of any length; 0 if it has none.
+/// Surface point with its outward direction (any length; zero if unknown).
 #[derive(Debug, Clone, Copy)]
 pub struct SurfacePoint {
-    /// The point.
+    /// Position.
     pub at: Point,
-    /// The direction.
+    /// Outward direction.
     pub outward: Point,
 }
 
 impl<'a> CellLocator<'a> {
-    /// Prepares the search for the body on `side`; a grid frame needs no preparation.
+    /// Prepares the search for the body on `side`. A grid frame needs no preparation.
     pub fn new(frame: &'a ContactFrame, side: Side) -> Self {
         let diameter = |i: usize| {
             2.0 * frame.corners(i).iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
@@ -44,8 +44,8 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells that the point lies over along their normals, the body being on its side of them; several where it lies
-    /// over their common edge, none outside the frame. The bodies may be apart.
+    /// Cells over which the point lies along their normals, with the body on its side of them. Several cells share a point on a
+    /// common edge; a point outside the frame has none. The bodies may be apart.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -58,7 +58,7 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame: of those that the point lies over, the nearest.
+    /// Cells of a curved frame: the nearest of those over which the point lies.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -69,7 +69,7 @@ impl<'a> CellLocator<'a> {
             .filter(|&cell| distance(cell) <= self.bin)
             .collect();
         if found.is_empty() {
-            // Most cells are told by their distance along the surface, without their polygons.
+            // The distance along the surface excludes most cells without testing their polygons.
             let near = |cell: &usize| self.along_surface(*cell, &point.at) <= self.bin;
             found = (0..self.frame.n_cells()).filter(near).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
@@ -84,13 +84,13 @@ impl<'a> CellLocator<'a> {
         (arm - normal * normal.dot(&arm)).norm()
     }
 
-    /// Whether the point is on the side of its body that looks at the cell.
+    /// Whether the surface at the point faces the cell.
     fn is_facing(&self, cell: usize, point: &SurfacePoint) -> bool {
         let along = self.frame.triads[cell].normal().dot(&point.outward);
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// The bin of a point; of its projection where all cells have the same normal.
+    /// Bin of a point. If all cells have the same normal, the bin of its projection.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
@@ -98,7 +98,7 @@ impl<'a> CellLocator<'a> {
         [0, 1, 2].map(|axis| (projection[axis] / self.bin).floor() as i64)
     }
 
-    /// Cells whose centres lie in the bin of `point` or a bin beside it, in ascending order.
+    /// Cells with centres in the bin of `point` or an adjacent bin, in ascending order.
     fn cells_in_adjacent_bins(&self, point: &Point) -> impl Iterator<Item = usize> {
         let [x, y, z] = self.key(point);
         let mut found = Vec::new();
@@ -111,7 +111,7 @@ impl<'a> CellLocator<'a> {
         found.into_iter()
     }
 
-    /// Whether the projection of `point` lies in the cell, its border included.
+    /// Whether the projection of `point` lies in the cell or on its boundary.
     fn holds(&self, cell: usize, point: &Point) -> bool {
         let (corners, triad) = (self.frame.corners(cell), &self.frame.triads[cell]);
         let slack = 1e-9 * self.bin;
@@ -125,7 +125,7 @@ impl<'a> CellLocator<'a> {
             if (a + edge * along).norm() <= slack {
                 return true;
             }
-            // A ray along x crosses the edge.
+            // Does a ray along x cross the edge?
             if (a.y > 0.0) != (b.y > 0.0) && (a.x - a.y * edge.x / edge.y) > 0.0 {
                 crossings += 1;
             }
@@ -134,7 +134,7 @@ impl<'a> CellLocator<'a> {
     }
 }
 
-/// Cells of a grid that hold the projection of `point`: up to four on a corner.
+/// Cells of a grid that contain the projection of `point`: up to four at a corner.
 fn grid_cells(grid: &Grid, point: &Point) -> Vec<usize> {
     let (s, c) = grid.azimuth.sin_cos();
     let arm = [point.x - grid.center[0], point.y - grid.center[1]];
@@ -146,7 +146,7 @@ fn grid_cells(grid: &Grid, point: &Point) -> Vec<usize> {
     along_x.iter().flat_map(|ix| along_y.iter().map(move |iy| ix * grid.cells[1] + iy)).collect()
 }
 
-/// Unit intervals among the first `n` that hold `at`, two on a common end.
+/// Unit intervals among the first `n` that contain `at`: two at a common end.
 fn intervals(at: f64, n: usize) -> Vec<usize> {
     let (low, high) = ((at - 1e-9).floor(), (at + 1e-9).floor());
     let mut found: Vec<usize> =
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(intervals(f64::NAN, 3), [0_usize; 0]);
     }
 
-    /// Cells of 1 x 1 mm side by side at z = 0, the second turned about its lower edge by `angle`.
+    /// Two adjacent cells of 1 x 1 mm at z = 0, the second rotated about its lower edge by `angle`.
     fn two_cells(angle: f64) -> ContactFrame {
         let (s, c) = angle.sin_cos();
         let along = [Point::x(), Point::new(c, 0.0, s)];
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Truth: by hand. A dart whose notch holds no point, its corners and its edges do.
+    /// Truth: by hand. The notch of a dart lies outside; corners and edges belong to the cell.
     #[test]
     fn a_cell_may_be_a_dart() {
         let mut frame = two_cells(0.0);
@@ -222,7 +222,7 @@ mod tests {
         }
     }
 
-    /// Truth: a point over a cell, by hand, however far above it; the far side of the same body looks away.
+    /// Truth: by hand. A point lies over a cell at any height. The far side of the same body faces away.
     #[test]
     fn distance_does_not_matter_but_the_side_does() {
         for angle in [0.0, -0.2] {

@@ -1,13 +1,14 @@
-//! Checkpoints of a run: a file from which it goes on as if nothing had happened.
+//! Checkpoint files, from which an interrupted run resumes as if it had not stopped.
 //!
-//! Two files take turns, so that the last one stays whole while the next is written. Each is, with little-endian numbers:
+//! Two files are written alternately, so that the last one stays intact while the next is written. The format is, with
+//! little-endian numbers:
 //!
 //! | bytes | content |
 //! |---|---|
 //! | 16 | `orthowear-check` and a line end |
 //! | 4 | version of the format |
 //! | 8 | number of the checkpoint; the larger one is the newer |
-//! | 8 | length of what follows |
+//! | 8 | length of the [`Provenance`] |
 //! | .. | the [`Provenance`], JSON |
 //! | .. | the state, MessagePack with the names of the fields |
 //! | 32 | SHA-256 of all bytes before |
@@ -24,48 +25,48 @@ use crate::error::{Error, Result};
 use crate::output::atomic_file::{self, HashingWriter, file_error, temporary_prefix};
 use crate::output::provenance::Provenance;
 
-/// Names of the files.
+/// Names of the checkpoint files.
 pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
 const FORMAT: u32 = 8;
-/// Bytes before the origin, and of the checksum at the end.
+/// Bytes before the provenance, and bytes of the checksum at the end.
 const HEADER_BYTES: usize = 36;
 const CHECKSUM_BYTES: usize = 32;
 
-/// What is said of a file that is not what was written.
+/// Advice in messages on unusable checkpoints.
 const RESTART_HINT: &str = "run without --resume to begin anew";
 
-/// A checkpoint that was read.
+/// Checkpoint read from a file.
 #[derive(Debug)]
 pub struct Checkpoint {
-    /// Its number.
+    /// Number of the checkpoint, from 1.
     pub number: u64,
-    /// What it was computed from.
+    /// Program, scene and files of the run.
     pub provenance: Provenance,
-    /// What the user should know.
+    /// Warnings, such as a damaged second file.
     pub warnings: Vec<String>,
     path: PathBuf,
     bytes: Vec<u8>,
     state_offset: usize,
 }
 
-/// Why a file is no checkpoint to go on from.
+/// Reason why a file cannot be used as checkpoint.
 enum UnusableCheckpoint {
     Absent,
     Damaged(&'static str),
     OtherFormat(u32),
 }
 
-/// Whether there are checkpoints in `folder`, whole or not.
+/// Whether `folder` contains checkpoint files, intact or not.
 pub fn are_in(folder: &Path) -> bool {
     FILES.iter().any(|name| folder.join(name).exists())
 }
 
-/// Removes the checkpoints in `folder`.
+/// Removes the checkpoint files from `folder`.
 ///
 /// # Errors
-/// Resources, if a file cannot be removed.
+/// If a file cannot be removed (kind `Resources`).
 pub fn remove(folder: &Path) -> Result<()> {
     for path in FILES.map(|name| folder.join(name)) {
         match fs::remove_file(&path) {
@@ -78,21 +79,21 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what killed runs left of checkpoints, and of the file `other`, that they were writing.
+/// Removes temporary files that killed runs left behind: those of checkpoints and of the file `other`.
 pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {
-            // Best effort: they are hidden and harmless.
+            // Best effort: the files are hidden and harmless.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Writes checkpoint `number` (from 1) into `folder`, in the place of the one before the last.
+/// Writes checkpoint `number` (from 1) into `folder`. It replaces the older one of the two files.
 ///
 /// # Errors
-/// Resources, if it cannot be written; the checkpoints that are there are then unchanged.
+/// If it cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
 pub fn write(folder: &Path, number: u64, origin: &Provenance, state: &impl Serialize) -> Result<()> {
     let path = folder.join(FILES[usize::from(number.is_multiple_of(2))]);
     atomic_file::write_atomically_with(&path, |file| {
@@ -113,10 +114,10 @@ pub fn write(folder: &Path, number: u64, origin: &Provenance, state: &impl Seria
     })
 }
 
-/// The newest checkpoint in `folder` that is whole; `None` if there is none at all.
+/// Reads the newest intact checkpoint in `folder`; `None` if there is no checkpoint file.
 ///
 /// # Errors
-/// Input, if none of those that are there is whole, or all are of another format; resources, if one cannot be read.
+/// If no checkpoint is intact and of this format (kind `Input`). If a file cannot be read (kind `Resources`).
 pub fn read(folder: &Path) -> Result<Option<Checkpoint>> {
     let mut newest: Option<Checkpoint> = None;
     let (mut notes, mut unfit) = (Vec::new(), Vec::new());
@@ -182,10 +183,10 @@ fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, Unusabl
 }
 
 impl Checkpoint {
-    /// The state it holds.
+    /// Deserialises the state.
     ///
     /// # Errors
-    /// Input, if it is not that of this program.
+    /// If the state does not fit the types of this program (kind `Input`).
     pub fn state<T: DeserializeOwned>(&self) -> Result<T> {
         let state = &self.bytes[self.state_offset..self.bytes.len() - CHECKSUM_BYTES];
         rmp_serde::from_slice(state).map_err(|error| {
@@ -229,7 +230,7 @@ mod tests {
         read(folder).unwrap().unwrap().state::<State>().unwrap().last
     }
 
-    /// Truth: what is read is what was written, bit by bit; two files take turns and the newer one counts.
+    /// Truth: the state is read back bit by bit. Two files are written alternately, and the newer one is read.
     #[test]
     fn the_newest_is_read() {
         let dir = tempfile::tempdir().unwrap();
@@ -247,8 +248,8 @@ mod tests {
         assert!(!are_in(dir.path()));
     }
 
-    /// Truth (rel-corrupt-checkpoint): every flipped bit, every shortened or lengthened file is found out, without a panic, and the
-    /// checkpoint before is taken; with both damaged there is an error that names them.
+    /// Truth (rel-corrupt-checkpoint): every flipped bit and every truncated or extended file is detected without a panic. The
+    /// previous checkpoint is read. If both are damaged, an error names them.
     #[test]
     fn damage_is_found() {
         let dir = tempfile::tempdir().unwrap();
@@ -277,7 +278,7 @@ mod tests {
         assert!(FILES.iter().all(|name| text.contains(name)) && text.contains("without --resume"), "{text}");
     }
 
-    /// Truth: docs/checkpoints.md: another format and a state of other fields are refused as such.
+    /// Truth: docs/checkpoints.md: a checkpoint of another format and a state with other fields are refused with these reasons.
     #[test]
     fn foreign_checkpoints_are_refused() {
         let dir = tempfile::tempdir().unwrap();
@@ -295,7 +296,7 @@ mod tests {
         assert!(error.contains("format 9"), "{error}");
     }
 
-    /// Truth: a checkpoint that cannot be written leaves those that are there (the folder cannot be written to).
+    /// Truth: a failed write leaves the existing checkpoints intact (here: full device).
     #[cfg(unix)]
     #[test]
     fn a_failure_leaves_the_last_one() {

@@ -1,4 +1,4 @@
-//! Writes the checkpoints of a run: when, and what they hold.
+//! Content of the checkpoints of a run, and when they are written.
 
 use std::time::Instant;
 
@@ -14,43 +14,43 @@ use crate::output::field_writer::WrittenFields;
 use crate::output::output_dir::{OutputDir, StagedFile};
 use crate::output::provenance::Provenance;
 
-/// What a checkpoint of a run holds; `S` is the state that the run goes on from.
+/// Content of a checkpoint; `S` is the state from which the run resumes.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 pub struct CheckpointData<S> {
-    /// The state, with the entries so far.
+    /// State of the run, including the entries so far.
     pub snapshot: S,
-    /// What the operators have come to hold.
+    /// History of the operators.
     pub operator_history: OperatorHistory,
-    /// What has been written of the entries, and is kept of them for the end.
+    /// Field output so far, including data for the end of the run.
     pub written: WrittenFields,
-    /// How often the frame was enlarged.
+    /// Number of enlargements of the frame.
     #[serde(default)]
     pub frame_growths: usize,
-    /// How the meshes moved with wear.
+    /// Mesh updates due to wear.
     #[serde(default)]
     pub mesh_updates: MeshUpdates,
-    /// The files that were written.
+    /// Result files so far.
     pub files: Vec<StagedFile>,
 }
 
-/// How the meshes of worn bodies have moved.
+/// Updates of the meshes of worn bodies.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 pub struct MeshUpdates {
-    /// Worn depth of both bodies at the last move, `[N]`, mm; empty before the first.
+    /// Wear depth at the last update, sum of both bodies, `[N]`, mm; empty before the first update.
     pub wear_depth_at_last_update: Vec<f64>,
-    /// How often they moved.
+    /// Number of updates.
     pub count: usize,
-    /// They do not move any more, for an element would turn over or get too flat.
+    /// Mesh updates have stopped because the next one would invert or flatten an element.
     pub stopped: bool,
 }
 
 impl MeshUpdates {
-    /// After one more move, with the bodies worn by `worn`.
+    /// State after a further update at the wear depth `worn`.
     pub fn after_update(&self, worn: &[f64]) -> Self {
         Self { wear_depth_at_last_update: worn.to_vec(), count: self.count + 1, stopped: self.stopped }
     }
 
-    /// On a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    /// Transfers the state to an enlarged frame of `n` cells; `places` are the new numbers of the present cells.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         let wear_depth_at_last_update = if self.wear_depth_at_last_update.is_empty() {
             Vec::new()
@@ -79,29 +79,29 @@ impl Default for CheckpointInterval {
 }
 
 impl CompletedWork {
-    /// That of these entries.
+    /// Progress after these entries.
     pub fn of(records: &[IncrementRecord]) -> Self {
         Self { entries: records.len(), cycles: records.last().map_or(0, |last| last.cycles_done) }
     }
 }
 
-/// What has been finished when a checkpoint may be written.
+/// Finished part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CompletedWork {
     /// Number of finished entries.
     pub entries: usize,
-    /// Cycles since the start.
+    /// Fretting cycles since the start.
     pub cycles: u64,
 }
 
-/// Writes the checkpoints of one run.
+/// Writer of the checkpoints of a run.
 #[derive(Debug)]
 pub struct CheckpointWriter {
     provenance: Provenance,
     interval: CheckpointInterval,
-    /// Number of the last checkpoint; 0 before the first.
+    /// Number of the last checkpoint; 0 before the first one.
     number: u64,
-    /// What it holds.
+    /// Progress in the last checkpoint.
     last_saved: CompletedWork,
     last_saved_at: Instant,
     frame_growths: usize,
@@ -109,7 +109,7 @@ pub struct CheckpointWriter {
 }
 
 impl CheckpointWriter {
-    /// Of a run that begins at the start.
+    /// Creates the writer of a new run.
     pub fn new(provenance: Provenance, interval: CheckpointInterval) -> Self {
         let (now, last_saved) = (Instant::now(), CompletedWork { entries: 0, cycles: 0 });
         Self {
@@ -123,39 +123,39 @@ impl CheckpointWriter {
         }
     }
 
-    /// Of a run that goes on from checkpoint `number`, which holds `last`.
+    /// Resumes from checkpoint `number`, which contains the progress `last`.
     pub fn continuing_from(mut self, number: u64, last: CompletedWork) -> Self {
         (self.number, self.last_saved) = (number, last);
         self
     }
 
-    /// Of a run on a frame that was enlarged so often, with meshes that have moved like this.
+    /// Sets the number of enlargements of the frame and the mesh updates so far.
     pub fn with_rebuilds(mut self, growths: usize, moves: &MeshUpdates) -> Self {
         (self.frame_growths, self.mesh_updates) = (growths, moves.clone());
         self
     }
 
-    /// Whether there is a checkpoint.
+    /// Whether a checkpoint exists.
     pub fn has_written(&self) -> bool {
         self.number > 0
     }
 
-    /// Whether the time for one has come.
+    /// Whether a checkpoint is due.
     pub fn is_due(&self, now: CompletedWork) -> bool {
         let CheckpointInterval { seconds, cycles } = self.interval;
         let waited = seconds > 0.0 && self.last_saved_at.elapsed().as_secs_f64() >= seconds;
         self.has_new_entries(now) && (waited || (cycles > 0 && now.cycles >= self.last_saved.cycles + cycles))
     }
 
-    /// Whether more is finished than the last one holds.
+    /// Whether entries were finished since the last checkpoint.
     pub fn has_new_entries(&self, now: CompletedWork) -> bool {
         now.entries > self.last_saved.entries
     }
 
-    /// Writes one.
+    /// Writes a checkpoint.
     ///
     /// # Errors
-    /// Resources, if it cannot be written.
+    /// If it cannot be written (kind `Resources`).
     pub fn write<S: Serialize>(
         &mut self,
         output: &mut OutputDir,
@@ -179,7 +179,7 @@ impl CheckpointWriter {
     }
 }
 
-/// [`CheckpointData`] before it is.
+/// Borrowed form of [`CheckpointData`] for serialisation.
 #[derive(Serialize)]
 struct CheckpointDataRef<'a, S> {
     snapshot: S,
@@ -205,7 +205,7 @@ mod tests {
         CompletedWork { entries, cycles }
     }
 
-    /// Truth: docs/checkpoints.md: by time, by cycles, 0 for neither, and only where there is something new.
+    /// Truth: docs/checkpoints.md: due after a time or a number of cycles, 0 disables either, and only with new entries.
     #[test]
     fn when_one_is_due() {
         assert!(!keeper(0.0, 0).is_due(progress(9, 900)));
@@ -217,7 +217,7 @@ mod tests {
         assert!(by_cycles.is_due(progress(3, 300)));
     }
 
-    /// Truth: what is read has the fields of what is written.
+    /// Truth: the content read equals the content written.
     #[test]
     fn what_is_kept_comes_back() {
         let dir = tempfile::tempdir().unwrap();

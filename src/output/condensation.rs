@@ -1,34 +1,34 @@
-//! How meshed bodies were condensed, for `summary.json`.
+//! Condensation of meshed bodies in `summary.json`.
 
 use crate::fem::{CondensationMethod, CondensedBody};
 
-/// How a body was condensed to its contact nodes.
+/// Condensation of a body to its contact nodes.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CondensationRecord {
     /// The body, 1 or 2.
     pub body: usize,
     /// "factorisation" or "conjugate-gradients".
     pub method: &'static str,
-    /// Whether the flexibility came from the cache.
+    /// Whether the flexibility was read from the cache.
     pub cached: bool,
     /// Relative residual of the check.
     pub residual: f64,
     /// Iterations of conjugate gradients in this run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
-    /// Why the stiffness matrix was not factorised.
+    /// Reason for not factorising the stiffness matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Bytes that a factorisation would take.
+    /// Memory that a factorisation would take, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed_bytes: Option<usize>,
-    /// Bytes that the body may take.
+    /// Memory available to the body, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed_bytes: Option<u64>,
 }
 
 impl CondensationRecord {
-    /// Of body `index` (0 or 1).
+    /// Creates the record of body `index` (0 or 1).
     pub fn new(index: usize, body: &CondensedBody) -> Self {
         let origin = body.origin();
         let shortage = match origin.method {
@@ -47,7 +47,7 @@ impl CondensationRecord {
         }
     }
 
-    /// What the user should know of it.
+    /// Note on a condensation without factorisation.
     pub fn note(&self) -> Option<String> {
         let reason = self.reason.as_ref()?;
         Some(format!("body{} is condensed by conjugate gradients: {reason}", self.body))

@@ -1,4 +1,4 @@
-//! Writes the fields of a run, increment by increment: `.vtu` files, the `.pvd` collections over them, pictures.
+//! Field output of a run, increment by increment: `.vtu` files, their `.pvd` collections, figures.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -42,42 +42,42 @@ pub enum FieldKind {
 }
 
 impl FieldKind {
-    /// Whether the stress in the bodies is needed.
+    /// Whether the stress in the bodies is required.
     pub fn require_stress(wanted: &[Self]) -> bool {
         wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Stress | Self::Error))
     }
 
-    /// Whether its error is.
+    /// Whether the error of the stress is required.
     pub fn error_estimate(wanted: &[Self]) -> ErrorEstimation {
         let needed = wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Error));
         if needed { ErrorEstimation::Estimate } else { ErrorEstimation::Skip }
     }
 }
 
-/// Displacement and stress at the points of a request; `None` where the body has none.
+/// Displacement and stress at the points of a request; `None` if the body does not provide them.
 pub type PointStates = Option<Vec<PointState>>;
 
-/// Writes what is asked for of a frame and its bodies.
+/// Writer of the requested fields of a frame and its bodies.
 pub struct FieldWriter<'a> {
     frame: &'a ContactFrame,
-    /// Made when it is first written.
+    /// Built when first written.
     frame_mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     kinds: Vec<FieldKind>,
-    /// Points inside the bodies whose displacement and stress is written.
+    /// Requested points inside the bodies for displacement and stress.
     pub interior_points: Vec<InteriorPointRequest>,
-    /// Every n-th increment of a monotone step is written, and those that did not converge.
+    /// Writes every `increment_stride`-th increment of monotone steps, and every increment that did not converge.
     pub increment_stride: usize,
-    /// Axes and fibres of the surface, and whose surface wears.
+    /// Axes and fibres of the surface, and the distribution of wear.
     pub surface: SurfaceProperties,
-    /// What has been written so far.
+    /// Series and figures written so far.
     pub written: WrittenFields,
 }
 
-/// What has been written so far, and what is kept for the end.
+/// Field output so far: file series, and data of the figures and peaks for the end of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
-    /// Number of the last entry that was written, from 1.
+    /// Number of the last written entry, from 1.
     last_entry: usize,
     /// Files of each series with their times.
     series_files: BTreeMap<String, Vec<(f64, String)>>,
@@ -85,7 +85,7 @@ pub struct WrittenFields {
     peaks: Vec<BodyRecord>,
 }
 
-/// How far a writer had come.
+/// State of a writer before an entry.
 #[derive(Debug, Clone, Copy)]
 pub struct FieldRollback {
     last_entry: usize,
@@ -93,14 +93,14 @@ pub struct FieldRollback {
 }
 
 impl WrittenFields {
-    /// Takes files out that are no longer there.
+    /// Removes missing files from the series.
     pub fn remove_missing_files(&mut self, missing: &[String]) {
         for files in self.series_files.values_mut() {
             files.retain(|(_, name)| !missing.contains(name));
         }
     }
 
-    /// For a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    /// Transfers the data to an enlarged frame of `n` cells; `places` are the new numbers of the present cells.
     pub fn transfer_to(mut self, places: &[usize], n: usize) -> Self {
         self.pictures.transfer_to(places, n);
         self
@@ -108,7 +108,7 @@ impl WrittenFields {
 }
 
 impl<'a> FieldWriter<'a> {
-    /// A writer of the `wanted` fields of `frame` and `bodies`.
+    /// Creates a writer of the `wanted` fields of `frame` and `bodies`.
     pub fn new(frame: &'a ContactFrame, bodies: Vec<BodyOutput<'a>>, wanted: &[FieldKind]) -> Self {
         Self {
             frame,
@@ -122,7 +122,7 @@ impl<'a> FieldWriter<'a> {
         }
     }
 
-    /// Whether it writes an entry.
+    /// Whether the fields of this entry are written.
     pub fn selects(&self, record: &IncrementRecord) -> bool {
         let monotone = record.jump.is_none() && record.rolling.is_none();
         !monotone || !record.converged || record.increment.is_multiple_of(self.increment_stride)
@@ -132,20 +132,20 @@ impl<'a> FieldWriter<'a> {
         self.frame_mesh.get_or_init(|| FrameMesh::new(self.frame))
     }
 
-    /// Whether fretting loops are asked for.
+    /// Whether fretting loops are requested.
     pub fn wants_loops(&self) -> bool {
         self.kinds.contains(&FieldKind::Loops)
     }
 
-    /// Whether it writes anything.
+    /// Whether any field is requested.
     pub fn has_output(&self) -> bool {
         !self.kinds.is_empty()
     }
 
-    /// Writes the fields of an entry; `number` is its place in `summary.steps`, from 1.
+    /// Writes the fields of an entry; `number` is its position in `summary.steps`, from 1.
     ///
     /// # Errors
-    /// Resources, if a file cannot be written; numerical, if a field is not finite or cannot be recovered.
+    /// If a file cannot be written (kind `Resources`). If a field is not finite or cannot be recovered (kind `Numerical`).
     pub fn write_entry(
         &mut self,
         output: &mut OutputDir,
@@ -171,19 +171,19 @@ impl<'a> FieldWriter<'a> {
             self.write_interior_points(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
-        // Last, since what comes before may be broken off.
+        // Last, since the output before may be cancelled.
         if self.kinds.contains(&FieldKind::Svg) {
             self.written.pictures.record_entry(self.frame.n_cells(), record, state);
         }
         Ok(())
     }
 
-    /// What was written before an entry, for [`FieldWriter::roll_back`].
+    /// State before an entry, for [`FieldWriter::roll_back`].
     pub fn rollback_mark(&self) -> FieldRollback {
         FieldRollback { last_entry: self.written.last_entry, peaks: self.written.peaks.len() }
     }
 
-    /// Forgets the entry after `mark`, which was broken off.
+    /// Discards the entry after `mark`, whose output was cancelled.
     pub fn roll_back(&mut self, mark: FieldRollback) {
         let WrittenFields { last_entry, series_files, pictures: _, peaks } = &mut self.written;
         *last_entry = mark.last_entry;
@@ -192,10 +192,10 @@ impl<'a> FieldWriter<'a> {
         series_files.retain(|_, files| !files.is_empty());
     }
 
-    /// Displacement and stress at the points inside that are asked for.
+    /// Recovers displacement and stress at the requested interior points.
     ///
     /// # Errors
-    /// If they cannot be had, or a stop is wished.
+    /// If the recovery fails or the run is cancelled.
     pub fn recover_interior_points(&self, state: &FrameState) -> Result<Vec<PointStates>> {
         let of = |request: &InteriorPointRequest| {
             let body = self.bodies.iter().find(|body| body.side == request.side);
@@ -213,7 +213,7 @@ impl<'a> FieldWriter<'a> {
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // Other bodies in the place of the scene's own, as for comparisons, may have none.
+        // Bodies that replace those of the scene, as in comparisons, may provide none.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;
@@ -223,7 +223,7 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Recovers what is asked for of a body, writes it and keeps its peaks.
+    /// Recovers the requested fields of a body, writes them and stores the stress peaks.
     fn write_body(
         &mut self,
         output: &mut OutputDir,
@@ -267,11 +267,11 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Writes the collections over the increments, whose time is the number of the entry in `summary.steps`, and
-    /// the pictures; hands the peaks of the bodies to the summary.
+    /// Writes the `.pvd` collections and the figures, and moves the peaks of the bodies to the summary. The time in a collection is
+    /// the number of the entry in `summary.steps`.
     ///
     /// # Errors
-    /// Resources, if a file cannot be written.
+    /// If a file cannot be written (kind `Resources`).
     pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
         let WrittenFields { series_files, pictures, peaks, .. } = self.written;
         summary.bodies = peaks;

@@ -1,4 +1,4 @@
-//! Fields on the contact frame as grids for output, and their values at the points of a body's surface.
+//! Fields on the contact frame as a grid for output, and their values at the corners of the cells.
 
 use std::collections::HashMap;
 
@@ -11,22 +11,22 @@ use crate::geometry::Point;
 use crate::output::surface_properties::SurfaceProperties;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Names of vector components in the frame's axes.
+/// Names of vector components in the axes of the frame.
 pub(crate) const FRAME_COMPONENTS: &[&str] = &["x", "y", "n"];
 /// Names of vector components in global axes.
 pub(crate) const GLOBAL_COMPONENTS: &[&str] = &["x", "y", "z"];
 
-/// The frame as cells on shared corners.
+/// Cells of the frame on shared corners.
 #[derive(Debug, Clone)]
 pub struct FrameMesh {
-    /// Corners, each once.
+    /// Distinct corners.
     pub points: Vec<[f64; 3]>,
     /// Corners of each cell, indices into `points`.
     pub cells: Vec<Vec<usize>>,
 }
 
 impl FrameMesh {
-    /// Joins the corners of the frame's cells that coincide (to 1e-9 of the frame's size).
+    /// Merges coincident corners of the frame's cells (tolerance 1e-9 of the frame size).
     pub fn new(frame: &ContactFrame) -> Self {
         let quantum = 1e-9 * extent(frame).max(f64::MIN_POSITIVE);
         let mut known: HashMap<[i64; 3], usize> = HashMap::new();
@@ -42,7 +42,7 @@ impl FrameMesh {
         Self { points, cells }
     }
 
-    /// The cells as a grid without fields: triangles, quadrilaterals, and polygons for more corners.
+    /// Grid of the cells without fields: triangles, quadrilaterals, or polygons for more corners.
     pub fn grid(&self) -> UnstructuredGrid {
         let mut grid = UnstructuredGrid { points: self.points.clone(), ..Default::default() };
         for corners in &self.cells {
@@ -56,7 +56,7 @@ impl FrameMesh {
         grid
     }
 
-    /// Mean over the cells that meet at each point, weighted by their `areas`.
+    /// Mean of the cells that meet at each point, weighted by their `areas`.
     pub fn average_at_points(&self, areas: &[f64], cell_values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut sums = vec![(0.0, Vector3::zeros()); self.points.len()];
         for ((corners, &area), value) in self.cells.iter().zip(areas).zip(cell_values) {
@@ -69,7 +69,7 @@ impl FrameMesh {
     }
 }
 
-/// Diagonal of the box around the frame.
+/// Diagonal of the bounding box of the frame.
 fn extent(frame: &ContactFrame) -> f64 {
     let mut low = Point::repeat(f64::INFINITY);
     let mut high = Point::repeat(f64::NEG_INFINITY);
@@ -80,10 +80,10 @@ fn extent(frame: &ContactFrame) -> f64 {
     if diagonal.is_finite() { diagonal } else { 0.0 }
 }
 
-/// The frame with the fields of `state` on its cells (docs/results.md lists them).
+/// Grid of the frame with the cell fields of `state` (listed in docs/results.md).
 ///
 /// # Errors
-/// Numerical, if a field has the wrong length.
+/// If a field has the wrong length (kind `Numerical`).
 pub fn frame_grid(
     frame: &ContactFrame,
     (mesh, surface): (&FrameMesh, &SurfaceProperties),
@@ -122,12 +122,12 @@ fn axes_are_global(frame: &ContactFrame) -> bool {
     frame.triads.distinct().iter().all(|triad| triad.0 == nalgebra::Matrix3::identity())
 }
 
-/// Slip has no normal part; a zero one lets viewers draw it as a vector.
+/// Adds a zero normal component to slip, so that viewers can draw it as a vector.
 fn with_zero_normal(slip: &[f64], n: usize) -> Vec<f64> {
     if slip.len() == 2 * n { [slip, &vec![0.0; n]].concat() } else { slip.to_vec() }
 }
 
-/// Component planes `[3, N]` as one triple per cell.
+/// Converts component planes `[3, N]` into one triple per cell.
 pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<Vec<[f64; 3]>> {
     if planes.len() != 3 * n {
         return Err(Error::numerical(format!(
@@ -139,7 +139,7 @@ pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<
     Ok((0..n).map(|i| [planes[i], planes[n + i], planes[2 * n + i]]).collect())
 }
 
-/// Vectors of the cells, from their local axes to global ones.
+/// Converts cell vectors from local to global axes.
 pub(crate) fn to_global(frame: &ContactFrame, local: &[[f64; 3]]) -> Vec<[f64; 3]> {
     frame.triads.iter().zip(local).map(|(triad, v)| triad.to_global(&Point::from(*v)).into()).collect()
 }

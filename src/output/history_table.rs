@@ -1,4 +1,4 @@
-//! The history of a run as a table, `history.csv`: one row per increment or cycle jump.
+//! History of a run as a table, `history.csv`: one row per increment or cycle jump.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
 use Cell::{Count, Flag, Missing, Number, Text};
 
-/// A cell of `history.csv`.
+/// Cell of `history.csv`.
 enum Cell<'a> {
     Text(&'a str),
     Number(f64),
@@ -15,10 +15,10 @@ enum Cell<'a> {
     Missing,
 }
 
-/// A column of `history.csv`: its name, and the cell of an entry.
+/// Column of `history.csv`: its name, and the function that returns the cell of an entry.
 type Column = (&'static str, fn(&IncrementRecord) -> Cell);
 
-/// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
+/// Columns of `history.csv`, named as in `summary.steps`; vectors by component.
 const HISTORY_COLUMNS: [Column; 46] = [
     ("name", |r| Text(&r.name)),
     ("increment", |r| Count(r.increment as u64)),
@@ -68,10 +68,10 @@ const HISTORY_COLUMNS: [Column; 46] = [
     ("jump_rejected", |r| r.jump.map_or(Missing, |jump| Count(jump.rejected as u64))),
 ];
 
-/// The table as text: a header, then one row per record; numbers read back to the same bits.
+/// Text of the table: a header, then one row per record. Numbers read back to the same bits.
 ///
 /// # Errors
-/// Numerical, if a number is not finite.
+/// If a number is not finite (kind `Numerical`).
 pub fn history_csv(records: &[IncrementRecord]) -> Result<String> {
     let mut text = HISTORY_COLUMNS.map(|(name, _)| name).join(",") + "\n";
     for (row, record) in records.iter().enumerate() {
@@ -82,10 +82,10 @@ pub fn history_csv(records: &[IncrementRecord]) -> Result<String> {
     Ok(text)
 }
 
-/// Fretting loops as text: a row per increment.
+/// Text of the table of fretting loops: one row per increment.
 ///
 /// # Errors
-/// Numerical, if a number is not finite.
+/// If a number is not finite (kind `Numerical`).
 pub fn loops_csv(loops: &[FrettingLoop]) -> Result<String> {
     let mut text =
         "name,cycles_done,shift_x,shift_y,tangential_force_x,tangential_force_y,normal_force\n".to_owned();
@@ -115,7 +115,7 @@ fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
             Number(value) if !value.is_finite() => {
                 return Err(Error::numerical(format!("`{name}` is {value}, not a finite number")));
             }
-            // The shortest text that reads back to the same bits, with an exponent where it is long.
+            // Shortest text that reads back to the same bits, with an exponent for long numbers.
             Number(value) => format!("{value:?}"),
             Count(count) => count.to_string(),
             Flag(flag) => flag.to_string(),
@@ -126,7 +126,7 @@ fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
     Ok(())
 }
 
-/// A name as a CSV cell (RFC 4180): quoted where it holds a comma, a quote or a line end.
+/// Formats a name as a CSV cell (RFC 4180): quoted if it contains a comma, a quote or a line end.
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::evolution::records::{JumpRecord, RollingRecord};
 
-    /// Truth: RFC 4180, and that shortest-digit text reads back to the same bits.
+    /// Truth: RFC 4180, and shortest-digit text that reads back to the same bits.
     #[test]
     fn rows_read_back() {
         let record = IncrementRecord {
@@ -167,7 +167,7 @@ mod tests {
         );
     }
 
-    /// Truth: docs/results.md: what only some entries have stands in its own columns.
+    /// Truth: docs/results.md: values that only some entries have are in columns of their own.
     #[test]
     fn rolling_and_direct_sums_have_columns() {
         let roll = RollingRecord { creepage: [1e-3, -2e-3], spin: 0.25, distance: 7.0 };
@@ -202,7 +202,7 @@ mod tests {
         }
     }
 
-    /// Truth: a number that is not finite is refused, named by its column.
+    /// Truth: a number that is not finite is refused, and the message names its column.
     #[test]
     fn refuses_what_is_not_finite() {
         let record =

@@ -1,4 +1,4 @@
-//! Displacement and stress at points inside a body: as a table, and as a grid where the points are those of a rectangle.
+//! Displacement and stress at points inside a body, as a table and, for a rectangle of points, as a grid.
 
 use std::fmt::Write as _;
 
@@ -12,46 +12,46 @@ use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::volume::stress_array;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// VTK's number of quadrilaterals.
+/// VTK type of a quadrilateral.
 const QUADRILATERAL: u8 = 9;
 
-/// Columns of the table, before the distances: those of a rectangle have one more, `distance_across`, after `distance`.
+/// Columns of the table after the coordinates and distances. The distances are `distance` and, for a rectangle, `distance_across`.
 const FIELD_COLUMNS: &str = "displacement_x,displacement_y,displacement_z,stress_xx,stress_yy,stress_zz,stress_yz,stress_xz,stress_xy,von_mises,\
                      largest_shear,principal_1,principal_2,principal_3";
 
-/// Bytes per point of the table and of the grid while they are written; measured.
+/// Memory per point while the table or the grid is written, bytes; measured.
 const TABLE_BYTES_PER_POINT: usize = 385;
 const GRID_BYTES_PER_POINT: usize = 420;
 
-/// Points that are asked for, evenly spread on a line or over a rectangle.
+/// Requested points inside a body, evenly spaced on a line or over a rectangle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InteriorPointRequest {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Whose points they are.
+    /// Side of the body.
     pub side: Side,
     /// First point.
     pub from: Point,
-    /// End of the line.
+    /// End of the line, or of the first side of a rectangle.
     pub to: Point,
-    /// End of the side across of a rectangle.
+    /// End of the second side of a rectangle.
     pub across: Option<Point>,
-    /// Numbers of points along and across; 1 across a line.
+    /// Numbers of points along both sides; 1 across a line.
     pub counts: [usize; 2],
 }
 
 impl InteriorPointRequest {
-    /// Where the series of its files begin: "inside-NAME".
+    /// Prefix of the output files: "inside-NAME".
     pub fn series(&self) -> String {
         format!("inside-{}", self.name)
     }
 
-    /// Number of its points.
+    /// Number of points.
     pub fn n_points(&self) -> usize {
         self.counts[0] * self.counts[1]
     }
 
-    /// Bytes while its files are written.
+    /// Memory while the files are written, bytes.
     pub fn writing_bytes(&self) -> usize {
         self.n_points()
             * if self.across.is_some() {
@@ -61,7 +61,7 @@ impl InteriorPointRequest {
             }
     }
 
-    /// Shares of the way along and across of point `i`; those along change fastest.
+    /// Relative position of point `i` along both sides; the first side changes fastest.
     fn relative_position(&self, i: usize) -> [f64; 2] {
         let [n, m] = self.counts;
         [(i % n) as f64 / (n - 1) as f64, (i / n) as f64 / m.max(2).saturating_sub(1) as f64]
@@ -71,7 +71,7 @@ impl InteriorPointRequest {
         [self.to - self.from, self.across.map_or(Point::zeros(), |across| across - self.from)]
     }
 
-    /// The points.
+    /// Positions of the points.
     pub fn points(&self) -> Vec<Point> {
         let [along, across] = self.sides();
         let at = |i: usize| {
@@ -81,7 +81,7 @@ impl InteriorPointRequest {
         (0..self.n_points()).map(at).collect()
     }
 
-    /// The corners with their keys: where a convex body that holds them all holds all points.
+    /// Corners with their keys. A convex body that contains the corners contains all points.
     pub fn corners(&self) -> Vec<(&'static str, Point)> {
         let mut corners = vec![("from", self.from), ("to", self.to)];
         if let Some(across) = self.across {
@@ -90,10 +90,10 @@ impl InteriorPointRequest {
         corners
     }
 
-    /// The table: a row for each point.
+    /// Table with one row per point.
     ///
     /// # Errors
-    /// Numerical, if a number is not finite.
+    /// If a number is not finite (kind `Numerical`).
     pub fn csv(&self, states: &[PointState]) -> Result<String> {
         let across = self.across.is_some();
         let distances = if across { "distance,distance_across" } else { "distance" };
@@ -125,7 +125,7 @@ impl InteriorPointRequest {
         Ok(text)
     }
 
-    /// The points of a rectangle as a grid of quadrilaterals; undisplaced.
+    /// Grid of quadrilaterals on the points of a rectangle, undeformed.
     pub fn grid(&self, states: &[PointState]) -> UnstructuredGrid {
         let [n, m] = self.counts;
         let derived: Vec<StressMeasures> = states.iter().map(StressMeasures::of).collect();
@@ -154,13 +154,13 @@ impl InteriorPointRequest {
     }
 }
 
-/// What follows from a stress.
+/// Quantities derived from a stress.
 struct StressMeasures {
     voigt: [f64; 6],
     von_mises: f64,
-    /// Half of the difference of the outer principal stresses.
+    /// Half the difference between the largest and the smallest principal stress.
     largest_shear: f64,
-    /// The largest first.
+    /// Principal stresses, largest first.
     principal: [f64; 3],
 }
 
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Truth: docs/scene.md: evenly spread, the first along fastest; the distances from the first point; tension p along x and pressure along
-    /// z have the largest shear p, von Mises' stress √3 p.
+    /// Truth: docs/scene.md: even spacing, the first side fastest, distances from the first point. A tension p along x with a
+    /// pressure p along z has the largest shear stress p and the von Mises stress √3 p.
     #[test]
     fn points_and_rows() {
         let request = rectangle();

@@ -1,32 +1,32 @@
-//! Values of the cells along a straight line in the frame.
+//! Profiles of cell values along a straight line in the frame.
 
 use nalgebra::Vector2;
 
 use crate::frame::{ContactFrame, Grid};
 
-/// A straight line in the frame's plane.
+/// Straight line in the plane of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfileLine {
-    /// Where the distance is 0, along the frame's x, y from its origin, mm.
+    /// Point at distance 0, along x and y of the frame from its origin, mm.
     pub through: [f64; 2],
-    /// Angle from the frame's x, radians.
+    /// Angle from x of the frame, radians.
     pub angle: f64,
 }
 
 impl ProfileLine {
     fn direction(&self) -> Vector2<f64> {
         let (sin, cos) = self.angle.sin_cos();
-        // A quarter turn is exact, so that rows of cells are met on their centres.
+        // Directions along the axes are exact, so that samples lie on the cell centres.
         let clean = |c: f64| if c.abs() < 1e-9 { 0.0 } else { c };
         Vector2::new(clean(cos), clean(sin)).normalize()
     }
 }
 
-/// Points (distance along the line, value) of the `values` of the cells, by rising distance.
+/// Samples (distance along the line, value) of the cell `values`, in order of distance.
 ///
-/// On a grid the values are bilinear between the centres of the cells (0 in places outside of an outline), at a distance
-/// of the smaller spacing, or of the cells where the line runs along them. On other frames each cell that the line
-/// cuts gives its value in the middle of the cut; cells on both sides of the line give their mean.
+/// On a grid, values are interpolated bilinearly between the cell centres; points of the grid without a cell count as 0. The
+/// sampling distance is the smaller spacing, or the cell spacing for lines along an axis. On other frames, each cell gives its
+/// value at the middle of its intersection with the line. Cells on both sides of the line give their mean.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
         Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
@@ -44,7 +44,7 @@ fn sample_grid(frame: &ContactFrame, grid: Grid, values: &[f64], line: &ProfileL
     let corner = [0, 1].map(|axis| first[axis] - index[axis] as f64 * grid.spacing[axis]);
     let mut whole = vec![0.0; nx * ny];
     values.iter().enumerate().for_each(|(cell, value)| whole[frame.grid_index(cell)] = *value);
-    // Position in cells from the centre of the first one.
+    // Position relative to the centre of the first cell, in cells.
     let cells_at = |p: Vector2<f64>| [0, 1].map(|axis| (p[axis] - corner[axis]) / grid.spacing[axis]);
     let value_at = |p: Vector2<f64>| {
         let at = cells_at(p);
@@ -116,8 +116,8 @@ mod tests {
 
     use super::*;
 
-    /// Truth: a linear field is met exactly by bilinear values away from the outermost half cells, in any direction, with
-    /// the distance measured from the given point.
+    /// Truth: bilinear interpolation reproduces a linear field in any direction, except in the outermost half cells. Distances
+    /// count from the given point.
     #[test]
     fn linear_fields_are_exact_on_grids() {
         let frame = ContactFrame::grid([2.0, 1.0], [16, 12], [5.0, -3.0], 0.4).unwrap();
@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// Truth: the cells' own coordinates and values; on an even grid the axis lies between two rows.
+    /// Truth: coordinates and values of the cells. On a grid with an even number of rows, the axis lies between two rows.
     #[test]
     fn rows_are_met_on_their_centres() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();
@@ -147,8 +147,7 @@ mod tests {
         assert_eq!(at(FRAC_PI_2), [[-0.5, 3.0], [0.5, 4.0]]);
     }
 
-    /// Truth: polygons of the same cells are met at the same places with the same values; an oblique line meets
-    /// the cells that it cuts.
+    /// Truth: the same cells as polygons give the same samples. An oblique line gives the values of the cells that it cuts.
     #[test]
     fn polygons_are_cut() {
         let grid = ContactFrame::grid([2.0, 1.0], [4, 2], [0.0, 0.0], 0.0).unwrap();

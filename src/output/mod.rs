@@ -1,7 +1,7 @@
-//! Results: what a run computed, in memory and as files: `summary.json`, `history.csv`, fields for ParaView, plots.
+//! Results of a run in memory and as files: `summary.json`, `history.csv`, fields for ParaView, figures, checkpoints.
 //!
-//! Every file is written under a temporary name and renamed when it is complete ([`output_dir`]), so that a failed run
-//! loses nothing that was there before. No number that is not finite is written silently.
+//! [`recorder::Recorder`] observes the run, [`field_writer::FieldWriter`] writes fields, [`summary::Summary`] holds the results.
+//! Files are staged in an [`output_dir::OutputDir`], so that a failed run loses no earlier results. NaN and infinity are errors.
 
 pub mod accuracy;
 pub mod atomic_file;

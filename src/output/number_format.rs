@@ -1,16 +1,16 @@
-//! Numbers as people read them.
+//! Number formats for readers.
 
-/// A number with five significant digits; round-off is shown as 0.
+/// Formats a number with five significant digits. Values below 1e-12 count as round-off and give 0.
 pub fn five_digits(x: f64) -> String {
     if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// A number of a group whose largest magnitude is `largest`, with five significant digits; round-off beside that is shown as 0.
+/// Formats a number of a group with five significant digits. Values below 1e-12 of the `largest` magnitude of the group give 0.
 pub fn five_digits_of_group(x: f64, largest: f64) -> String {
     if x.abs() < 1e-12 * largest { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// A number with five significant digits, however small: of quantities that are no differences, such as volumes.
+/// Formats a number with five significant digits, however small. For quantities without cancellation, such as volumes.
 pub fn five_digits_of_small(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -33,7 +33,7 @@ mod tests {
             [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(five_digits),
             ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
         );
-        // Volumes in cubic metres; round-off beside a force.
+        // Volumes in cubic metres, and round-off relative to a force.
         assert_eq!([5e-13, -2e-17].map(|x| five_digits_of_group(x, 5e-13)), ["5.0000e-13", "-2.0000e-17"]);
         assert_eq!(five_digits_of_group(-2e-11, 300.0), "0");
     }

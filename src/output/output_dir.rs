@@ -1,6 +1,6 @@
-//! The output directory of a run. Files are gathered in a hidden folder inside it and moved to their names when the
-//! run has ended, so that a run that fails or is killed loses nothing that was there. What a run with checkpoints has gathered
-//! stays there for the one that goes on with it.
+//! Output directory of a run. Files are staged in a hidden folder inside it and moved to their final names when the run ends. A
+//! failed or killed run thus loses no earlier results. The staged files of a run with checkpoints stay there until the run is
+//! resumed.
 
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
@@ -18,47 +18,47 @@ use crate::output::checkpoint;
 use crate::output::summary::{Status, Summary};
 use crate::report::remove_stale_report;
 
-/// Name of the summary's file.
+/// Name of the summary file.
 pub const SUMMARY_FILE: &str = "summary.json";
 
-/// Folder in which files are gathered; inside the target, for a rename works only within one file system.
+/// Staging folder. It lies inside the target, because files can be renamed only within a file system.
 const STAGING_DIR: &str = ".incoming";
 
-/// A file that a run has gathered.
+/// Staged file of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StagedFile {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its length, bytes.
+    /// Length, bytes.
     pub bytes: u64,
-    /// SHA-256 of its content, hexadecimal.
+    /// SHA-256 of the content, hexadecimal.
     pub sha256: String,
 }
 
-/// A directory that receives the results of one run at a time.
+/// Directory that receives the results of one run at a time.
 #[derive(Debug)]
 pub struct OutputDir {
     target: PathBuf,
     staging: PathBuf,
     files: Vec<StagedFile>,
-    /// Whether an unfinished run lies here that this one neither goes on with nor has set aside.
+    /// True while the directory holds an earlier unfinished run that this run neither resumes nor has moved to `previous-N`.
     holds_unfinished_run: bool,
-    /// Whether this run goes on with one that lay here.
+    /// Whether this run resumes a run of this directory.
     resumes: bool,
-    /// Whether what is gathered is kept if the run does not come to its end.
+    /// Whether the staged files are kept when the run ends early.
     keep_staging: bool,
-    /// What the user should know.
+    /// Warnings for the summary.
     warnings: Vec<String>,
-    /// Holds the lock as long as it is open.
+    /// Lock on the directory, held while the file is open.
     _lock: Option<File>,
 }
 
 impl OutputDir {
-    /// Prepares `target` (made if absent) to receive results; nothing in it changes before a file is written or
-    /// [`OutputDir::finish`].
+    /// Prepares `target` to receive results, and creates it if necessary. Earlier results stay unchanged until the first file is
+    /// written or until [`OutputDir::finish`].
     ///
     /// # Errors
-    /// Input, if `target` is not a directory; resources, if it cannot be made or written to, or another run writes there.
+    /// If `target` is not a directory (kind `Input`). If it is not writable or in use by another run (kind `Resources`).
     pub fn open(target: &Path) -> Result<Self> {
         if target.exists() && !target.is_dir() {
             return Err(Error::input(format!(
@@ -72,7 +72,7 @@ impl OutputDir {
         let holds_unfinished_run = checkpoint::are_in(target);
         let staging = target.join(STAGING_DIR);
         if staging.exists() && !holds_unfinished_run {
-            // Without a checkpoint nothing can go on from it.
+            // Without a checkpoint no run can resume from these files.
             fs::remove_dir_all(&staging).map_err(|e| file_error("cannot remove", &staging, &e))?;
         }
         fs::create_dir_all(&staging)
@@ -89,28 +89,28 @@ impl OutputDir {
         })
     }
 
-    /// Where the results will be.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.target
     }
 
-    /// The files gathered so far.
+    /// Staged files.
     pub fn files(&self) -> &[StagedFile] {
         &self.files
     }
 
-    /// Forgets the files after the first `n`.
+    /// Removes all but the first `n` files from the list of staged files.
     pub fn truncate_staged(&mut self, n: usize) {
         self.files.truncate(n);
     }
 
-    /// Whether this run goes on with one that lay here.
+    /// Whether this run resumes a run of this directory.
     pub fn is_resumed(&self) -> bool {
         self.resumes
     }
 
-    /// Goes on with the run that gathered `files`; they are looked for where it gathered them, and where runs that ended put
-    /// them. The names of those that are nowhere.
+    /// Resumes the run that staged `files`. Files are searched for in the staging folder, in the directory and in `previous-N`.
+    /// Returns the names of files that were not found.
     ///
     /// # Errors
     /// Resources, if a file cannot be moved or read.
@@ -127,7 +127,7 @@ impl OutputDir {
         Ok(missing)
     }
 
-    /// Brings a file to where it was gathered, if it is anywhere.
+    /// Brings a file back into the staging folder. Returns whether it was found.
     fn restage_file(&self, file: &StagedFile) -> Result<bool> {
         let to = self.staging.join(&file.name);
         if fs::metadata(&to).is_ok_and(|found| found.len() == file.bytes) {
@@ -151,10 +151,10 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// From now on what is gathered outlives the run if it does not come to its end: a checkpoint speaks of it.
+    /// Keeps the staged files when the run ends early, because a checkpoint lists them.
     ///
     /// # Errors
-    /// Resources, if an unfinished run that lies here cannot be set aside.
+    /// If an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
     pub fn keep_staged_files(&mut self) -> Result<()> {
         self.set_aside_unfinished_run()?;
         self.keep_staging = true;
@@ -162,7 +162,7 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Sets an unfinished run aside, with its checkpoints and what it gathered: it can still be gone on with there.
+    /// Moves an earlier unfinished run with its checkpoints and staged files to `previous-N`, where it can still be resumed.
     fn set_aside_unfinished_run(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.holds_unfinished_run) {
             return Ok(());
@@ -192,7 +192,7 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Gathers a file with the content `text`.
+    /// Stages a file with the content `text`.
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -200,10 +200,10 @@ impl OutputDir {
         self.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
     }
 
-    /// Gathers a file: `fill` writes its content. A file of the same name gathered before is replaced.
+    /// Stages a file whose content `fill` writes. It replaces a staged file of the same name.
     ///
     /// # Errors
-    /// Resources, if the disk is full or not writable; the error of `fill`.
+    /// If the disk is full or not writable (kind `Resources`), and errors of `fill`.
     pub fn write(&mut self, name: &str, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
         self.set_aside_unfinished_run()?;
         let path = self.staging.join(name);
@@ -224,7 +224,7 @@ impl OutputDir {
         match written {
             Ok(file) => self.files.push(file),
             Err(error) => {
-                // Half a file is of no use, and takes the room that the summary may need.
+                // An incomplete file is useless and takes space that the summary may need.
                 let _ = fs::remove_file(&path);
                 return Err(error);
             }
@@ -232,14 +232,14 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Moves the gathered files to their names, then writes the summary, which lists them.
+    /// Moves the staged files to their final names, then writes the summary, which lists them.
     ///
-    /// A converged run replaces the files of an earlier one and removes its own checkpoints. Any other run first moves all results
-    /// of the earlier one to `previous-1` (or the next free number): they outlive the failure, and nobody takes them for new ones.
+    /// A converged run replaces the files of an earlier run and removes its own checkpoints. Any other run first moves all earlier
+    /// results to `previous-1` (or the next free number), unless it resumes that run and has as many entries.
     ///
     /// # Errors
-    /// Resources, if a file cannot be moved or written; numerical, if the summary holds a number that is not
-    /// finite (it is written all the same, as a failed run).
+    /// If a file cannot be moved or written (kind `Resources`). If a number of the summary is not finite (kind `Numerical`); the
+    /// run then counts as failed.
     pub fn finish(mut self, summary: &mut Summary) -> Result<()> {
         summary.warnings.append(&mut self.warnings);
         summary.files = self.files.iter().map(|file| file.name.clone()).collect();
@@ -257,12 +257,12 @@ impl OutputDir {
             write_atomically(&self.target.join(SUMMARY_FILE), summary.to_json().1.as_bytes())?;
             return Err(error);
         }
-        // Last, so that a summary never names results that are not there.
+        // Written last, so that a summary never lists missing results.
         write_atomically(&self.target.join(SUMMARY_FILE), text.as_bytes())?;
         if converged && !self.holds_unfinished_run {
             checkpoint::remove(&self.target)?;
         }
-        // An unfinished run that this one did not come to disturb keeps what it gathered.
+        // An earlier unfinished run that this run did not touch keeps its staged files.
         self.keep_staging = self.holds_unfinished_run;
         finite
     }
@@ -274,7 +274,7 @@ impl OutputDir {
         })
     }
 
-    /// Writes the summary and leaves everything else for a run that goes on: the gathered files, the checkpoints.
+    /// Writes the summary only, and leaves staged files and checkpoints for a later resume.
     ///
     /// # Errors
     /// As [`OutputDir::finish`].
@@ -283,7 +283,7 @@ impl OutputDir {
         if !self.supersedes_earlier(summary) {
             self.set_aside_earlier_results()?;
         }
-        // What is left of the run that this one goes on with.
+        // Files that remain from the resumed run.
         summary.files = earlier_files(&self.target);
         summary.files.retain(|name| self.target.join(name).is_file());
         remove_stale_report(&self.target);
@@ -292,7 +292,7 @@ impl OutputDir {
         finite
     }
 
-    /// Whether the summary that is there is of the run that this one goes on with, or has at least no more to tell.
+    /// Whether the existing summary belongs to the resumed run and has no more entries than this one. Then it may be replaced.
     fn supersedes_earlier(&self, summary: &Summary) -> bool {
         let Some(earlier) = read_json(&self.target.join(SUMMARY_FILE)).filter(|_| self.resumes) else {
             return false;
@@ -302,8 +302,8 @@ impl OutputDir {
             && earlier["steps"].as_array().is_some_and(|steps| steps.len() <= summary.steps.len())
     }
 
-    /// Removes files that the earlier run's summary lists and this run did not write: fields of steps that no
-    /// longer exist would be taken for results of this run.
+    /// Removes files that the earlier summary lists and this run did not write. Otherwise fields of omitted steps would look like
+    /// results of this run.
     fn remove_stale(&self) -> Result<()> {
         let own: HashSet<&str> = self.files.iter().map(|file| file.name.as_str()).collect();
         for name in earlier_files(&self.target) {
@@ -315,7 +315,7 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Moves the files of the earlier run, and others that this one is going to replace, into a folder of their own.
+    /// Moves the files of the earlier run, and other files that this run would replace, to `previous-N`.
     fn set_aside_earlier_results(&self) -> Result<()> {
         let mut replaced = earlier_files(&self.target);
         replaced.extend(self.files.iter().map(|file| file.name.clone()));
@@ -334,18 +334,18 @@ impl OutputDir {
 impl Drop for OutputDir {
     fn drop(&mut self) {
         if !self.keep_staging {
-            // Best effort: what remains is hidden and harmless.
+            // Best effort: a folder that remains is hidden and harmless.
             let _ = fs::remove_dir_all(&self.staging);
         }
     }
 }
 
-/// Tries to lock a directory, and the pause between two: a process that was killed, or started another one just now, may hold the
-/// lock a moment longer.
+/// Attempts to lock a directory, and the delay between two. A process that was killed, or that has just started another one, may
+/// hold the lock a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 
-/// Locks a directory against other runs; `None` where the file system knows no locks.
+/// Locks a directory against other runs; `None` if the file system does not support locks.
 fn lock(target: &Path) -> Result<Option<File>> {
     let folder = File::open(target).map_err(|e| file_error("cannot open", target, &e))?;
     for _ in 0..LOCK_ATTEMPTS {
@@ -361,12 +361,12 @@ fn lock(target: &Path) -> Result<Option<File>> {
     )))
 }
 
-/// The folder for results set aside of this number.
+/// Folder `previous-N` of this number.
 fn previous_dir(target: &Path, number: usize) -> PathBuf {
     target.join(format!("previous-{number}"))
 }
 
-/// Moves files into a new folder in `target`, if there are any; that folder.
+/// Moves files into the next free `previous-N` and returns this folder; `None` if `files` is empty.
 fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>> {
     if files.is_empty() {
         return Ok(None);
@@ -381,7 +381,7 @@ fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>>
     Ok(Some(folder))
 }
 
-/// Files that the summary in `target` lists; plain names only, so that nothing outside is ever touched.
+/// Files that the summary in `target` lists. Only plain names count, so that no file outside of `target` is touched.
 fn earlier_files(target: &Path) -> Vec<String> {
     let Some(summary) = read_json(&target.join(SUMMARY_FILE)) else { return Vec::new() };
     let names = summary["files"].as_array().cloned().unwrap_or_default();
@@ -389,12 +389,12 @@ fn earlier_files(target: &Path) -> Vec<String> {
     names.iter().filter_map(|name| name.as_str()).filter(|name| plain(name)).map(str::to_owned).collect()
 }
 
-/// Whether the file is the summary of a run that ended before its first increment: not worth keeping.
+/// Whether the file is the summary of a run that ended before its first increment. Such a summary is not kept.
 fn is_summary_without_steps(path: &Path) -> bool {
     read_json(path).is_some_and(|summary| summary["steps"].as_array().is_some_and(Vec::is_empty))
 }
 
-/// A JSON file as it is; `None` if there is none.
+/// Reads a JSON file; `None` if it does not exist or is no valid JSON.
 pub fn read_json(path: &Path) -> Option<serde_json::Value> {
     serde_json::from_slice(&fs::read(path).ok()?).ok()
 }

@@ -1,18 +1,18 @@
-//! The largest memory that the process has held.
+//! Peak memory of the process.
 
-/// Peak resident memory of this process in bytes; 0 where the system does not tell.
+/// Peak resident memory of this process in bytes; 0 if the system does not report it.
 pub fn peak_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     kib_of(&status, "VmHWM:").unwrap_or(0) * 1024
 }
 
-/// Lets [`peak_bytes`] begin anew from the memory held now, where the system can (Linux); elsewhere it goes on.
+/// Resets the peak of [`peak_bytes`] to the present memory (Linux only).
 pub fn restart_peak() {
-    // Best effort: without it the peak is that of everything so far.
+    // Best effort: if it fails, the peak covers the whole process so far.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The number of kibibytes in the line of `status` that starts with `key`.
+/// Number of kibibytes in the line of `status` that starts with `key`.
 fn kib_of(status: &str, key: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
     line.split_whitespace().next()?.parse().ok()
@@ -30,7 +30,7 @@ mod tests {
         assert_eq!(kib_of("VmRSS:\t 1 kB\n", "VmHWM:"), None);
     }
 
-    /// Truth: a process that touched 64 MiB has held at least that.
+    /// Truth: a process that touched 64 MiB has a peak of at least 64 MiB.
     #[test]
     fn peak_grows_with_the_memory_touched() {
         if !std::path::Path::new("/proc/self/status").exists() {

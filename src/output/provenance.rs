@@ -1,44 +1,44 @@
-//! What a result was computed from: program, scene, files; and what differs between two of those.
+//! Provenance of a result (program, scene, files), and the differences between two provenances.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Keys that change no number of an entry, and at most whether there are more: a run may go on with others.
+/// Keys that may differ on resume. They change no value of an entry, at most the number of entries.
 const KEYS_FREE_TO_DIFFER: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
-/// A key that decides how bodies are condensed, so that it counts; the option that wins over it does not.
+/// Key that affects the condensation of bodies and must not differ on resume. The option that takes precedence over it may differ.
 const MEMORY_LIMIT_KEY: &str = "solver.memory_limit";
 
-/// Differences listed at most.
+/// Maximum number of listed differences.
 const MAX_LISTED_DIFFERENCES: usize = 20;
 
-/// A file that a scene names.
+/// File named by a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NamedFile {
-    /// The key that names it.
+    /// Key of the scene that names the file.
     pub key: String,
     /// SHA-256 of its content, hexadecimal.
     pub sha256: String,
 }
 
-/// What a run is computed from.
+/// Input of a run: program version, scene and files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of the program.
     pub version: String,
-    /// The scene with what --set changed in it.
+    /// Scene, including the overrides of --set.
     pub scene: Value,
-    /// The files that it names.
+    /// Files that the scene names.
     pub files: Vec<NamedFile>,
 }
 
 impl Provenance {
-    /// That of a run by this program.
+    /// Creates the provenance of a run of this program version.
     pub fn new(scene: Value, files: Vec<NamedFile>) -> Self {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), scene, files }
     }
 
-    /// What is different now, one line each: `gap.radius: 50 then, 25 now`. None if a run may go on.
+    /// Lists the differences from `now`, one line each: `gap.radius: 50 then, 25 now`. The run can resume if the list is empty.
     pub fn differences(&self, now: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.version != now.version {
@@ -60,7 +60,7 @@ impl Provenance {
     }
 }
 
-/// Collects what differs below `key`.
+/// Collects the differences below `key`.
 fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec<String>) {
     if KEYS_FREE_TO_DIFFER.contains(&key) || then == now {
         return;
@@ -71,7 +71,7 @@ fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec
                 compare(&join(key, name), a.get(name), b.get(name), found);
             }
         }
-        // A section that is not written has nothing but defaults.
+        // A missing section has only default values.
         (Some(Value::Object(a)), None) if !key.is_empty() => {
             a.iter().for_each(|(name, value)| compare(&join(key, name), Some(value), None, found));
         }
@@ -102,13 +102,13 @@ fn join(key: &str, name: &str) -> String {
     if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") }
 }
 
-/// The key of an element of a list of tables: by its name, or its number from 0.
+/// Key of an element of a list of tables: its name, or its index from 0.
 fn element(key: &str, index: usize, table: Option<&Value>) -> String {
     let name = table.and_then(|table| table["name"].as_str());
     join(key, &name.map_or_else(|| index.to_string(), str::to_owned))
 }
 
-/// A value on one line, short.
+/// Formats a value on one line of at most 60 characters.
 fn shown(value: Option<&Value>) -> String {
     let Some(value) = value else { return "not given".to_owned() };
     let text = value.to_string();
@@ -125,7 +125,7 @@ mod tests {
         Provenance::new(scene, vec![NamedFile { key: "body1.mesh".into(), sha256: "00".into() }])
     }
 
-    /// Truth: docs/checkpoints.md: another `solver.memory_limit` is refused, and the message says what takes its place.
+    /// Truth: docs/checkpoints.md: a different `solver.memory_limit` is refused, and the message names the alternative.
     #[test]
     fn another_memory_limit() {
         let then = json!({ "solver": { "memory_limit": "1 GB" } });
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Truth: docs/checkpoints.md: every key that differs is named with both values; the title and the times of checkpoints are free.
+    /// Truth: docs/checkpoints.md: every differing key is listed with both values, except for title and checkpoint interval.
     #[test]
     fn differing_keys_are_listed() {
         let then = json!({

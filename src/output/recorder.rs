@@ -1,4 +1,4 @@
-//! Collects what a run reports, increment by increment, and writes its result files.
+//! Observer of a run that records its entries and writes its result files.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,68 +13,68 @@ use crate::output::history_table::history_csv;
 use crate::output::output_dir::{OutputDir, StagedFile};
 use crate::output::summary::Summary;
 
-/// What a run shows while it computes.
+/// Progress report of a running computation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ProgressEvent<'e> {
-    /// How far a stage is: its name, the fraction done in 0..=1, the natural residual.
+    /// Progress of a stage: name, fraction done in 0..=1, natural residual.
     Stage(&'e str, f64, Option<f64>),
-    /// A line for the user that should not wait until the run ends.
+    /// Message that the user should see before the run ends.
     Message(&'e str),
 }
 
-/// Shows progress.
+/// Callback that displays progress.
 pub type ProgressCallback<'a> = Box<dyn FnMut(ProgressEvent) + Send + 'a>;
 
-/// The observer of a run that keeps its records and, where it has an output directory, writes its files.
+/// Observer of a run. It keeps the records and, with an output directory, writes the result files.
 #[derive(Default)]
 pub struct Recorder<'a> {
     output: Option<OutputDir>,
     records: Vec<IncrementRecord>,
     fields: Option<FieldWriter<'a>>,
-    /// Shows progress.
+    /// Callback that displays progress.
     pub progress: Option<ProgressCallback<'a>>,
-    /// Asks the run to stop once it is set.
+    /// Cancellation flag.
     pub cancel_flag: Option<&'a AtomicBool>,
     checkpoints: Option<CheckpointState<'a>>,
-    /// Whether there are checkpoints that the run resumes from, where it writes none itself.
+    /// Whether the run resumes from checkpoint files while it writes none itself.
     pub has_checkpoint_files: bool,
 }
 
-/// What goes on with another recorder.
+/// State handed to the recorder of the next segment.
 pub struct RecorderParts {
-    /// The files so far, where there is a directory.
+    /// Output directory with the files so far.
     pub output: Option<OutputDir>,
-    /// The entries so far.
+    /// Entries so far.
     pub records: Vec<IncrementRecord>,
-    /// What has been written of them.
+    /// Field output so far.
     pub written: WrittenFields,
-    /// Who writes the checkpoints.
+    /// Writer of the checkpoints.
     pub checkpoint_writer: Option<CheckpointWriter>,
 }
 
-/// What checkpoints need besides what is recorded.
+/// Checkpoint writer, with the operator history and the files of the last converged entry.
 struct CheckpointState<'a> {
     writer: CheckpointWriter,
     operator: &'a dyn Flexibility,
-    /// What the operator held after the last finished entry.
+    /// State of the operator after the last finished entry.
     operator_history: OperatorHistory,
-    /// What was written before an entry that was not finished.
+    /// Fields and files before an entry that did not converge.
     before_unconverged: Option<(WrittenFields, Vec<StagedFile>)>,
 }
 
 impl<'a> Recorder<'a> {
-    /// Keeps records, and writes files into `output` if there is one.
+    /// Creates a recorder that writes files into `output`, if given.
     pub fn writing_to(output: Option<OutputDir>) -> Self {
         Self { output, ..Self::default() }
     }
 
-    /// Also writes fields, where there is an output directory.
+    /// Enables field output, if there is an output directory.
     pub fn with_fields(mut self, fields: FieldWriter<'a>) -> Self {
         self.fields = Some(fields);
         self
     }
 
-    /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
+    /// Enables checkpoints, if there is an output directory. `operator` is the operator of the run.
     pub fn with_checkpoints(mut self, writer: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
         self.checkpoints = Some(CheckpointState {
             writer,
@@ -85,13 +85,13 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// The entries before those that will come.
+    /// Sets the entries before the next one.
     pub fn with_records(mut self, records: Vec<IncrementRecord>) -> Self {
         self.records = records;
         self
     }
 
-    /// Ends it without an end of the run.
+    /// Ends the recorder in the middle of the run, for a further segment.
     pub fn into_parts(self) -> RecorderParts {
         RecorderParts {
             output: self.output,
@@ -101,23 +101,23 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// The records so far.
+    /// Records so far.
     pub fn records(&self) -> &[IncrementRecord] {
         &self.records
     }
 
-    /// Ends it with the records in `summary`, and leaves no files.
+    /// Moves the records to `summary` without writing files.
     ///
     /// # Errors
-    /// Numerical, if a number is not finite.
+    /// If a number is not finite (kind `Numerical`).
     pub fn discard(mut self, summary: &mut Summary) -> Result<()> {
         self.output = None;
         self.finish(summary)
     }
 
-    /// Hands the records to `summary` and, with an output directory, writes `history.csv` and `summary.json`.
+    /// Moves the records to `summary` and, with an output directory, writes the remaining files, `history.csv` and `summary.json`.
     ///
-    /// Whatever fails here is put into the summary first, which is written in any case where the disk allows.
+    /// If this fails, the error is stored in the summary, which is written in any case if the disk allows.
     ///
     /// # Errors
     /// The first failure to write, or a number that is not finite.
@@ -126,7 +126,7 @@ impl<'a> Recorder<'a> {
         summary.peak_memory_bytes = crate::output::peak_memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
         if self.fields.is_none() && output.is_resumed() {
-            // It ended before it went on.
+            // The run ended before it could resume.
             return output.suspend(summary);
         }
         let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
@@ -140,7 +140,7 @@ impl<'a> Recorder<'a> {
                 };
             }
             let target = output.path().to_owned();
-            // Frees the disk of what was gathered before the summary is tried.
+            // Frees the disk space of the staged files before the summary is written.
             drop(output);
             let second = OutputDir::open(&target).and_then(|output| output.finish(summary));
             return match second {
@@ -153,7 +153,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl CheckpointState<'_> {
-    /// Writes a checkpoint, if it is time for one.
+    /// Writes a checkpoint if it is due.
     fn write_if_due(
         &mut self,
         output: &mut OutputDir,
@@ -199,7 +199,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        // May be interrupted: before anything of the entry is kept.
+        // Cancellable recovery comes before any part of the entry is stored.
         let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
         let inside =
             fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
@@ -214,7 +214,7 @@ impl Observer for Recorder<'_> {
         let (mark, files) = (fields.rollback_mark(), output.files().len());
         let written = fields.write_entry(output, (self.records.len(), record), (state, inside));
         if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
-            // As if it had not been computed: a run that goes on computes it again.
+            // Discard the entry; a resumed run computes it again.
             fields.roll_back(mark);
             output.truncate_staged(files);
             self.records.pop();

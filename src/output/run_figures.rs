@@ -1,4 +1,4 @@
-//! The pictures of a run: maps and profiles of the last entry of each step.
+//! Figures of a run: maps and profiles of the last entry of each step, and the history.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::{Summary, Units};
 use crate::output::surface_properties::SurfaceProperties;
 
-/// Files of the maps.
+/// Map files.
 const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Pressure, "pressure.svg"),
     (MapKind::Slip, "slip.svg"),
@@ -23,17 +23,17 @@ const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Wear, "wear.svg"),
 ];
 
-/// Steps that wear less than this share of the deepest one have no profile of it.
+/// Minimum wear depth of a step for a wear profile, relative to the deepest step.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
-/// Keeps what the pictures show and draws them.
+/// Collects the data of the figures and draws them.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RunFigures {
     steps: Vec<StepEndFields>,
 }
 
 impl RunFigures {
-    /// Keeps the last entry of each step, on a frame of `n` cells.
+    /// Stores the last entry of each step, on a frame of `n` cells.
     pub fn record_entry(&mut self, n: usize, record: &IncrementRecord, state: &FrameState) {
         let cycles = match (record.cycles_done, record.stroke_ends) {
             (0, _) => String::new(),
@@ -48,15 +48,15 @@ impl RunFigures {
         }
     }
 
-    /// Transfers the fields to a frame of `n` cells; `places` are the numbers there of the cells so far, new cells get 0.
+    /// Transfers the fields to a frame of `n` cells. `places` are the new numbers of the present cells; new cells get zero.
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
         self.steps.iter_mut().for_each(|step| step.transfer_to(places, n));
     }
 
-    /// Writes the pictures that have something to show.
+    /// Writes the figures that have something to show.
     ///
     /// # Errors
-    /// Resources, if a file cannot be written.
+    /// If a file cannot be written (kind `Resources`).
     pub fn write(
         &self,
         (frame, surface): (&ContactFrame, &SurfaceProperties),
@@ -72,14 +72,14 @@ impl RunFigures {
                 output.write_text(name, &picture)?;
             }
         }
-        // Around a bore two sides would lie on each other.
+        // On the frame around a bore, two sides would overlap.
         if frame.is_single_valued() {
             output.write_text("profiles.svg", &self.profiles((frame, surface), units))?;
         }
         output.write_text("history.svg", &history_svg(&summary.steps, units))
     }
 
-    /// Tractions and worn depth along e1 and e2, two rows for each step, as one picture.
+    /// Draws tractions and wear depth along e1 and e2, in up to two rows per step.
     fn profiles(&self, (frame, surface): (&ContactFrame, &SurfaceProperties), units: &Units) -> String {
         let mut panels = Vec::new();
         for kept in &self.steps {
@@ -106,8 +106,8 @@ fn deepest(kept: &StepEndFields) -> f64 {
     kept.wear_depth.iter().copied().fold(0.0, f64::max)
 }
 
-/// Where the profiles of a step cross: the frame's origin if one of them shows half of the largest pressure there, else the
-/// cell that has it.
+/// Intersection of the profiles of a step: the origin of the frame if a profile through it reaches half of the peak pressure,
+/// otherwise the cell of the peak pressure.
 fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &StepEndFields) -> [f64; 2] {
     let n = frame.n_cells();
     let Some(pressure) = kept.tractions.get(2 * n..3 * n) else { return [0.0; 2] };
@@ -120,7 +120,7 @@ fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &Step
     if seen { [0.0; 2] } else { frame.plane_coordinates(peak) }
 }
 
-/// Words for where a profile runs.
+/// Label for the start and direction of a profile.
 fn distance_label(line: &ProfileLine, axis: &str, units: &Units) -> String {
     let [x, y] = line.through;
     let from = if line.through == [0.0; 2] { "the centre".to_owned() } else { format!("({x:.4}, {y:.4})") };
@@ -137,7 +137,7 @@ fn traction_panel(
     let plane = |k: usize| kept.tractions.get(k * n..(k + 1) * n).map_or(vec![0.0; n], <[f64]>::to_vec);
     let [x, y, pressure] = [plane(0), plane(1), plane(2)];
     let (sin, cos) = e1.sin_cos();
-    // On body 1, as forces are: the opposite of what acts on body 2.
+    // Tractions on body 1, like the forces: opposite to those on body 2.
     let turned = |a: f64, b: f64| x.iter().zip(&y).map(|(x, y)| 0.0 - a * x - b * y).collect::<Vec<f64>>();
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
     let rubs = x.iter().chain(&y).any(|q| *q != 0.0);
@@ -203,7 +203,7 @@ mod tests {
         pictures.steps.remove(0)
     }
 
-    /// Truth: the definition: profiles cross at the origin where contact is there, else at the peak.
+    /// Truth: the definition. Profiles cross at the origin if one through it meets the contact, otherwise at the peak pressure.
     #[test]
     fn profiles_go_through_the_contact() {
         let frame = ContactFrame::grid([2.0, 2.0], [9, 9], [1.0, 0.0], 0.0).unwrap();
@@ -225,12 +225,12 @@ mod tests {
         assert_eq!(profile_center(&frame, &surface, &at(-0.9, 1.3, 0.0)), [0.0, 0.0]);
     }
 
-    /// Truth: components of a vector along axes turned by 30 degrees, on body 1 the opposite of that on body 2; the numbers
-    /// of the picture are read back from its axes: a constant traction is a level line at the share that linear axes give it.
+    /// Truth: vector components along axes turned by 30 degrees; tractions on body 1 are opposite to those on body 2. Values are
+    /// read back from the picture: a constant traction is a level line, at a height proportional to the traction.
     #[test]
     fn tractions_are_those_on_body_1_along_the_fibre() {
         let frame = ContactFrame::grid([2.0, 2.0], [8, 8], [0.0, 0.0], 0.0).unwrap();
-        // (-20, 0) along axes at 30 degrees on body 2; on body 1 it is (20, 0).
+        // (-20, 0) on body 2 along axes at 30 degrees, thus (20, 0) on body 1.
         let (sin, cos) = 30_f64.to_radians().sin_cos();
         let kept = kept(64, |_| [-20.0 * cos, -20.0 * sin, 100.0], &frame);
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.3, azimuth: 30_f64.to_radians() };
@@ -251,7 +251,7 @@ mod tests {
                 heights[0]
             })
             .collect();
-        // Two panels, each with pressure 100, q1 = 20, q2 = 0 on an axis from 0 to 100 or beyond.
+        // Two panels, each with pressure 100, q1 = 20 and q2 = 0 on an axis from 0 to at least 100.
         assert_eq!(levels.len(), 6, "{text}");
         for panel in levels.chunks(3) {
             let share = (panel[2] - panel[1]) / (panel[2] - panel[0]);

@@ -1,4 +1,4 @@
-//! The summary of a run, written as `summary.json` whatever the outcome.
+//! Summary of a run, written as `summary.json` whatever the outcome.
 
 use std::time::Instant;
 
@@ -36,7 +36,7 @@ impl Units {
         }
     }
 
-    /// Unit of the numbers of a key of a scene or an entry, as figures take it ("mm^{3}"); empty for counts and words.
+    /// Unit of the values of a key of a scene or an entry, in the notation of figures ("mm^{3}"). Empty for counts and words.
     pub fn of_key(&self, key: &str) -> String {
         let Self { length, force } = self;
         match key {
@@ -72,15 +72,15 @@ impl Default for Units {
     }
 }
 
-/// How a run ended, as `summary.json` says it.
+/// Outcome of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// All steps converged.
     Converged,
-    /// A step did not converge or physics was lost; the entries so far hold.
+    /// A step did not converge or lost its physical meaning (see `reason`). The entries so far are valid.
     NotConverged,
-    /// The run could not go on: wrong input, resources, or an unexpected failure.
+    /// The run could not continue: wrong input, lack of resources, or an unexpected failure.
     #[default]
     Failed,
     /// A signal stopped the run.
@@ -88,11 +88,11 @@ pub enum Status {
 }
 
 impl Status {
-    /// All of them.
+    /// All statuses.
     pub const ALL: [Self; 4] = [Self::Converged, Self::NotConverged, Self::Failed, Self::Interrupted];
 }
 
-/// Seconds spent by stage, in the order of first use; written as a JSON object.
+/// Seconds spent by stage, in the order of first use. Serialised as a JSON object.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timings(Vec<(String, f64)>);
 
@@ -118,7 +118,7 @@ impl Timings {
         self.iter().find(|(name, _)| *name == stage).map_or(0.0, |(_, seconds)| seconds)
     }
 
-    /// Seconds of all stages.
+    /// Total of all stages, seconds.
     pub fn sum(&self) -> f64 {
         self.iter().map(|(_, seconds)| seconds).sum()
     }
@@ -139,12 +139,12 @@ impl Serialize for Timings {
     }
 }
 
-/// Extent of a grid frame.
+/// Size of a grid frame.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct FrameRecord {
-    /// Half of its sides along x, y.
+    /// Half of the side lengths along x, y.
     pub half_width: [f64; 2],
-    /// Number of cells along x, y.
+    /// Numbers of cells along x, y.
     pub cells: [usize; 2],
 }
 
@@ -154,7 +154,7 @@ impl From<&Grid> for FrameRecord {
     }
 }
 
-/// What a run computed and how it ended: the fields of `summary.json` (docs/results.md).
+/// Results and outcome of a run: the fields of `summary.json` (docs/results.md).
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// Name of the program.
@@ -165,65 +165,66 @@ pub struct Summary {
     pub title: String,
     /// SHA-256 of the scene file, hexadecimal; empty if it could not be read.
     pub scene_sha256: String,
-    /// The scene as it was read, overrides included; missing if it could not be.
+    /// Scene as read, including overrides; `None` if it could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<Value>,
-    /// Units of all numbers.
+    /// Units of all values.
     pub units: Units,
-    /// How the run ended.
+    /// Outcome of the run.
     pub status: Status,
-    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone", "linear-solver" or "accuracy".
+    /// Reason if not converged: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone", "linear-solver",
+    /// "accuracy".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The message of the error that ended a failed run.
+    /// Message of the error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// The exit code of the program for that error.
+    /// Exit code of the program for that error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exit_code: Option<u8>,
-    /// The frame at the end, where it is a grid.
+    /// Frame at the end, if it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<FrameRecord>,
-    /// How often the meshes of worn bodies were moved, where `wear.move_mesh` asks for it.
+    /// Number of updates of the meshes of worn bodies, if `wear.move_mesh` is set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh_moves: Option<usize>,
     /// One entry per increment or cycle jump, in order.
     pub steps: Vec<IncrementRecord>,
-    /// Peaks of stress, failure indices and estimated error of the bodies, where they were asked for.
+    /// Peaks of stress, failure indices and estimated error of the bodies, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyRecord>,
-    /// Work that the scene did not need.
+    /// Omitted work that the scene did not need.
     pub skipped: Vec<OmittedWork>,
-    /// Fretting cycles resolved into loops, where they were asked for.
+    /// Fretting loops of resolved cycles, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loops: Vec<FrettingLoop>,
-    /// How the meshed bodies were condensed to their contact nodes.
+    /// Condensation of the meshed bodies to their contact nodes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub condensation: Vec<CondensationRecord>,
-    /// The bodies of boundary elements.
+    /// Boundary-element bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary_elements: Vec<BoundaryElementRecord>,
-    /// The half-spaces whose surfaces are meshed.
+    /// Half-spaces with a meshed surface.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub truncations: Vec<TruncationRecord>,
-    /// Where the near fields of meshed bodies were computed, and how good the corrections are.
+    /// Near fields of the meshed bodies, with the quality of the half-space corrections.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub near_fields: Vec<NearFieldRecord>,
-    /// The accuracy that was asked for and reached.
+    /// Requested and reached accuracy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyRecord>,
     /// Seconds by stage.
     pub timings: Timings,
-    /// Peak resident memory of the process, bytes (0 where unknown).
+    /// Peak resident memory of the process, bytes (0 if unknown).
     pub peak_memory_bytes: u64,
-    /// Things the user should know.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// Names of the result files this run wrote beside the summary.
+    /// Names of the result files of this run, without the summary.
     pub files: Vec<String>,
 }
 
 impl Summary {
-    /// An empty summary of a scene; its status is `failed` until an outcome is set.
+    /// Creates an empty summary of a scene. The status is `failed` until an outcome is set.
     pub fn new(title: &str, scene_sha256: &str, units: Units) -> Self {
         Self {
             program: env!("CARGO_PKG_NAME"),
@@ -235,7 +236,7 @@ impl Summary {
         }
     }
 
-    /// Sets status and reason, or the error, by how the history ended.
+    /// Sets the status with its reason or error from the outcome of the history.
     pub fn set_outcome(&mut self, outcome: &Result<Outcome>) {
         (self.reason, self.error) = (None, None);
         match outcome {
@@ -249,7 +250,7 @@ impl Summary {
         }
     }
 
-    /// Marks the run as failed by `error`, or as not converged if that is what it says.
+    /// Sets status and error of a run that ended with `error`: failed, not converged or interrupted, depending on its kind.
     pub fn set_failure(&mut self, error: &Error) {
         if error.kind() == ErrorKind::Interrupted {
             (self.status, self.reason, self.error) = (Status::Interrupted, None, None);
@@ -261,11 +262,11 @@ impl Summary {
         (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
-    /// The JSON text, with a line end. A number that is not finite turns the run into a failed one, named in
-    /// `error`: JSON has no such number, and a reader must not take its `null` for a result.
+    /// Returns the JSON text with a line end, in any case. JSON has no NaN or infinity, and a reader might take `null` for a
+    /// result. Such a value therefore turns the run into a failed one, and `error` contains its path.
     ///
     /// # Errors
-    /// Numerical, if a number is not finite; the text to write is then in the second place of the pair.
+    /// If a number is not finite (kind `Numerical`).
     pub fn to_json(&self) -> (Result<()>, String) {
         let mut value = self.value();
         let Some(place) = first_null(&value, "") else { return (Ok(()), pretty(&value)) };
@@ -289,7 +290,7 @@ fn pretty(value: &Value) -> String {
     serde_json::to_string_pretty(value).expect("a JSON value always serialises") + "\n"
 }
 
-/// Path of the first `null` in `value`; absent fields are left out, so a null was a number that is not finite.
+/// Path of the first `null` in `value`. Absent fields are omitted, so a null stands for a number that is not finite.
 fn first_null(value: &Value, path: &str) -> Option<String> {
     match value {
         Value::Null => Some(path.trim_start_matches('.').to_owned()),
@@ -316,7 +317,7 @@ mod tests {
         summary
     }
 
-    /// Truth: the list of fields in docs/results.md, which other programs read.
+    /// Truth: the fields documented in docs/results.md, which other programs read.
     #[test]
     fn json_has_the_documented_fields() {
         let mut summary = summary();
@@ -339,7 +340,7 @@ mod tests {
         }
     }
 
-    /// Truth: a result that is not finite is an error and is visible in the file.
+    /// Truth: a value that is not finite is an error and visible in the file.
     #[test]
     fn not_a_number_is_a_failure() {
         let mut summary = summary();
@@ -353,7 +354,7 @@ mod tests {
         assert!(value["error"].as_str().unwrap().contains("tangential_force"));
     }
 
-    /// Truth: docs/results.md: a linear system that was not solved is no convergence, with exit code 3.
+    /// Truth: docs/results.md: an unsolved linear system counts as non-convergence, with exit code 3.
     #[test]
     fn a_linear_solver_that_does_not_converge() {
         let (mut summary, error) = (summary(), Error::not_converged("too slow"));
@@ -365,7 +366,7 @@ mod tests {
         assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
     }
 
-    /// Truth: an error's kind is not lost by the outcome before it.
+    /// Truth: an error replaces an earlier outcome, including its reason.
     #[test]
     fn an_error_clears_the_reason() {
         let mut summary = summary();

@@ -1,28 +1,28 @@
-//! What plots and field files need to know of the surface under the frame: its axes, its fibres, who wears.
+//! Properties of the surface under the frame for plots and field files: axes, fibres, distribution of wear.
 
 use crate::geometry::Side;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 
-/// Direction of the fibres of a body under the frame.
+/// Fibre direction of a body under the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceFibre {
-    /// The body.
+    /// Side of the body.
     pub side: Side,
-    /// Angle out of the surface, radians; the fibre is (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).
+    /// Angle out of the surface, radians. The fibre is (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).
     pub tilt: f64,
-    /// Angle from the frame's x towards its y, radians.
+    /// Angle from x towards y of the frame, radians.
     pub azimuth: f64,
 }
 
-/// Axes, fibres and wear of the surface under the frame.
+/// Axes, fibres and wear distribution of the surface under the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceProperties {
-    /// Angle of e1 from the frame's x, radians; e2 is 90 degrees to its left.
+    /// Angle of e1 from x of the frame, radians; e2 is 90 degrees to its left.
     pub e1_angle: f64,
-    /// The fibres of the bodies that have some.
+    /// Fibres, for bodies that have fibres.
     pub fibres: Vec<SurfaceFibre>,
-    /// Fraction of the worn depth that is taken from body 1.
+    /// Fraction of the wear depth removed from body 1.
     pub wear_share: f64,
 }
 
@@ -33,8 +33,8 @@ impl Default for SurfaceProperties {
 }
 
 impl SurfaceProperties {
-    /// The surface of these laws and fibres: e1 is the first axis of the wear law, of the friction law if there is no wear,
-    /// the first fibre's azimuth if there is neither.
+    /// Sets e1 to the first axis of the wear law or else of the friction law, if its coefficients are unequal. Without such a law,
+    /// e1 is along the first fibre, or along x without fibres.
     pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
         let ellipse = friction.ellipse();
         let unequal = |[a, b]: [f64; 2]| a != b;
@@ -44,7 +44,7 @@ impl SurfaceProperties {
         Self { e1_angle: of_wear.or(of_friction).or(of_fibre).unwrap_or(0.0), fibres, wear_share }
     }
 
-    /// The worn depth of each body, of the depth of both.
+    /// Splits the wear depth between the bodies.
     pub fn wear_depth_by_body(&self, depth: &[f64]) -> [Vec<f64>; 2] {
         [self.wear_share, 1.0 - self.wear_share].map(|share| depth.iter().map(|w| share * w).collect())
     }
@@ -54,7 +54,7 @@ impl SurfaceProperties {
 mod tests {
     use super::*;
 
-    /// Truth: the definition: laws with two unequal coefficients have axes, others have not; parts add up to the whole.
+    /// Truth: the definition. Only laws with two unequal coefficients have axes; the wear depths of the bodies add up to the total.
     #[test]
     fn axes_are_those_of_the_laws() {
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.5, azimuth: 0.3 };

@@ -6,7 +6,7 @@ use crate::body::StressField;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Mean outward normal of the faces at each mesh node, weighted by area, `[n_nodes]`; zero at nodes on none of them.
+/// Area-weighted mean outward normal of the faces at each mesh node, `[n_nodes]`; zero at nodes without such a face.
 fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec<Vector3<f64>> {
     let mut sums = vec![Vector3::zeros(); mesh.n_points()];
     for face in faces {
@@ -16,10 +16,10 @@ fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec
     sums.into_iter().map(|sum| sum.try_normalize(0.0).unwrap_or_default()).collect()
 }
 
-/// The stress at the points of the outer faces of a body.
+/// Stress at points of the outer faces of a body.
 pub(crate) struct SurfaceStress<'a> {
     field: &'a StressField,
-    /// Index into the contact points of each recovery point.
+    /// Index of each recovery point among the contact points.
     contact_point: Vec<Option<usize>>,
     /// Normal of the outer faces at each mesh node.
     normals: Vec<Vector3<f64>>,
@@ -27,8 +27,7 @@ pub(crate) struct SurfaceStress<'a> {
 }
 
 impl<'a> SurfaceStress<'a> {
-    /// For the outer `faces` of a body whose contact surface bears the `tractions` on the body, global axes,
-    /// `[n_nodes]`.
+    /// Prepares the stress on the outer `faces` of a body. `tractions` act on its contact surface, in global axes, `[n_nodes]`.
     pub fn new(
         mesh: &Mesh,
         faces: &[SurfaceFace],
@@ -40,8 +39,8 @@ impl<'a> SurfaceStress<'a> {
         Self { field, contact_point, normals: normals(mesh, faces.iter()), tractions }
     }
 
-    /// The stress at a recovery point: on the contact surface from the strain in it and the traction on it, elsewhere
-    /// as recovered; and the largest principal stress in the tangent plane.
+    /// Stress at a recovery point, and its largest principal stress in the tangent plane. On the contact surface the stress follows
+    /// from the surface strain and the traction, elsewhere it is the recovered one.
     pub fn at(&self, point: usize) -> ([f64; 6], f64) {
         let node = self.field.points.mesh_nodes[point];
         match self.contact_point[point] {
@@ -58,11 +57,11 @@ impl<'a> SurfaceStress<'a> {
     }
 }
 
-/// The largest principal stress among those in the plane of normal `n`, tension positive.
+/// Larger principal stress in the plane with normal `n`, tension positive.
 fn max_principal_in_plane(stress: &[f64; 6], n: &Vector3<f64>) -> f64 {
     let plane = Matrix3::identity() - n * n.transpose();
     let inner = plane * tensor(stress) * plane;
-    // Of the two eigenvalues in the plane, from the trace and the sum of squares.
+    // Larger of the two eigenvalues in the plane, from the trace and the sum of squares.
     let (trace, squares) = (inner.trace(), inner.norm_squared());
     0.5 * (trace + (2.0 * squares - trace * trace).max(0.0).sqrt())
 }
@@ -75,7 +74,7 @@ fn tensor(s: &[f64; 6]) -> Matrix3<f64> {
 mod tests {
     use super::*;
 
-    /// Truth: the eigenvalue of the 2 x 2 part in the plane.
+    /// Truth: the larger eigenvalue of the 2 x 2 part in the plane.
     #[test]
     fn largest_stress_in_a_plane() {
         let stress = [3.0, -2.0, 7.0, 0.5, -1.5, 4.0];

@@ -1,37 +1,37 @@
-//! How far half-spaces whose surfaces are meshed are from exact ones, for `summary.json`.
+//! Half-spaces with a meshed surface, compared with exact ones, in `summary.json`.
 
 use crate::body::Truncation;
 use crate::error::warning;
 
-/// Difference from the exact half-space from which on a result is in doubt.
+/// Difference from the exact half-space above which a warning is given.
 const MAX_RELIABLE_DIFFERENCE: f64 = 0.02;
 
-/// A half-space whose surface is meshed, beside the exact one.
+/// Half-space with a meshed surface, compared with the exact half-space.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TruncationRecord {
     /// The body, 1 or 2.
     pub body: usize,
     /// Number of elements.
     pub elements: usize,
-    /// Mean normal displacement of the frame by uniform pressure on it, by the elements.
+    /// Mean normal displacement of the frame under uniform pressure, meshed surface.
     pub compliance: f64,
-    /// The same of the exact half-space.
+    /// Mean normal displacement of the frame under uniform pressure, exact half-space.
     pub exact_compliance: f64,
-    /// Norm of what the works of uniform tractions on the displacements by one another differ by, over that of the exact ones.
+    /// Norm of the difference of the works of uniform tractions on each other's displacements, over the norm of the exact works.
     pub difference: f64,
-    /// Relative residual of equations computed afresh.
+    /// Relative residual of recomputed equations.
     pub residual: f64,
 }
 
 impl TruncationRecord {
-    /// Of body `index` (0 or 1).
+    /// Creates the record of body `index` (0 or 1).
     pub fn new(index: usize, truncation: &Truncation) -> Self {
         let [compliance, exact_compliance] = truncation.compliance;
         let Truncation { n_elements: elements, difference, residual, .. } = *truncation;
         Self { body: index + 1, elements, compliance, exact_compliance, difference, residual }
     }
 
-    /// What the user should know of it.
+    /// Warning if the difference from the exact half-space is too large.
     pub fn accuracy_warning(&self) -> Option<String> {
         (self.difference > MAX_RELIABLE_DIFFERENCE).then(|| {
             warning(&format!(

@@ -1,4 +1,4 @@
-//! The volume of a meshed body as a grid: displacement, stress, failure indices, estimated error.
+//! Volume of a meshed body as a grid: displacement, stress, failure indices, estimated error.
 
 use crate::body::{BodyField, StressField};
 use crate::error::Result;
@@ -9,20 +9,20 @@ use crate::output::body_fields::check_field_size;
 use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Components of a stress, in VTK's order of symmetric tensors.
+/// Components of a stress in VTK's order for symmetric tensors.
 const STRESS_COMPONENTS: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Stresses in Voigt order 11 22 33 23 13 12 as VTK's symmetric tensors.
+/// Converts stresses from the Voigt order 11 22 33 23 13 12 to VTK's symmetric tensors.
 pub(crate) fn stress_array<'a>(stress: impl Iterator<Item = &'a [f64; 6]>) -> DataArray {
     let values = stress.flat_map(|s| [s[0], s[1], s[2], s[5], s[3], s[4]]).collect();
     DataArray::tuples("stress", STRESS_COMPONENTS, values)
 }
 
-/// A meshed body's volume with displacement and what was recovered of its stress; undisplaced points. With stress, a
-/// node where materials meet is a point for each of them.
+/// Grid of the volume of a meshed body with its displacement and recovered stress, on undeformed points. With stress, a node at a
+/// material interface becomes one point per material.
 ///
 /// # Errors
-/// Numerical, if the recovered field does not fit the mesh.
+/// If the recovered field does not fit the mesh (kind `Numerical`).
 pub fn volume_grid(mesh: &Mesh, field: &BodyField) -> Result<UnstructuredGrid> {
     check_field_size(field, mesh.n_points(), "nodes of the mesh")?;
     let node = |point: usize| field.stress.as_ref().map_or(point, |stress| stress.points.mesh_nodes[point]);

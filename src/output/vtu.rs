@@ -1,9 +1,9 @@
-//! Writer of VTK's XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
+//! Writer of VTK XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
 //!
-//! Little-endian, 64-bit headers, connectivity and offsets: sizes are never a limit. The line end before
-//! `</AppendedData>` belongs to the format as meshio reads it. The data follow in the reverse order of their names: meshio (5.3) looks arrays
-//! up by their offsets, which it replaces one after the other, and takes the first of that offset; in order of the names that may be one
-//! which it has read before, and two fields swap their numbers without a word.
+//! Numbers are little-endian, with 64-bit headers, connectivity and offsets, so that sizes are not limited. meshio requires the
+//! line end before `</AppendedData>`. The data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) finds
+//! arrays by offset and replaces the offsets one after the other. In forward order it may take an array that it has read before,
+//! and silently swap the values of two fields.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -11,10 +11,10 @@ use std::io::{self, Write};
 use crate::error::{Error, Result};
 use crate::output::atomic_file::write_error;
 
-/// The numbers of a data array.
+/// Values of a data array.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ArrayValues {
-    /// 64-bit reals; all must be finite.
+    /// 64-bit floats; all must be finite.
     Float64(Vec<f64>),
     /// 64-bit integers.
     Int64(Vec<i64>),
@@ -54,29 +54,29 @@ impl ArrayValues {
     }
 }
 
-/// A named array of tuples, one per point or cell.
+/// Named array of tuples, one per point or cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataArray {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Names of the components of a tuple; empty for scalars.
+    /// Component names of a tuple; empty for scalars.
     pub components: &'static [&'static str],
-    /// The numbers, tuple by tuple.
+    /// Values, tuple by tuple.
     pub values: ArrayValues,
 }
 
 impl DataArray {
-    /// A scalar per point or cell.
+    /// Array of one scalar per point or cell.
     pub fn scalar(name: &str, values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), components: &[], values: ArrayValues::Float64(values) }
     }
 
-    /// A tuple per point or cell, `values` being flat.
+    /// Array of one tuple per point or cell from flat `values`.
     pub fn tuples(name: &str, components: &'static [&'static str], values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), components, values: ArrayValues::Float64(values) }
     }
 
-    /// A byte per point or cell.
+    /// Array of one byte per point or cell.
     pub fn u8_scalar(name: &str, values: Vec<u8>) -> Self {
         Self { name: name.to_owned(), components: &[], values: ArrayValues::UInt8(values) }
     }
@@ -109,11 +109,11 @@ impl DataArray {
 pub struct UnstructuredGrid {
     /// Coordinates.
     pub points: Vec<[f64; 3]>,
-    /// Points of all cells, one cell after the other, in VTK's node order.
+    /// Point indices of all cells, one cell after the other, in VTK's node order.
     pub connectivity: Vec<i64>,
     /// End of each cell in `connectivity`.
     pub offsets: Vec<i64>,
-    /// VTK's type of each cell.
+    /// VTK type of each cell.
     pub types: Vec<u8>,
     /// Fields at the points.
     pub point_data: Vec<DataArray>,
@@ -122,7 +122,7 @@ pub struct UnstructuredGrid {
 }
 
 impl UnstructuredGrid {
-    /// Adds a cell of VTK's type `code`.
+    /// Adds a cell of the VTK type `code`.
     pub fn push_cell(&mut self, code: u8, nodes: impl IntoIterator<Item = usize>) {
         self.connectivity.extend(nodes.into_iter().map(|node| node as i64));
         self.offsets.push(self.connectivity.len() as i64);
@@ -132,7 +132,7 @@ impl UnstructuredGrid {
     /// Writes the grid as a .vtu file.
     ///
     /// # Errors
-    /// Numerical, if a field has the wrong length or a number that is not finite; resources, if `out` fails.
+    /// If a field has the wrong length or a value that is not finite (kind `Numerical`). If `out` fails (kind `Resources`).
     pub fn write(&self, out: &mut dyn Write) -> Result<()> {
         let points = DataArray::tuples("Points", &["x", "y", "z"], self.points.concat());
         points.check(self.points.len())?;
@@ -170,7 +170,7 @@ fn write_file(out: &mut dyn Write, head: &str, sections: &[(&str, &[DataArray])]
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
 }
 
-/// The XML before the raw data.
+/// XML header before the raw data.
 fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> String {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
@@ -191,7 +191,7 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_"
 }
 
-/// Bytes of an array with its length.
+/// Bytes of an array, including its 8-byte length.
 fn array_bytes(array: &DataArray) -> u64 {
     8 + array.values.n_bytes()
 }
@@ -209,7 +209,7 @@ fn tag(array: &DataArray, offset: u64) -> String {
     tag
 }
 
-/// A collection (.pvd) that lists files with their times, for ParaView.
+/// Text of a collection (.pvd) for ParaView, which lists files with their times.
 pub fn pvd_collection(files: &[(f64, String)]) -> String {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n";
@@ -229,7 +229,7 @@ fn push_fmt(text: &mut String, more: std::fmt::Arguments<'_>) {
     text.write_fmt(more).expect("writing to a string does not fail");
 }
 
-/// Text as the value of an XML attribute.
+/// Escapes a text for an XML attribute.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -250,7 +250,7 @@ mod tests {
         grid.write(&mut Vec::new()).unwrap_err().to_string()
     }
 
-    /// Truth: the refusals named in the documentation.
+    /// Truth: the documented errors.
     #[test]
     fn refuses_wrong_lengths_and_what_is_not_finite() {
         assert!(
@@ -260,7 +260,7 @@ mod tests {
         assert!(message.contains("`gap` is NaN at entry 1 of 1"), "{message}");
     }
 
-    /// Truth: the layout of the format, counted by hand: 8-byte length before each array, offsets relative to `_`, the last array first.
+    /// Truth: the layout of the format by hand: an 8-byte length before each array, offsets from `_`, the last array first.
     #[test]
     fn offsets_count_lengths_and_data() {
         let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Surfaces of the bodies at the ends of the steps, for the view in space.
+//! Surfaces of the bodies at the ends of the steps, for the three-dimensional view.
 
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -8,17 +8,17 @@ use crate::report::frame_maps::{entries_of_files, last_files_of_steps};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::vtu_reader::VtuGrid;
 
-/// Surfaces of more triangles are not embedded.
+/// Maximum number of triangles of an embedded surface.
 const MAX_SURFACE_TRIANGLES: usize = 200_000;
-/// Numbers of all surfaces together, each of four bytes.
+/// Maximum number of embedded values (4 bytes each) of all surfaces together.
 const MAX_SURFACE_NUMBERS: usize = 6 << 20;
 
-/// What the page gets of the bodies.
+/// Surfaces and fields of the bodies to embed in the page.
 #[derive(Default)]
 pub(super) struct Bodies {
-    /// Triangles and undisplaced points, each once.
+    /// Distinct surfaces: triangles and undeformed points.
     pub surfaces: Vec<Value>,
-    /// A body at the end of a step each.
+    /// Fields of a body at the end of a step, one item per body and step.
     pub list: Vec<Value>,
     known: Vec<KnownSurface>,
     numbers: usize,
@@ -30,7 +30,7 @@ struct KnownSurface {
 }
 
 impl Bodies {
-    /// Reads the surfaces of both bodies; what is left out is said in the problems of the run.
+    /// Reads the surfaces of both bodies, last step first. Omitted files are reported in `source.problems`.
     pub(super) fn read(source: &mut ResultDirectory) -> Self {
         let mut bodies = Self::default();
         for body in [1, 2] {
@@ -87,7 +87,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Index of a surface, which is new or known.
+    /// Index of a surface in `surfaces`; adds the surface if it is not known yet.
     fn surface(&mut self, surface: KnownSurface) -> usize {
         let size = surface.undeformed_points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
         let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * size);
@@ -108,7 +108,7 @@ impl Bodies {
     }
 }
 
-/// Triangles of all faces, through their middle nodes where they have some.
+/// Divides all faces into triangles; quadratic faces through their midside nodes.
 fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     let mut list = Vec::new();
     for (index, &kind) in grid.types.iter().enumerate() {
@@ -129,7 +129,7 @@ fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     list
 }
 
-/// Size of the traction's part along the normal at each point. The contact only presses, so that its sign is known.
+/// Magnitude of the normal traction at each point. Contact tractions are compressive, so the sign is known.
 fn normal_traction(grid: &VtuGrid, triangles: &[[usize; 3]]) -> Vec<f64> {
     let Some(traction) = grid.point_field("traction").filter(|field| field.components == 3) else {
         return vec![0.0; grid.points.len()];

@@ -1,4 +1,4 @@
-//! The scene as a drawing: the frame from above, to scale.
+//! Plan view of the contact frame, drawn to scale.
 
 use serde_json::Value;
 
@@ -7,12 +7,12 @@ use crate::output::plot::{Anchor, Canvas};
 use crate::output::summary::Units;
 use crate::report::value_text::with_unit;
 
-/// Width and height of the drawing.
+/// Width and height of the drawing, pixels.
 const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
 /// Fill of the frame.
 const FILL: &str = "#e8e4d8";
 
-/// The frame seen from body 2, with directions of fibres and motions.
+/// Draws the frame as seen from body 2, with the directions of fibres, motions and forces.
 pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
     let mut canvas = Canvas::default();
     let frame = &scene["frame"];
@@ -82,7 +82,7 @@ pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
     canvas.into_svg([TOP_VIEW_PX[0], TOP_VIEW_PX[1] + 14.0 * legend.len().saturating_sub(3) as f64])
 }
 
-/// A line through `middle` at `degrees`, between two distances.
+/// Draws a line through `middle` at an angle of `degrees`, between two signed distances, with an arrowhead at a positive end.
 fn ray(canvas: &mut Canvas, middle: [f64; 2], degrees: f64, ends: [f64; 2], colour: &str, width: &str) {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let at = |s: f64| format!("{:.1} {:.1}", middle[0] + s * cos, middle[1] - s * sin);
@@ -100,7 +100,7 @@ fn ray(canvas: &mut Canvas, middle: [f64; 2], degrees: f64, ends: [f64; 2], colo
     }
 }
 
-/// The outline of a punch, in the frame's axes.
+/// Draws the outline of a punch in the axes of the frame.
 fn outline(canvas: &mut Canvas, outline: &Value, scale: f64) {
     let number = |value: &Value| value.as_f64().unwrap_or(0.0) * scale;
     let [cx, cy] = [number(&outline["center"][0]), -number(&outline["center"][1])];

@@ -1,4 +1,4 @@
-//! Fields on the contact frame, for the maps of a page.
+//! Fields on the contact frame for the maps of a report.
 
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -7,23 +7,23 @@ use crate::report::encode::{encode_f32, encode_u32};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::vtu_reader::VtuGrid;
 
-/// Frames with more cells are not embedded (two triangles each).
+/// Maximum number of cells of an embedded frame (at least two triangles per cell).
 const MAX_MAP_CELLS: usize = 100_000;
-/// Numbers of all frames together, each of four bytes.
+/// Maximum number of embedded values (4 bytes each) of all entries together.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
-/// Numbers per cell.
+/// Number of values per cell and entry.
 const NUMBERS_PER_CELL: usize = 9;
 
-/// What the page gets of the frames.
+/// Frame meshes and fields to embed in the page.
 #[derive(Default)]
 pub(super) struct Frames {
-    /// Cells, each once.
+    /// Distinct meshes of the frame.
     pub meshes: Vec<Value>,
-    /// The fields of an entry each.
+    /// Fields of each embedded entry.
     pub list: Vec<Value>,
 }
 
-/// Names of the fields on the page: that of the file, its component.
+/// Fields of the maps: name on the page, name in the file, component.
 const MAP_FIELDS: [(&str, &str, usize); 9] = [
     ("pressure", "pressure", 0),
     ("traction_x", "traction", 0),
@@ -37,7 +37,7 @@ const MAP_FIELDS: [(&str, &str, usize); 9] = [
 ];
 
 impl Frames {
-    /// Reads the frames of a run; what is left out is said in its problems.
+    /// Reads the frame files of a run. Omitted files are reported in `source.problems`.
     pub(super) fn read(source: &mut ResultDirectory) -> Self {
         let mut frames = Self::default();
         let files = source.series("frame");
@@ -96,25 +96,25 @@ impl Frames {
     }
 }
 
-/// The entry of the summary, from 0, that each field file belongs to, by the number of the file; `None` if there is no such entry.
+/// Index from 0 of the summary entry of each field file, from the number in the file name. `None` if the summary has no such entry.
 pub(super) fn entries_of_files(said: &Value, files: &[(usize, String)]) -> Vec<Option<usize>> {
     let n = said["steps"].as_array().map_or(0, Vec::len);
     files.iter().map(|(number, _)| number.checked_sub(1).filter(|&entry| entry < n)).collect()
 }
 
-/// Which of the entries with fields are the last of their step.
+/// Indices of the files that are the last of their step.
 pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Vec<usize> {
     let name = |index: usize| entries[index].map(|entry| said["steps"][entry]["name"].clone());
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files that are embedded: all, or the last of each step and others evenly between.
+/// Indices of the files to embed: all, or the last of each step and evenly spread others as far as they fit.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],
     entries: &[Option<usize>],
 ) -> Vec<usize> {
-    // A damaged file says nothing of the others.
+    // The number of cells comes from the last file that can be read.
     let sound = files.iter().rev().find_map(|(_, name)| VtuGrid::read(&source.path(name)).ok());
     let cells = sound.map_or(1, |grid| grid.n_cells().max(1));
     let most = (MAX_MAP_NUMBERS / (NUMBERS_PER_CELL * cells)).max(1);
@@ -130,7 +130,7 @@ fn select_files(
     chosen
 }
 
-/// The plane that maps are drawn on.
+/// Plane of projection of the maps.
 struct MapPlane {
     center: [f64; 2],
     azimuth: f64,
@@ -144,14 +144,14 @@ impl MapPlane {
         Self { center, azimuth: number(&frame["azimuth"]).to_radians() }
     }
 
-    /// The cells of a frame in space and on the plane.
+    /// Mesh of a frame: points in space and projected on the plane, cells.
     fn mesh(&self, grid: &VtuGrid) -> Value {
         let doubled: Vec<Vector3<f64>> =
             (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();
         let sum: Vector3<f64> = doubled.iter().sum();
         let total: f64 = doubled.iter().map(Vector3::norm).sum();
         let (sin, cos) = self.azimuth.sin_cos();
-        // Looked at along z as the pictures are, unless the frame is seen from its edge so.
+        // Project along z, as the figures do, unless the frame is nearly parallel to z.
         let upright = sum.z.abs() >= 0.3 * sum.norm();
         let [x, y] =
             if upright { [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0)] } else { across(&sum) };
@@ -170,7 +170,7 @@ impl MapPlane {
     }
 }
 
-/// Twice the area of a cell, along its normal.
+/// Twice the area vector of a cell.
 fn doubled_area_vector(grid: &VtuGrid, cell: usize) -> Vector3<f64> {
     let at = |point: usize| Vector3::from(grid.points[point]);
     let corners = grid.cell(cell);
@@ -179,7 +179,7 @@ fn doubled_area_vector(grid: &VtuGrid, cell: usize) -> Vector3<f64> {
     corners.iter().zip(next).map(|(&a, &b)| (at(a) - at(first)).cross(&(at(b) - at(first)))).sum()
 }
 
-/// Two directions across a normal, the second as upright as can be.
+/// Two unit vectors perpendicular to a normal. The second is as close to z as possible.
 fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let x = Vector3::z().cross(normal).normalize();
     [x, normal.normalize().cross(&x)]

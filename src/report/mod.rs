@@ -1,6 +1,6 @@
-//! The report: one page of HTML that shows what lies in a directory of results, with everything that it needs inside.
+//! Report: a self-contained HTML page of the results in a directory (run, comparison or study).
 //!
-//! Files are read back as they were written, whatever is damaged is named on the page. The same directory gives the same bytes.
+//! [`Report::of`] renders the page. Damaged files are reported on it. The same directory gives the same bytes.
 
 mod body_surfaces;
 mod drawing;
@@ -21,23 +21,23 @@ use crate::error::Result;
 use crate::output::output_dir::write_atomically;
 use crate::report::result_directory::{ResultDirectory, ResultKind};
 
-/// Name of the page in the directory.
+/// Name of the report file.
 pub const REPORT: &str = "report.html";
 
-/// A page.
+/// Rendered report.
 #[derive(Debug, Clone)]
 pub struct Report {
-    /// The text of the file.
+    /// HTML text.
     pub html: String,
-    /// What it lacks, and why.
+    /// Problems: missing or damaged content, with reasons.
     pub problems: Vec<String>,
 }
 
 impl Report {
-    /// The page of the results in `directory`: of a run, a comparison or a study.
+    /// Renders the report of the results in `directory`.
     ///
     /// # Errors
-    /// Input, if there are none.
+    /// If the directory holds no results (kind `Input`).
     pub fn of(directory: &Path) -> Result<Self> {
         let mut source = ResultDirectory::open(directory)?;
         let html = match source.kind {
@@ -47,18 +47,18 @@ impl Report {
         Ok(Self { html, problems: source.problems })
     }
 
-    /// Writes it to `path`, or leaves what was there unchanged.
+    /// Writes the page to `path`. If that fails, an existing file stays unchanged.
     ///
     /// # Errors
-    /// Resources, if it cannot be written.
+    /// If the file cannot be written (kind `Resources`).
     pub fn write(&self, path: &Path) -> Result<()> {
         write_atomically(path, self.html.as_bytes())
     }
 }
 
-/// Whether the file at `path` is a page of this program.
+/// Whether the file at `path` is a report of this program.
 pub fn is_report(path: &Path) -> bool {
-    // Pipes and devices would be waited for.
+    // Reading from a pipe or device would block.
     if !path.is_file() {
         return false;
     }
@@ -67,12 +67,11 @@ pub fn is_report(path: &Path) -> bool {
     String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#)
 }
 
-/// Removes the page in `directory` that was made of results before those that are written there now; a file of that name which is no
-/// page of this program stays.
+/// Removes an outdated report from `directory`. A file of that name that is not a report of this program stays.
 pub fn remove_stale_report(directory: &Path) {
     let path = directory.join(REPORT);
     if is_report(&path) {
-        // What cannot be removed says by its fingerprint of the scene what it is of.
+        // Best effort: a report that remains still shows the SHA-256 of its scene.
         let _ = fs::remove_file(path);
     }
 }

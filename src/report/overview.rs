@@ -1,4 +1,4 @@
-//! The reports of comparisons and studies.
+//! Reports of comparisons and parameter studies.
 
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use crate::report::result_directory::{ResultDirectory, ResultKind};
 use crate::report::run_page::{add_figures, format_quantity};
 use crate::report::value_text::{key_to_words, to_line, unit_of_key, units_of};
 
-/// The page of a comparison or a study.
+/// Renders the page of a comparison or a parameter study.
 ///
 /// # Errors
 /// As [`Page::render`].
@@ -34,7 +34,7 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     page.render(&json!({ "frames": [], "bodies": [] }))
 }
 
-/// How many of the members converged.
+/// Fills in how many of the variants or runs converged.
 fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {
@@ -48,7 +48,7 @@ fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     }
 }
 
-/// Quantities of a comparison: key, head.
+/// Compared quantities: key, head.
 const COMPARED: [(&str, &str); 7] = [
     ("normal_force", "normal force"),
     ("tangential_force", "tangential force x, y"),
@@ -106,7 +106,7 @@ fn comparison(page: &mut Page, variants: &[Value], units: &Units) {
     });
 }
 
-/// A quantity with its difference in percent.
+/// Formats a quantity, with its difference from the reference variant in percent.
 fn value_with_difference(step: &Value, key: &str) -> String {
     let value = match step[key].as_f64() {
         Some(residual) if key == "natural_residual" => format!("{residual:.1e}"),
@@ -155,7 +155,7 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     });
 }
 
-/// Folders of the members, which have reports of their own.
+/// Links to the folders of the variants or runs, which have their own reports.
 fn folders(page: &mut Page, source: &ResultDirectory, members: &[Value]) {
     for member in members {
         let Some(folder) = member["folder"].as_str().filter(|folder| source.has(folder)) else { continue };

@@ -1,4 +1,4 @@
-//! The page that a report fills.
+//! Content of a report page and its HTML template.
 
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
@@ -15,17 +15,17 @@ const SCRIPT: &str = include_str!("assets/page.js");
 const VIEWER: &str = include_str!("assets/viewer.js");
 const THREE: &str = include_str!("assets/three.min.js");
 
-/// A table: heads with their units, rows of cells.
+/// Table: heads with units, and rows of cells.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Table {
     pub title: String,
-    /// Below the title.
+    /// Note below the title.
     pub note: String,
     pub heads: Vec<[String; 2]>,
     pub rows: Vec<Vec<String>>,
 }
 
-/// A picture as a data address.
+/// Image embedded as a data URL.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct EmbeddedImage {
     pub title: String,
@@ -33,14 +33,14 @@ pub(super) struct EmbeddedImage {
 }
 
 impl EmbeddedImage {
-    /// Of the text of an SVG file.
+    /// Embeds the text of an SVG file.
     pub(super) fn of_svg(title: &str, svg: &str) -> Self {
         let address = format!("data:image/svg+xml;base64,{}", base64(svg.as_bytes()));
         Self { title: title.to_owned(), address }
     }
 }
 
-/// What fills the page.
+/// Content of a report page.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Page {
     /// "run", "compare" or "study".
@@ -48,11 +48,11 @@ pub(super) struct Page {
     pub title: String,
     /// "good", "bad" or "doubtful".
     pub severity: &'static str,
-    /// How it ended.
+    /// Status line.
     pub status: String,
-    /// More on that.
+    /// Reason of the status.
     pub reason: String,
-    /// Names and values at the head.
+    /// Names and values at the head of the page.
     pub facts: Vec<[String; 2]>,
     pub warnings: Vec<String>,
     pub problems: Vec<String>,
@@ -76,7 +76,7 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// A page with what all of them have.
+    /// Creates a page with the content that all kinds share: title, warnings, units, program version.
     pub(super) fn new(source: &ResultDirectory) -> Self {
         let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
@@ -100,17 +100,17 @@ impl Page {
         }
     }
 
-    /// The text of the page; `data` for its script.
+    /// Renders the page as HTML; `data` is the JSON for its script.
     ///
     /// # Errors
-    /// Numerical, if the template cannot be filled.
+    /// If the template cannot be filled (kind `Numerical`).
     pub(super) fn render(&self, data: &Value) -> Result<String> {
         let failed = |error: minijinja::Error| Error::numerical(format!("the page cannot be made: {error}"));
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_template("page.html", TEMPLATE).map_err(failed)?;
         let viewer = if self.has_view { [THREE, VIEWER] } else { [""; 2] };
-        // Inside of a script no text may look like its end, or like a comment.
+        // Inside a script, no text may look like its end tag or like a comment.
         let data = data.to_string().replace('<', "\\u003c");
         let context = minijinja::context! {
             page => minijinja::value::Serde(self), style => STYLE, script => SCRIPT, viewer => viewer, data => data,

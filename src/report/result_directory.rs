@@ -1,4 +1,4 @@
-//! What lies in a directory of results, read as far as it can be.
+//! Directory of results; damaged or missing files become reported problems.
 
 use std::collections::HashSet;
 use std::fs;
@@ -8,10 +8,10 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 
-/// Larger texts and pictures are left out, bytes.
+/// Maximum size of a text or SVG file, bytes. Larger files are omitted.
 const MAX_TEXT_BYTES: u64 = 512 << 20;
 
-/// What a directory holds.
+/// Kind of results in a directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ResultKind {
     Run,
@@ -22,7 +22,7 @@ pub(super) enum ResultKind {
 impl ResultKind {
     const ALL: [Self; 3] = [Self::Run, Self::Comparison, Self::Study];
 
-    /// The file that says how it ended.
+    /// Name of the file with status and results.
     pub(super) fn summary_file(self) -> &'static str {
         match self {
             Self::Run => "summary.json",
@@ -31,7 +31,7 @@ impl ResultKind {
         }
     }
 
-    /// Its name on the page.
+    /// Name of the kind on the page.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Run => "run",
@@ -41,18 +41,20 @@ impl ResultKind {
     }
 }
 
-/// A directory of results.
+/// Directory of results with its summary.
 pub(super) struct ResultDirectory {
     directory: PathBuf,
     pub kind: ResultKind,
-    /// What its file says; null if it is damaged.
+    /// Content of the summary file; null if it is damaged.
     pub summary: Value,
-    /// What is missing in the page, and why.
+    /// Omitted or damaged files, with reasons.
     pub problems: Vec<String>,
     names: Vec<String>,
 }
 
 impl ResultDirectory {
+    /// Lists the directory and reads its summary.
+    ///
     /// # Errors
     /// Input, if `directory` holds no results.
     pub(super) fn open(directory: &Path) -> Result<Self> {
@@ -69,10 +71,10 @@ impl ResultDirectory {
         Ok(source)
     }
 
-    /// The JSON object in a file, perhaps in a folder of the directory.
+    /// Reads the JSON object in the file `name`, a path relative to the directory.
     ///
     /// # Errors
-    /// Input, with the name of the file.
+    /// If the file cannot be read or holds no JSON object (kind `Input`). The message names the file.
     pub(super) fn json(&self, name: &str) -> Result<Value> {
         let text = self.text(name)?;
         let read: Value = serde_json::from_str(&text)
@@ -84,10 +86,10 @@ impl ResultDirectory {
         }
     }
 
-    /// The text in a file.
+    /// Reads a text file.
     ///
     /// # Errors
-    /// Input, with the name of the file.
+    /// If the file cannot be read or is too large (kind `Input`). The message names the file.
     pub(super) fn text(&self, name: &str) -> Result<String> {
         let path = self.path(name);
         let length = fs::metadata(&path).map_or(0, |found| found.len());
@@ -99,17 +101,17 @@ impl ResultDirectory {
         fs::read_to_string(&path).map_err(|error| Error::input(format!("{name} cannot be read: {error}")))
     }
 
-    /// Where a file lies.
+    /// Path of a file.
     pub(super) fn path(&self, name: &str) -> PathBuf {
         self.directory.join(name)
     }
 
-    /// Whether there is a file or folder of the name.
+    /// Whether the directory holds a file or folder of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
-    /// Its files by name, as far as the summary counts them among its own.
+    /// Files with this prefix and suffix, sorted by name. If the summary lists files, only those.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
@@ -118,13 +120,13 @@ impl ResultDirectory {
         self.names.iter().filter(named).filter(counted).cloned().collect()
     }
 
-    /// Files that the summary names and that are not there.
+    /// Files that the summary lists but the directory lacks.
     pub(super) fn missing(&self) -> Vec<String> {
         let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
         own.filter(|name| !self.has(name)).map(str::to_owned).collect()
     }
 
-    /// Files of a series over the entries, `NAME_0001.vtu` .., in their order, with their numbers.
+    /// Files `NAME_0001.vtu`, ... of a series with their numbers, in ascending order.
     pub(super) fn series(&self, name: &str) -> Vec<(usize, String)> {
         let begin = format!("{name}_");
         let number = |file: &String| {
@@ -155,7 +157,7 @@ fn names(directory: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// What is said of a directory without results.
+/// Error for a directory without results.
 fn no_results_error(directory: &Path, names: &[String]) -> Error {
     const SHOWN: usize = 5;
     let visible: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.starts_with('.')).collect();

@@ -1,4 +1,4 @@
-//! The report of a run.
+//! Report of a single run.
 
 use serde_json::{Value, json};
 
@@ -14,10 +14,10 @@ use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_of, with_unit};
 
-/// Longer tables show their first and last rows only.
+/// Longer tables show only their first and last rows.
 const MAX_TABLE_ROWS: usize = 2000;
 
-/// The page of a run.
+/// Renders the page of a run.
 ///
 /// # Errors
 /// As [`Page::render`].
@@ -48,12 +48,12 @@ pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     }))
 }
 
-/// The entries of a summary.
+/// Entries (`steps`) of a summary.
 fn records(said: &Value) -> impl Iterator<Item = &Value> {
     said["steps"].as_array().into_iter().flatten()
 }
 
-/// Each entry in words.
+/// Labels of the entries: number, step, increment or jump, cycles.
 fn labels(said: &Value) -> Vec<Value> {
     let label = |(i, record): (usize, &Value)| {
         let cycles = record["cycles_done"].as_u64().filter(|cycles| *cycles > 0);
@@ -65,7 +65,7 @@ fn labels(said: &Value) -> Vec<Value> {
     records(said).enumerate().map(label).collect()
 }
 
-/// How the run ended.
+/// Fills in how the run ended, its reason, and the facts at the head of the page.
 fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     let so_far = if said["steps"].as_array().is_some_and(|steps| !steps.is_empty()) {
         "The results so far are shown."
@@ -113,13 +113,13 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     }
 }
 
-/// The scene: drawing, steps in words, all keys.
+/// Fills in the scene: drawing, steps in words, tables of all keys.
 fn scene(page: &mut Page, scene: &Value, units: &Units) {
     let Some(tables) = scene.as_object() else {
         page.scene_missing = true;
         return;
     };
-    // Meshed surfaces, and the frame that is made of one, are in the view in space.
+    // A frame on a meshed surface has no plan view; the three-dimensional view shows it.
     if scene["frame"]["kind"] != "mesh" {
         let drawing = drawing::top_view_svg(scene, units);
         page.drawing = Some(EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing));
@@ -132,7 +132,7 @@ fn scene(page: &mut Page, scene: &Value, units: &Units) {
     page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(units, value))).collect();
 }
 
-/// Columns of the entries, where some entry has them: key, head.
+/// Candidate columns of the entry table: key, head. A column is shown if some entry has a value other than zero.
 const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("cycles_done", "cycles"),
     ("normal_force", "normal force"),
@@ -153,10 +153,10 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("seconds", "time"),
 ];
 
-/// What entries of cycles show.
+/// Note below the entry table of runs with fretting cycles.
 const REVERSAL_NOTE: &str = " Entries of cycles show motions, forces, areas and peaks at the + reversal point, and the mean approach of both reversal points.";
 
-/// Tables of entries, certificates and peaks.
+/// Fills in the tables of entries, certificates and stress peaks.
 fn results(page: &mut Page, said: &Value, units: &Units) {
     let records = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
     if records.is_empty() {
@@ -185,7 +185,7 @@ fn results(page: &mut Page, said: &Value, units: &Units) {
     page.tables.extend(peaks);
 }
 
-/// What has the `key` of an entry: its + reversal point, if it is one of cycles and that has it.
+/// The + reversal point of an entry of fretting cycles if it has `key`, otherwise the entry itself.
 fn at_plus_reversal<'a>(record: &'a Value, key: &str) -> &'a Value {
     let plus = &record["stroke_ends"][0];
     if plus[key].is_null() { record } else { plus }
@@ -214,10 +214,10 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities that may be small in metres, and are no round-off.
+/// Quantities for which values below 1e-12 are not round-off, since they may be small in metres.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
-/// A number or some; forces that are round-off beside the load as 0, and moments beside the load times the size of the contact.
+/// Formats numbers of an entry. Tangential forces below 1e-7 load and moments below 1e-7 load √(contact area) are shown as 0.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
     let least = match key {
@@ -239,7 +239,7 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     }
 }
 
-/// Fields of the certificate: key, head.
+/// Quantities of the certificate: key, head.
 const CERTIFICATE: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
     ("min_gap", "smallest gap / approach"),
@@ -272,7 +272,7 @@ fn certificate(records: &[Value], rows: &[usize]) -> Table {
     }
 }
 
-/// Iterations and residuals over the entries.
+/// Charts of residuals, solver work and time over the entries.
 fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
     let over = |key: &dyn Fn(&Value) -> Option<f64>| {
         let point = |(i, record): (usize, &Value)| key(record).map(|y| [(i + 1) as f64, y]);
@@ -313,7 +313,7 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
     ]
 }
 
-/// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
+/// Table of a list of records. Columns: `first`, then further keys in order of first use, with the fields of nested records.
 pub(super) fn list_table(title: &str, list: &Value, first: &[&str], units: &Units) -> Option<Table> {
     let list: Vec<Vec<(String, &Value)>> =
         list.as_array()?.iter().map(|record| flatten_record("", record)).collect();
@@ -336,7 +336,7 @@ pub(super) fn list_table(title: &str, list: &Value, first: &[&str], units: &Unit
     (!rows.is_empty()).then(|| Table { title: title.to_owned(), heads, rows, ..Table::default() })
 }
 
-/// Fields of a record and of records within it, by dotted key.
+/// Fields of a record with dotted keys; nested records are flattened.
 fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)> {
     let field = |(key, value): (&String, &'a Value)| {
         let key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
@@ -345,7 +345,7 @@ fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)>
     record.as_object().into_iter().flatten().flat_map(field).collect()
 }
 
-/// What was done to compute it, and what was not.
+/// Fills in the tables on the computation: omitted work, condensation, near fields, estimated errors, timings.
 fn plan(page: &mut Page, said: &Value, units: &Units) {
     let skipped = said["skipped"].as_array().into_iter().flatten();
     let rows: Vec<_> = skipped.map(|skip| vec![to_line(&skip["what"]), to_line(&skip["why"])]).collect();
@@ -380,7 +380,7 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
     }
 }
 
-/// Titles of the pictures that runs write.
+/// Figure files of a run with their titles, in the order of the page.
 const FIGURE_TITLES: [(&str, &str); 7] = [
     ("pressure.svg", "Pressure after each step"),
     ("slip.svg", "Slip in the last entry of each step"),
@@ -391,7 +391,7 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
     ("history.svg", "Course of the run"),
 ];
 
-/// The pictures that were written, in that order, then others.
+/// Adds the figures of the run in the order of [`FIGURE_TITLES`], then other SVG files.
 pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
     let place = |file: &String| {

@@ -1,22 +1,22 @@
-//! Values of a scene or a summary in words, with their units.
+//! Values of a scene or a summary as text with units.
 
 use serde_json::Value;
 
 use crate::output::number_format::five_digits;
 use crate::output::summary::Units;
 
-/// Units of what a summary says; mm and N where it does not.
+/// Units of a summary; mm and N if it does not name them.
 pub(super) fn units_of(said: &Value) -> Units {
     let unit = |key: &str, usual: &str| said["units"][key].as_str().unwrap_or(usual).to_owned();
     Units { length: unit("length", "mm"), force: unit("force", "N") }
 }
 
-/// The unit of a key of a scene or a summary, as a page shows it; empty for counts and words.
+/// Unit of a key of a scene or a summary as shown on a page; empty for counts and words.
 pub(super) fn unit_of_key(units: &Units, key: &str) -> String {
     units.of_key(key).replace("degrees", "°").replace("^{2}", "²").replace("^{3}", "³")
 }
 
-/// A number as it was written, where that is short, else with five digits.
+/// Formats a number: unchanged if it is short, otherwise with five digits, or two below 1e-12.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {
@@ -26,7 +26,7 @@ pub(super) fn number(value: &serde_json::Number) -> String {
     }
 }
 
-/// Any value on one line.
+/// Formats any value on one line.
 pub(super) fn to_line(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
@@ -53,12 +53,12 @@ pub(super) fn to_line(value: &Value) -> String {
     }
 }
 
-/// A key as words.
+/// Replaces underscores of a key with blanks.
 pub(super) fn key_to_words(key: &str) -> String {
     key.replace('_', " ")
 }
 
-/// `value` of a key, with its unit.
+/// Formats the `value` of a key with its unit.
 pub(super) fn with_unit(units: &Units, key: &str, value: &Value) -> String {
     let text = to_line(value);
     let unit = unit_of_key(units, key);
@@ -71,7 +71,7 @@ pub(super) fn with_unit(units: &Units, key: &str, value: &Value) -> String {
     }
 }
 
-/// What a step of a scene prescribes.
+/// Describes what a step of a scene prescribes.
 pub(super) fn describe_step(units: &Units, step: &Value) -> String {
     let Some(fields) = step.as_object() else { return to_line(step) };
     let part = |(key, value): (&String, &Value)| match value {
@@ -87,7 +87,7 @@ pub(super) fn describe_step(units: &Units, step: &Value) -> String {
     fields.iter().filter(|(key, _)| *key != "name").map(part).collect::<Vec<_>>().join("; ")
 }
 
-/// Rows (dotted key, value with unit) of a table of a scene.
+/// Rows (dotted key, value with unit) of a table of the scene.
 pub(super) fn rows(units: &Units, value: &Value) -> Vec<[String; 2]> {
     let mut rows = Vec::new();
     gather(units, "", value, &mut rows);

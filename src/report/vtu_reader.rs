@@ -1,4 +1,4 @@
-//! Reads the .vtu files that runs write ([`crate::output::vtu`]): raw appended data, little-endian, 64-bit headers.
+//! Reader of the .vtu files that this program writes ([`crate::output::vtu`]): raw appended data, little-endian, 64-bit headers.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,30 +6,30 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Larger files are not read, bytes.
+/// Maximum file size, bytes. Larger files are refused.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// A named array of tuples.
+/// Named array of tuples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldArray {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Numbers per tuple.
+    /// Number of components of a tuple.
     pub components: usize,
-    /// The numbers, tuple by tuple.
+    /// Values, tuple by tuple.
     pub values: Vec<f64>,
 }
 
-/// Points, cells and fields of a file.
+/// Points, cells and fields of a .vtu file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct VtuGrid {
     /// Coordinates.
     pub points: Vec<[f64; 3]>,
-    /// Points of all cells, one after the other.
+    /// Point indices of all cells, one cell after the other.
     pub connectivity: Vec<usize>,
     /// End of each cell in `connectivity`.
     pub offsets: Vec<usize>,
-    /// VTK's type of each cell.
+    /// VTK type of each cell.
     pub types: Vec<u8>,
     /// Fields at the points.
     pub point_data: Vec<FieldArray>,
@@ -41,7 +41,7 @@ impl VtuGrid {
     /// Reads the grid of a .vtu file.
     ///
     /// # Errors
-    /// Input, if it cannot be read or is none that this program writes: what is wrong with it.
+    /// If the file cannot be read, or is not a .vtu file as this program writes it (kind `Input`).
     pub fn read(path: &Path) -> Result<Self> {
         let of_file = |error: std::io::Error| Error::input(error.to_string());
         let mut file = File::open(path).map_err(of_file)?;
@@ -56,7 +56,7 @@ impl VtuGrid {
         Self::parse(&bytes)
     }
 
-    /// The grid in the bytes of a file.
+    /// Parses the bytes of a .vtu file.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -84,7 +84,7 @@ impl VtuGrid {
         Ok(grid)
     }
 
-    /// Puts an array to its place.
+    /// Checks the size of an array and stores it according to its section and name.
     fn store_array(
         &mut self,
         section: &str,
@@ -137,31 +137,31 @@ impl VtuGrid {
         self.offsets.len()
     }
 
-    /// Points of a cell.
+    /// Point indices of a cell.
     pub fn cell(&self, cell: usize) -> &[usize] {
         let start = if cell == 0 { 0 } else { self.offsets[cell - 1] };
         &self.connectivity[start..self.offsets[cell]]
     }
 
-    /// A field on the cells.
+    /// Finds a cell field by name.
     pub fn cell_field(&self, name: &str) -> Option<&FieldArray> {
         self.cell_data.iter().find(|field| field.name == name)
     }
 
-    /// A field at the points.
+    /// Finds a point field by name.
     pub fn point_field(&self, name: &str) -> Option<&FieldArray> {
         self.point_data.iter().find(|field| field.name == name)
     }
 }
 
 impl FieldArray {
-    /// One of its components, tuple by tuple.
+    /// Values of one component; an index beyond the last component gives the last one.
     pub fn component(&self, index: usize) -> Vec<f64> {
         self.values.chunks_exact(self.components).map(|tuple| tuple[index.min(self.components - 1)]).collect()
     }
 }
 
-/// An attribute of a tag.
+/// Value of an attribute of an XML tag.
 fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
     tag[start..].split('"').next()
@@ -172,7 +172,7 @@ fn count(tag: &str, name: &str) -> Result<usize> {
     text.parse().map_err(|_| Error::input(format!("{name} is \"{text}\", a number is expected")))
 }
 
-/// The array that a tag speaks of.
+/// Reads the array that a `DataArray` tag describes.
 fn array(tag: &str, data: &[u8]) -> Result<FieldArray> {
     let name = attribute(tag, "Name").unwrap_or("").to_owned();
     let cut = || Error::input(format!("the data of `{name}` are cut off or damaged"));
@@ -219,7 +219,7 @@ mod tests {
         bytes
     }
 
-    /// Truth: what was written, bit by bit.
+    /// Truth: all values are read back bit by bit.
     #[test]
     fn reads_back_what_is_written() {
         let grid = VtuGrid::parse(&written()).unwrap();
@@ -230,11 +230,11 @@ mod tests {
         assert_eq!(grid.cell_field("status").unwrap().values, [2.0]);
     }
 
-    /// Truth: a file cut anywhere, or with any byte of its head changed, is refused or read, never a panic.
+    /// Truth: a truncated file is refused. A file with a changed byte is refused or read, without a panic.
     #[test]
     fn damaged_files_are_refused() {
         let bytes = written();
-        // Behind the last array only the end of the XML may be missing.
+        // After the last array only the end of the XML may be missing.
         let needed = bytes.windows(18).rposition(|w| w == b"\n  </AppendedData>").unwrap();
         for length in 0..needed {
             assert!(VtuGrid::parse(&bytes[..length]).is_err(), "{length} of {} bytes", bytes.len());

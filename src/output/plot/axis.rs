@@ -1,24 +1,24 @@
-//! Axes of a chart: range, ticks, and the map from values to pixels.
+//! Axes of a chart: range, ticks, and the mapping from values to pixels.
 
-/// How an axis divides its range.
+/// Division of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences.
     Linear,
-    /// Equal differences, marked at whole numbers only.
+    /// Equal differences with ticks at whole numbers only.
     Whole,
-    /// Equal ratios; shows positive values only.
+    /// Equal ratios. Only positive values are shown.
     Logarithmic,
 }
 
 impl Scale {
-    /// A round step at or above `rough`.
+    /// Round step that is at least `rough`.
     fn step(self, rough: f64) -> f64 {
         round_up(if self == Self::Whole { rough.max(1.0) } else { rough }, &[1.0, 2.0, 5.0, 10.0])
     }
 }
 
-/// A range of values on a range of pixels.
+/// Mapping of a range of values to a range of pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
     scale: Scale,
@@ -28,8 +28,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis that shows all finite `values` (all positive ones if logarithmic) between two pixel positions;
-    /// its ends are round numbers.
+    /// Creates an axis for all finite `values` (if logarithmic: all positive ones) between two pixel positions. Its ends are round
+    /// numbers.
     pub fn spanning(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
         let shown = values.filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0));
         let (mut low, mut high) =
@@ -50,7 +50,7 @@ impl Axis {
                 (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
             }
             Scale::Logarithmic => {
-                // Whole decades where the range is long, else the digits 1, 2, 5 of the first decade.
+                // Whole decades for a long range, otherwise the digits 1, 2, 5.
                 let digits: &[f64] = if high > 30.0 * low { &[1.0, 10.0] } else { &[1.0, 2.0, 5.0, 10.0] };
                 (low, high) = (round_down(low, digits), round_up(high, digits));
                 if low == high {
@@ -61,12 +61,12 @@ impl Axis {
         Self { scale, low, high, pixels }
     }
 
-    /// A linear axis with exactly these ends.
+    /// Creates a linear axis with exactly these ends.
     pub fn with_bounds([low, high]: [f64; 2], pixels: [f64; 2]) -> Self {
         Self { scale: Scale::Linear, low, high, pixels }
     }
 
-    /// Pixel position of a value; `None` where it cannot be shown.
+    /// Pixel position of a value; `None` if the axis cannot show it.
     pub fn to_pixel(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
@@ -75,8 +75,7 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Power of ten, a multiple of three, that the labels are to be multiplied with: not 0 where the numbers themselves
-    /// would be long.
+    /// Power of ten, a multiple of three, by which the labels must be multiplied. Zero unless the labels would be long.
     pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
@@ -87,7 +86,7 @@ impl Axis {
         }
     }
 
-    /// `unit` with the power of ten before it.
+    /// `unit` preceded by the power of ten.
     pub(crate) fn scaled_unit(&self, unit: &str) -> String {
         match self.label_exponent() {
             0 => unit.to_owned(),
@@ -99,7 +98,7 @@ impl Axis {
         self.scale.step((self.high - self.low) / 6.0)
     }
 
-    /// Values to mark, with their labels (without the [`Axis::label_exponent`]); minor marks have none.
+    /// Tick values with their labels, which exclude the power [`Axis::label_exponent`]. Minor ticks have no label.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {
@@ -152,7 +151,7 @@ fn round_down(value: f64, digits: &[f64]) -> f64 {
     digit * decade
 }
 
-/// A value with as many digits as its `step` needs.
+/// Formats a value with as many digits as `step` requires.
 pub(crate) fn label(value: f64, step: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -184,7 +183,7 @@ mod tests {
         axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
     }
 
-    /// Truth: round numbers by eye.
+    /// Truth: round numbers, checked by eye.
     #[test]
     fn ticks_are_round_numbers() {
         assert_eq!(labels(&[0.0, 300.0], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
@@ -199,7 +198,7 @@ mod tests {
         assert_eq!(labels(&[16.0, 256.0], Scale::Logarithmic), ["10", "20", "50", "100", "200", "500"]);
     }
 
-    /// Truth: the numbers by eye: small ones are counted in powers of a thousand.
+    /// Truth: checked by eye. Long numbers are scaled by powers of a thousand.
     #[test]
     fn long_numbers_have_a_power() {
         let axis = |high: f64| Axis::spanning([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
@@ -212,7 +211,7 @@ mod tests {
         assert_eq!(axis(300.0).scaled_unit("N"), "N");
     }
 
-    /// Truth: what cannot be shown does not break the picture.
+    /// Truth: values that cannot be shown still give a valid axis.
     #[test]
     fn constant_empty_and_unusable_values_still_make_an_axis() {
         for values in [&[5.0, 5.0][..], &[0.0], &[], &[f64::NAN, -1.0], &[f64::INFINITY]] {

@@ -1,11 +1,11 @@
-//! The colour bar of a map.
+//! Colour bar of a map.
 
 use crate::output::plot::axis::Axis;
 use crate::output::plot::{Anchor, Canvas, colour};
 
 const BAR_WIDTH_PX: f64 = 12.0;
 
-/// Draws the bar right of a plot `area` (left, top, width, height): colours from 0 to `peak`, which is written below.
+/// Draws the bar to the right of a plot `area` (left, top, width, height): colours from 0 to `peak`, with `peak` below.
 pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
     let (left, top, height) = (area[0] + area[2] + 12.0, area[1], area[3]);
     draw_colours(canvas, [left, top, height], 60);
@@ -20,11 +20,11 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
         canvas.text([left + BAR_WIDTH_PX + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
     }
     let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
-    // Below the labels of x, whose last one reaches under the bar.
+    // Below the labels of x, the last of which reaches under the bar.
     canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
 }
 
-/// Draws the colours from low, at the bottom, to high in so many `steps`, in a bar at `left`, `top` of this `height`.
+/// Draws the colours from low (bottom) to high in `steps` steps, in a bar of this `height` at `left`, `top`.
 pub(super) fn draw_colours(canvas: &mut Canvas, [left, top, height]: [f64; 3], steps: u32) {
     let step = height / f64::from(steps);
     for i in 0..steps {

@@ -1,4 +1,4 @@
-//! The cells of a frame as maps draw them.
+//! Outlines of the cells of a frame for maps.
 
 use nalgebra::Vector2;
 
@@ -6,14 +6,14 @@ use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::output::plot::axis::Axis;
 
-/// Grids with more cells along a side are drawn in blocks, each with the mean of its cells.
+/// Maximum number of drawn cells along a side. Larger grids are drawn in blocks, with the mean of their cells.
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
 
-/// The cells as they are drawn, in frame coordinates.
+/// Drawn cells in frame coordinates.
 pub(super) struct CellShapes {
     /// Corners of each drawn cell.
     pub corners: Vec<Vec<Vector2<f64>>>,
-    /// The frame's cells that each drawn cell stands for.
+    /// Cells of the frame in each drawn cell.
     pub cells: Vec<Vec<usize>>,
 }
 
@@ -30,7 +30,7 @@ impl CellShapes {
         }
     }
 
-    /// Blocks of a large grid.
+    /// Joins the cells of a large grid into blocks.
     fn blocks(corners: &[Vec<Vector2<f64>>], cells: [usize; 2]) -> Self {
         let [bx, by] = cells.map(|n| n.div_ceil(MAX_DRAWN_CELLS_PER_SIDE));
         let mut shapes = Self { corners: Vec::new(), cells: Vec::new() };
@@ -54,7 +54,7 @@ impl CellShapes {
         self.corners.iter().flatten()
     }
 
-    /// Axes of equal scale around all cells; `area`: left, top, width, height in pixels.
+    /// Axes of equal scale around all cells. The area is left, top, width, height in pixels.
     pub fn axes(&self, [left, top, width, height]: [f64; 4]) -> [Axis; 2] {
         let range = |axis: usize| {
             self.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))
@@ -68,7 +68,7 @@ impl CellShapes {
         ]
     }
 
-    /// Middle of a drawn cell.
+    /// Centre of a drawn cell.
     pub fn middle(&self, shape: usize) -> Vector2<f64> {
         let corners = &self.corners[shape];
         corners.iter().sum::<Vector2<f64>>() / corners.len() as f64
@@ -80,8 +80,8 @@ mod tests {
     use super::*;
     use crate::geometry::Triad;
 
-    /// Truth: cells in the plane of the frame are drawn with their areas, wherever its normal points: of a square wall across x the four
-    /// quarters.
+    /// Truth: cells in the plane of the frame keep their areas, whatever the direction of its normal. A square wall across x has
+    /// four quarters.
     #[test]
     fn a_wall_is_drawn_with_the_areas_of_its_cells() {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();

@@ -1,19 +1,19 @@
-//! Charts of series of points.
+//! Charts: lines and points of series over linear or logarithmic axes.
 
 use crate::output::plot::axis::{Axis, Scale};
 use crate::output::plot::colour::SERIES_COLOURS;
 use crate::output::plot::{Anchor, Canvas, PANEL};
 
-/// A named series of points.
+/// Named series of points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend.
     pub name: String,
-    /// Points (x, y), joined in order; points that cannot be shown are left out.
+    /// Points (x, y), joined in order. Points that the axes cannot show are omitted.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A range around a series: shaded in its colour.
+/// Shaded range around a series, in its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
     /// Index of the series.
@@ -22,16 +22,16 @@ pub struct Band {
     pub edges: Vec<[f64; 3]>,
 }
 
-/// A chart.
+/// Chart of one or several series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Title, above.
+    /// Title.
     pub title: String,
-    /// What stands along x and y, with units.
+    /// Labels of x and y, with units.
     pub labels: [String; 2],
     /// Scales of x and y.
     pub scales: [Scale; 2],
-    /// The series.
+    /// Series.
     pub series: Vec<Series>,
 }
 
@@ -39,22 +39,22 @@ pub struct Chart {
 const MARGIN: [f64; 4] = [76.0, 34.0, 18.0, 52.0];
 
 impl Chart {
-    /// The chart as an SVG picture.
+    /// Draws the chart as an SVG picture.
     pub fn svg(&self) -> String {
         self.panel().into_svg(PANEL)
     }
 
-    /// The chart as a panel of a larger picture.
+    /// Draws the chart as a panel of a larger figure.
     pub(crate) fn panel(&self) -> Canvas {
         self.panel_with_bands(&[])
     }
 
-    /// The same with points that are not joined.
+    /// Draws a panel with points that are not joined.
     pub(crate) fn scattered_panel(&self) -> Canvas {
         self.drawn(&[], false)
     }
 
-    /// The same with ranges around some of its series.
+    /// Draws a panel with shaded ranges around some series.
     pub(crate) fn panel_with_bands(&self, bands: &[Band]) -> Canvas {
         self.drawn(bands, true)
     }
@@ -63,7 +63,7 @@ impl Chart {
         let mut axes = self.axes(bands, 0.0);
         let (mut corner, hidden) = self.legend_corner(&axes);
         if hidden > 0 && self.series.len() > 1 {
-            // Room for the legend above the lines.
+            // Make room for the legend above the lines.
             let height = PANEL[1] - MARGIN[3] - MARGIN[1];
             let share = (self.legend_size()[1] + 24.0) / height;
             let roomy = self.axes(bands, (share / (1.0 - share)).clamp(0.0, 1.0));
@@ -83,7 +83,7 @@ impl Chart {
         canvas
     }
 
-    /// The axes; that of y has `room`, a share of its range, more above, unless it is logarithmic.
+    /// Axes of the chart. A linear y axis is extended upwards by the fraction `room` of its range.
     fn axes(&self, bands: &[Band], room: f64) -> [Axis; 2] {
         let edges = |axis: usize| {
             let at = move |[x, low, high]: &[f64; 3]| if axis == 0 { [*x; 2] } else { [*low, *high] };
@@ -95,7 +95,7 @@ impl Chart {
         let x = Axis::spanning(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
         let finite = values(1).filter(|y| y.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-        // An axis that starts at 0 is longer than its values.
+        // [`Axis::spanning`] starts such an axis at 0.
         let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
         let above = (room > 0.0 && self.scales[1] == Scale::Linear).then_some(high + room * (high - low));
         let y = Axis::spanning(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
@@ -110,7 +110,7 @@ impl Chart {
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{x:.1} {top}V{bottom}" stroke="{shade}"/>"#));
             let Some(label) = label else { continue };
-            // The last label stays inside the panel.
+            // Keep the last label inside the panel.
             let middle = x.min(PANEL[0] - 2.0 - 3.5 * label.chars().count() as f64);
             canvas.text([middle, bottom + 17.0], Anchor::Middle, 12.0, &label);
         }
@@ -137,13 +137,13 @@ impl Chart {
         canvas.upward_text([17.0, 0.5 * (top + bottom)], 13.0, &self.labels[1]);
     }
 
-    /// Size of the legend's box.
+    /// Width and height of the legend.
     fn legend_size(&self) -> [f64; 2] {
         let longest = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
         [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
     }
 
-    /// Upper left corner of the legend: of a lattice of places in the plot area, the one that hides fewest points; their number.
+    /// Upper left corner of the legend, with the number of points that it hides: the position on a lattice that hides the fewest.
     fn legend_corner(&self, axes: &[Axis; 2]) -> ([f64; 2], usize) {
         let [width, height] = self.legend_size();
         let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
@@ -188,7 +188,7 @@ impl Chart {
     }
 }
 
-/// The points and some between them, so that a long line counts as well.
+/// Points of a series, with intermediate points so that long segments count as well.
 fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
@@ -240,12 +240,12 @@ fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
     }
 }
 
-/// Lines of series that take a colour for the second time are dashed.
+/// Dash pattern of series `i`: dashed if its colour is used for the second time.
 fn dashes(i: usize) -> &'static str {
     if i < SERIES_COLOURS.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
 
-/// The mark of series `i`: shapes differ as well as colours.
+/// Draws the marker of series `i`. Markers differ in shape as well as in colour.
 fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
     let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     let path = match i % 4 {
@@ -264,7 +264,7 @@ fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
 mod tests {
     use super::*;
 
-    /// Truth: lines all over the plot area leave room for a legend only above them: it hides none of their points.
+    /// Truth: where lines fill the whole plot area, the legend lies above them and hides none of their points.
     #[test]
     fn legends_hide_no_lines() {
         let line = |i: usize| Series {
@@ -295,11 +295,11 @@ mod tests {
             .map(|line| number(line, "cy"))
             .filter(|y| *y > bottom)
             .count();
-        // Both ends of the first series and of the fifth, which have circles; those in the legend are above.
+        // Both ends of the first and the fifth series, which have circles. The circles of the legend lie above its lower edge.
         assert_eq!(highest, 4, "{picture}");
     }
 
-    /// Truth: the corners of the band on the axes of the chart: 0 to 10 mm on 466 pixels, 0 to 10 N on 314.
+    /// Truth: corners of the band by hand, with 0 to 10 mm on 466 pixels and 0 to 10 N on 314.
     #[test]
     fn bands_lie_around_their_series() {
         let chart = Chart {

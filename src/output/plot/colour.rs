@@ -1,13 +1,13 @@
 //! Colours of maps and lines.
 
-/// Colours of the series of a chart, told apart also by colour-blind eyes.
+/// Colours of the series of a chart, distinguishable with colour-blindness.
 ///
 /// # Source
 /// M. Okabe, K. Ito, Color universal design, 2008.
 pub(crate) const SERIES_COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222"];
 
-/// Stops of a map from low to high, of evenly rising lightness reversed (light = low, so that no contact is white).
+/// Colours of a map from low to high, with evenly decreasing lightness. Low values are light, so that open cells are white.
 const COLOUR_MAP: [[f64; 3]; 7] = [
     [255.0, 255.0, 217.0],
     [217.0, 240.0, 163.0],

@@ -1,18 +1,18 @@
-//! Fibre directions in maps: the projection on the surface as a line, the tilt as words.
+//! Fibre directions on maps: a symbol for the projection on the surface, text for the angles.
 
 use crate::output::plot::{Anchor, Canvas};
 use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 
-/// Radius of the sign in pixels.
+/// Radius of the symbol, pixels.
 const RADIUS: f64 = 17.0;
-/// Its colour.
+/// Colour of symbol and text.
 const COLOUR: &str = "#8b0000";
-/// Tilts nearer to the normal than this have no direction in the surface, radians.
+/// Maximum angle to the normal of a fibre without direction in the surface, radians. Smaller tilts get no arrowhead.
 const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
-/// Draws a sign for each fibre, the first with its middle at `corner`, the next to its left: a line along the projection on
-/// the surface, as long as the cosine of the tilt, with an arrow where the fibre leaves body 1 upwards; a dot in a ring for fibres along
-/// the normal.
+/// Draws a symbol for each fibre, the first centred at the given point, further ones to its left. A line shows the projection on
+/// the surface, its length proportional to the cosine of the tilt. An arrowhead marks the end that rises out of body 1. A dot in a
+/// ring shows a fibre along the normal.
 pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
     for (i, fibre) in surface.fibres.iter().enumerate() {
         draw_fibre_symbol(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
@@ -32,7 +32,7 @@ fn draw_fibre_symbol(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]
         return;
     }
     let half = (RADIUS - 3.0) * tilt.cos();
-    // Pixels run downwards.
+    // Pixel coordinates run downwards.
     let along = [azimuth.cos(), -azimuth.sin()];
     let at = |s: f64, t: f64| [x + s * along[0] - t * along[1], y + s * along[1] + t * along[0]];
     let ([x0, y0], [x1, y1]) = (at(-half, 0.0), at(half, 0.0));
@@ -47,7 +47,7 @@ fn draw_fibre_symbol(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]
     }
 }
 
-/// Tilt and azimuth of the end of the fibre that rises out of the surface.
+/// Tilt and azimuth of the fibre end that rises out of the surface.
 fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     if fibre.tilt < 0.0 {
         (-fibre.tilt, fibre.azimuth + std::f64::consts::PI)
@@ -56,11 +56,11 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     }
 }
 
-/// A line of words for each fibre: its angles in degrees as a scene gives them; `azimuth` of the frame in radians.
+/// Text for each fibre: its angles in degrees as in the scene. `azimuth` of the frame in radians.
 pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;
-        // Not -0.
+        // Avoids -0.
         format!("{}\u{b0}", rounded + 0.0).replace('-', "\u{2212}")
     };
     let line = |fibre: &SurfaceFibre| {
@@ -70,7 +70,7 @@ pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<Str
     surface.fibres.iter().map(line).collect()
 }
 
-/// Writes the words from a point downwards.
+/// Writes lines of text downwards from a point.
 pub(super) fn write_words(canvas: &mut Canvas, lines: &[String], [x, y]: [f64; 2]) {
     canvas.add(format_args!(r#"<g fill="{COLOUR}">"#));
     for (i, line) in lines.iter().enumerate() {
@@ -84,8 +84,8 @@ mod tests {
     use super::*;
     use crate::geometry::Side;
 
-    /// Truth: fibre = (cos t cos a, cos t sin a, sin t): one that falls along its azimuth rises the other way; angles as
-    /// the scene gives them, the frame's own turn added.
+    /// Truth: fibre = (cos t cos a, cos t sin a, sin t). A fibre that falls along its azimuth rises the opposite way. The text
+    /// shows the angles of the scene, which include the azimuth of the frame.
     #[test]
     fn signs_and_words_follow_the_angles() {
         let fibre = |tilt: f64, azimuth: f64| SurfaceFibre {
@@ -105,7 +105,7 @@ mod tests {
             draw_fibre_symbol(&mut canvas, &fibre(tilt, 90.0), [100.0, 50.0]);
             canvas.into_svg([1.0, 1.0])
         };
-        // Half of the length at 60 degrees, along y (up), which pixels count downwards.
+        // At 60 degrees the line has half its length, along y; pixels count downwards.
         assert!(drawn(60.0).contains("M100.0 57.0L100.0 43.0"), "{}", drawn(60.0));
         assert!(drawn(0.0).contains("M100.0 64.0L100.0 36.0") && !drawn(0.0).contains("z\""));
         assert!(drawn(90.0).contains(r#"r="6.5""#));

@@ -1,4 +1,4 @@
-//! Maps of the contact frame: pressure, slip, zones and worn depth by colour, with the direction of the fibres.
+//! Maps of the contact frame: pressure, slip, stick and slip zones, wear depth, with the fibre directions.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -13,49 +13,49 @@ use crate::output::plot::{Anchor, Canvas, arrange_panels, colour, fibres};
 use crate::output::summary::Units;
 use crate::output::surface_properties::SurfaceProperties;
 
-/// Width and height of the panel of a map, without the words on fibres.
+/// Width and height of the panel of a map, without the lines of text on the fibres.
 const MAP_PANEL_PX: [f64; 2] = [400.0, 370.0];
-/// The plot area in it: left, top, width, height.
+/// Plot area within the panel: left, top, width, height.
 const MAP_AREA_PX: [f64; 4] = [58.0, 40.0, 270.0, 270.0];
-/// Colours are rounded to so many.
+/// Number of colours of a map.
 const COLOUR_LEVELS: usize = 64;
-/// Slip is drawn by at most so many arrows along a side.
+/// Maximum number of slip arrows along a side.
 const MAX_ARROWS_PER_SIDE: usize = 15;
-/// Colours of cells that stick, and of those that slip.
+/// Colours of the stick zone and the slip zone.
 const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 
-/// What a map shows.
+/// Quantity of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapKind {
     /// Pressure.
     Pressure,
-    /// Length of the slip of body 2 over body 1 in the entry, where there is contact, with arrows.
+    /// Magnitude of the slip of body 2 relative to body 1 in the entry, in contact only, with arrows.
     Slip,
-    /// Cells that stick, that slip, and open ones.
+    /// Stick zone, slip zone and open cells.
     Zones,
-    /// Worn depth of both bodies together.
+    /// Wear depth, sum of both bodies.
     Wear,
 }
 
-/// Fields of the last entry of a step, as figures show them.
+/// Fields of the last entry of a step, as the figures show them.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct StepEndFields {
     /// Name of the step.
     pub name: String,
-    /// Name and number of cycles.
+    /// Title of the panels: name of the step and number of cycles.
     pub title: String,
-    /// Tractions on body 2, `[3, N]` by planes.
+    /// Tractions on body 2, component planes `[3, N]`.
     pub tractions: Vec<f64>,
     slip: Vec<[f64; 2]>,
     /// Whether slip is per rolled distance.
     is_rolling: bool,
     status: Vec<u8>,
-    /// Wear depth of both bodies together, `[N]`.
+    /// Wear depth, sum of both bodies, `[N]`.
     pub wear_depth: Vec<f64>,
 }
 
 impl StepEndFields {
-    /// The fields of `state`, on a frame of `n` cells; missing slip is 0.
+    /// Copies the fields of `state` on a frame of `n` cells. Missing slip is zero.
     pub fn new([name, title]: [&str; 2], n: usize, state: &FrameState, is_rolling: bool) -> Self {
         let slip = |cell: usize| match state.slip.get(n + cell) {
             Some(y) => [state.slip[cell], *y],
@@ -72,7 +72,7 @@ impl StepEndFields {
         }
     }
 
-    /// Transfers the fields to a frame of `n` cells; `places` are the numbers there of the cells so far, new cells get 0.
+    /// Transfers the fields to a frame of `n` cells. `places` are the new numbers of the present cells; new cells get zero.
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
         self.tractions = extend_field(&self.tractions, places, n, |_| 0.0);
         self.slip = extend_field(&self.slip, places, n, |_| [0.0; 2]);
@@ -84,7 +84,7 @@ impl StepEndFields {
         self.tractions.get(2 * (self.tractions.len() / 3) + cell).copied().unwrap_or(0.0)
     }
 
-    /// Whether a map of this kind shows anything.
+    /// Whether a map of this kind would show anything.
     pub fn has_content(&self, kind: MapKind) -> bool {
         match kind {
             MapKind::Pressure => true,
@@ -94,7 +94,7 @@ impl StepEndFields {
         }
     }
 
-    /// What the colour of a cell stands for.
+    /// Value of a cell that its colour represents.
     fn value(&self, kind: MapKind, cell: usize) -> f64 {
         match kind {
             MapKind::Pressure => self.pressure(cell),
@@ -107,14 +107,14 @@ impl StepEndFields {
     }
 }
 
-/// Maps of one kind side by side, each with its own colour bar; `None` if none of the states has anything to show.
+/// Draws the maps of one kind side by side, each with its own colour bar. `None` if no state has anything to show.
 pub fn maps_svg(
     (frame, surface): (&ContactFrame, &SurfaceProperties),
     states: &[StepEndFields],
     kind: MapKind,
     units: &Units,
 ) -> Option<String> {
-    // Where nothing sticks any more is worth seeing too.
+    // States without a stick zone are drawn as well if another state has one.
     let all = kind == MapKind::Zones && states.iter().any(|state| state.has_content(kind));
     let shown: Vec<&StepEndFields> = states.iter().filter(|state| all || state.has_content(kind)).collect();
     if shown.is_empty() {
@@ -127,7 +127,7 @@ pub fn maps_svg(
     Some(arrange_panels(&panels, size, 3))
 }
 
-/// What the panels of a picture share.
+/// Data common to the panels of a figure.
 struct MapFigure<'a> {
     shapes: CellShapes,
     surface: &'a SurfaceProperties,
@@ -176,7 +176,7 @@ impl MapFigure<'_> {
         canvas
     }
 
-    /// Colours the cells by value; the largest value of a cell.
+    /// Colours the cells by value and returns the largest value of a cell.
     fn draw_values(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) -> f64 {
         let value = |cell: &usize| state.value(self.kind, *cell);
         let peak = self.shapes.cells.iter().flatten().map(value).fold(0.0, f64::max);
@@ -196,7 +196,7 @@ impl MapFigure<'_> {
         peak
     }
 
-    /// Colours the cells that stick and those that slip; of several cells drawn as one by what most of them do.
+    /// Colours the stick and slip zones. A block of cells gets the colour of the majority.
     fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) {
         let mut by_zone = [String::new(), String::new()];
         for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
@@ -210,7 +210,7 @@ impl MapFigure<'_> {
         by_zone.iter().zip(STICK_SLIP_COLOURS).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
     }
 
-    /// Arrows of the mean slip in the squares of a lattice, the largest as long as a square.
+    /// Draws arrows of the mean slip on a lattice of squares. The largest slip is as long as a square.
     fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
@@ -262,7 +262,7 @@ fn outline(corners: &[Vector2<f64>], axes: &[Axis; 2]) -> String {
     format!("M{}z", points.join("L"))
 }
 
-/// Fills outlines; the stroke closes the hairlines between neighbours.
+/// Fills outlines. The stroke hides hairlines between neighbours.
 fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
     if !outlines.is_empty() {
         canvas
@@ -270,14 +270,14 @@ fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
     }
 }
 
-/// A few words at the upper right of the plot area.
+/// Writes a caption at the upper right of the plot area.
 fn draw_caption(canvas: &mut Canvas, text: &str) {
     canvas.add(format_args!(r##"<g fill="#222">"##));
     canvas.text([MAP_AREA_PX[0] + MAP_AREA_PX[2], MAP_AREA_PX[1] - 6.0], Anchor::End, 11.0, text);
     canvas.add(format_args!("</g>"));
 }
 
-/// What the colours of zones mean, in the place of the bar.
+/// Draws the key of the zone colours, in place of the colour bar.
 fn draw_zone_key(canvas: &mut Canvas) {
     let left = MAP_AREA_PX[0] + MAP_AREA_PX[2] + 10.0;
     for (i, (name, fill)) in
@@ -324,7 +324,7 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// A frame of 2 x 2 cells: (-, -) open, (-, +) sticks, (+, -) and (+, +) slip along x and -y.
+    /// Frame of 2 x 2 cells: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
@@ -350,7 +350,7 @@ mod tests {
         picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
     }
 
-    /// Truth: the four cells by hand: 270 pixels for 2 mm from (58, 40), y upwards; the darkest colour is the largest value.
+    /// Truth: the four cells by hand. 2 mm take 270 pixels from (58, 40), with y upwards; the darkest colour is the largest value.
     #[test]
     fn cells_have_the_colours_of_their_values() {
         let darkest = colour::map_colour((COLOUR_LEVELS as f64 - 0.5) / COLOUR_LEVELS as f64);
@@ -371,7 +371,7 @@ mod tests {
         assert!(wear.contains("max 600") && wear.contains("\u{2212}9"), "{wear}");
     }
 
-    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md): its map names no unit of length.
+    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md), so its map shows no unit of length.
     #[test]
     fn slip_of_rolling_has_no_unit() {
         let (frame, mut state) = state();
@@ -388,8 +388,8 @@ mod tests {
         assert_eq!(of_rolling, of_sliding - 1);
     }
 
-    /// Truth: arrows by hand: the slip 0.04 along x is 18 pixels to the right, half of it along -y is 9 pixels down;
-    /// where nothing is pressed there is none.
+    /// Truth: arrows by hand. A slip of 0.04 along x is 18 pixels to the right, half of it along -y 9 pixels down. No pressure, no
+    /// arrow.
     #[test]
     fn arrows_have_the_direction_and_length_of_the_slip() {
         let picture = drawn(MapKind::Slip);

@@ -1,33 +1,33 @@
-//! Heat maps: numbers over two axes of a few values each.
+//! Heat maps: values over two axes with a few positions each.
 
 use crate::output::number_format::five_digits_of_group;
 use crate::output::plot::bar::draw_colours;
 use crate::output::plot::{Anchor, Canvas, PANEL, colour};
 
-/// A table of numbers, drawn as coloured fields.
+/// Heat map of a table of values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    /// Title, above.
+    /// Title.
     pub title: String,
-    /// What stands along x and y, and what the numbers are, with units.
+    /// Labels of x, y and the values, with units.
     pub labels: [String; 3],
-    /// Names of the columns, from the left, and of the rows, from below.
+    /// Names of the columns from left to right, and of the rows from bottom to top.
     pub names: [Vec<String>; 2],
-    /// Row by row from below; `None` where there is no number.
+    /// Values, row by row from bottom to top; `None` where a value is missing.
     pub values: Vec<Option<f64>>,
 }
 
-/// The plot area: left, top, width, height.
+/// Plot area: left, top, width, height.
 const AREA: [f64; 4] = [76.0, 34.0, 384.0, 314.0];
-/// Width that a number takes.
+/// Minimum width of a field that shows its value.
 const MIN_LABELLED_WIDTH_PX: f64 = 50.0;
-/// Height that a number takes.
+/// Minimum height of a field that shows its value.
 const MIN_LABELLED_HEIGHT_PX: f64 = 16.0;
-/// Steps of the bar.
+/// Number of colour steps of the bar.
 const STEPS: u32 = 50;
 
 impl HeatMap {
-    /// The map as a panel of a larger picture.
+    /// Draws the heat map as a panel of a larger figure.
     pub(crate) fn panel(&self) -> Canvas {
         let mut canvas = Canvas::default();
         let [left, top, width, height] = AREA;
@@ -59,7 +59,7 @@ impl HeatMap {
         canvas.add(format_args!(
             r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
         ));
-        // As many names as there is room for.
+        // Write as many names as there is room for.
         let longest = self.names[0].iter().map(|name| name.chars().count()).max().unwrap_or(0);
         let every = |room: f64, step: f64| (room / step).ceil().max(1.0) as usize;
         for (i, name) in self.names[0].iter().enumerate().step_by(every(6.6 * longest as f64 + 8.0, size[0]))
@@ -92,8 +92,8 @@ impl HeatMap {
 mod tests {
     use super::*;
 
-    /// Truth: 2 x 2 fields by hand: columns of 192 pixels from 76, rows of 157 upwards from 348; the least number is the lightest colour, the
-    /// largest the darkest, and a missing one has none.
+    /// Truth: 2 x 2 fields by hand, in columns of 192 pixels from 76 and rows of 157 pixels upwards from 348. The smallest value
+    /// has the lightest colour, the largest the darkest; a missing value has none.
     #[test]
     fn fields_lie_where_their_values_do() {
         let names = [vec!["0".into(), "90".into()], vec!["a".into(), "b".into()]];

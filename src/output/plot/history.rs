@@ -1,4 +1,4 @@
-//! The course of a run: resultants over the entries of the summary, wear over the cycles.
+//! History plots of a run: resultants over the entries, wear over cycles or distance slid.
 
 use crate::evolution::records::IncrementRecord;
 use crate::output::plot::axis::Scale;
@@ -7,8 +7,7 @@ use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Units;
 
-/// Forces and areas over the entries; with cycles or sliding, worn volume, load and wear depth over cycles or distance. One
-/// picture.
+/// Draws forces and areas over the entries. With cycles or sliding, also wear volume, load and wear depth over cycles or distance.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {
@@ -21,7 +20,7 @@ pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     arrange_panels(&panels, PANEL, 2)
 }
 
-/// What wear goes on along.
+/// Abscissa of the wear plots.
 #[derive(Clone, Copy, PartialEq)]
 enum WearAbscissa {
     Cycles,
@@ -95,7 +94,7 @@ fn wear_panel(
     chart(along, title, &format!("{title}, {}", units.length), series, units).panel()
 }
 
-/// The worn volume with the error that is estimated of its integration.
+/// Wear volume, with a band for the estimated error of its integration over the jumps.
 fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Canvas {
     let points = records.iter().map(|record| [along.of(record), record.worn_volume]).collect();
     let edges = records.iter().map(|record| {
@@ -118,7 +117,7 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
     chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
-/// The mean load of the jumps and, of cycles, that at both ends of the strokes; `None` where there are no jumps.
+/// Mean load of the jumps and, for fretting cycles, the loads at both reversal points. `None` if there are no jumps.
 fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Option<Canvas> {
     let belongs = |record: &&IncrementRecord| match along {
         WearAbscissa::Cycles => record.stroke_ends.is_some(),
@@ -144,7 +143,7 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: the records: the band is the estimated error on both sides, loads are those of the ends of the strokes.
+    /// Truth: the records. The band is the estimated error on both sides; the loads are those at the reversal points.
     #[test]
     fn errors_and_loads_are_those_of_the_records() {
         let end = |normal_force: f64| Resultants { normal_force, ..Resultants::default() };
@@ -160,13 +159,13 @@ mod tests {
         let units = Units::default();
         let picture = wear_volume_panel(&records, WearAbscissa::Cycles, &units).into_svg(PANEL);
         assert!(picture.contains("\u{b1} 4.000 mm"), "{picture}");
-        // 0 to 12 mm3 on 314 pixels upwards to 34, 0 to 100 cycles on 466 from 76.
+        // 0 to 12 mm³ take 314 pixels upwards to 34, and 0 to 100 cycles 466 pixels from 76.
         assert!(
             picture.contains("M76.0 348.0L169.2 191.0L542.0 34.0L542.0 243.3L169.2 295.7L76.0 348.0z"),
             "{picture}"
         );
         let loads = load_panel(&records, WearAbscissa::Cycles, &units).unwrap().into_svg(PANEL);
-        // 200 to 400 N on 314 pixels: the mean half-way, the ends at the edges.
+        // 200 to 400 N take 314 pixels: the mean lies half-way, the reversal points at the edges.
         for path in ["M169.2 191.0L542.0 191.0", "M169.2 348.0L542.0 348.0", "M169.2 34.0L542.0 34.0"] {
             assert!(loads.contains(path), "{path}: {loads}");
         }

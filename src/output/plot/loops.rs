@@ -1,24 +1,24 @@
-//! Fretting loops: tangential force over shift, with the energy that each cycle dissipates.
+//! Fretting loops: tangential force over tangential displacement, with the energy dissipated per cycle.
 
 use crate::evolution::records::FrettingLoop;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::summary::Units;
 
-/// One cycle of a fretting contact.
+/// Fretting loop of one cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopCurve {
-    /// What it belongs to: "cycle 1", "after 50000 cycles".
+    /// Label: "cycle 1", "after 50000 cycles".
     pub label: String,
-    /// Shift of body 2 along the stroke from its centre (mm) and tangential force on body 1 along it (N), in the order of
-    /// the cycle; the last point is joined to the first.
+    /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 along the stroke (N), in order.
+    /// The last point is joined to the first.
     pub points: Vec<[f64; 2]>,
-    /// Energy that friction dissipates in the cycle, N mm: the area of the loop, where the stroke is all that moves.
+    /// Energy dissipated by friction in the cycle, N mm. It equals the area of the loop if nothing but the stroke moves.
     pub dissipated_energy: f64,
 }
 
 impl LoopCurve {
-    /// A cycle of a run, along the direction that its ends are farthest apart in.
+    /// Loop of a cycle of a run, along the direction of the largest displacement from the centre.
     pub fn of(cycle: &FrettingLoop) -> Self {
         let far = |a: &&[f64; 5], b: &&[f64; 5]| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]));
         let end = cycle.points.iter().max_by(far).copied().unwrap_or_default();
@@ -32,15 +32,14 @@ impl LoopCurve {
         }
     }
 
-    /// Area that the points enclose, positive where the force follows the shift as friction does: that of body 1
-    /// has the sign of the motion of body 2.
+    /// Area enclosed by the points. It is positive for friction: the force on body 1 has the sign of the motion of body 2.
     pub fn area(&self) -> f64 {
         let next = self.points.iter().cycle().skip(1);
         0.5 * self.points.iter().zip(next).map(|(a, b)| b[0] * a[1] - a[0] * b[1]).sum::<f64>()
     }
 }
 
-/// Closed loops of force over shift, the dissipated energy in the legend, as one picture.
+/// Draws closed loops of force over displacement in one chart. The legend shows the dissipated energy.
 pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     let series = loops.iter().map(|cycle| Series {
         name: format!(
@@ -64,7 +63,7 @@ pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     chart.svg()
 }
 
-/// Four significant digits, powers of ten as superscripts.
+/// Formats a number with four significant digits and a power of ten as superscript.
 pub(crate) fn four_digits(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&digits) {
@@ -78,7 +77,7 @@ pub(crate) fn four_digits(value: f64) -> String {
 mod tests {
     use super::*;
 
-    /// A loop of friction: elastic up to ± F, then sliding; amplitude a, stiffness k.
+    /// Loop of a spring of stiffness k with a friction element: elastic up to ± F, then sliding up to amplitude a.
     fn parallelogram(amplitude: f64, force: f64, stiffness: f64) -> LoopCurve {
         let elastic = 2.0 * force / stiffness;
         let points = vec![
@@ -94,7 +93,7 @@ mod tests {
         }
     }
 
-    /// Truth: the area of the loop of a spring and a friction element, 4 F (a - F / k).
+    /// Truth: the loop of a spring and a friction element has the area 4 F (a - F / k).
     #[test]
     fn the_area_is_the_energy_of_a_slider_on_a_spring() {
         let cycle = parallelogram(0.08, 120.0, 6000.0);
@@ -102,8 +101,8 @@ mod tests {
         assert!((cycle.dissipated_energy - 28.8).abs() < 1e-12);
     }
 
-    /// Truth: the points of the parallelogram on round axes: 5 mm and 100 N are 5 times farther than 1 mm and 20 N, the
-    /// curve ends where it starts, and the legend has the energy.
+    /// Truth: the points of the parallelogram on round axes. 5 mm and 100 N are 5 times as far as 1 mm and 20 N. The curve is
+    /// closed, and the legend shows the energy.
     #[test]
     fn loops_are_closed_and_named() {
         let cycles = [parallelogram(5.0, 100.0, 100.0), parallelogram(5.0, 50.0, 100.0)];
@@ -123,7 +122,7 @@ mod tests {
             })
             .collect();
         assert_eq!((points.len(), points[0]), (5, points[4]));
-        // Shifts of 5, 3, -5, -3; forces of 100, -100, -100, 100 upwards.
+        // Displacements of 5, 3, -5, -3; forces of 100, -100, -100, 100 upwards.
         let share = (points[0][0] - points[1][0]) / (points[0][0] - points[2][0]);
         assert!((share - 0.2).abs() < 2e-3, "{points:?}");
         assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);

@@ -1,6 +1,6 @@
-//! Plots as SVG: charts with linear or logarithmic axes, heat maps, maps of the contact frame, loops of force over shift.
+//! Figures as SVG text without external fonts or libraries. Sizes are in pixels.
 //!
-//! A picture is text with no need of fonts or libraries; sizes are in pixels.
+//! [`chart`] draws series, [`heat_map`] tables, [`frame_map`] fields on the frame, [`loops`] fretting loops, [`history`] a run.
 
 pub mod axis;
 mod bar;
@@ -19,14 +19,14 @@ use crate::output::vtu::escaped;
 
 /// Width and height of a panel.
 pub(crate) const PANEL: [f64; 2] = [560.0, 400.0];
-/// Height of the line of text below panels.
+/// Height of the line of text below the panels.
 const NOTE_HEIGHT_PX: f64 = 26.0;
 
-/// SVG elements that are being gathered.
+/// SVG elements of a picture in preparation.
 #[derive(Debug, Default, Clone)]
 pub(crate) struct Canvas(String);
 
-/// Where a text stands relative to its point.
+/// Alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Anchor {
     Start,
@@ -41,7 +41,7 @@ impl Canvas {
         self.0.push('\n');
     }
 
-    /// Adds text of `size` pixels at a point.
+    /// Adds a text of font size `size` at a point.
     pub(crate) fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -55,7 +55,7 @@ impl Canvas {
         ));
     }
 
-    /// Adds a vertical text that reads upward.
+    /// Adds a vertical text that reads upwards.
     pub(crate) fn upward_text(&mut self, at: [f64; 2], size: f64, text: &str) {
         let [x, y] = at;
         self.add(format_args!(r#"<g transform="translate({x:.1} {y:.1}) rotate(-90)">"#));
@@ -63,14 +63,14 @@ impl Canvas {
         self.add(format_args!("</g>"));
     }
 
-    /// Puts `other` at an offset.
+    /// Adds the elements of `other` at an offset.
     pub(crate) fn place(&mut self, offset: [f64; 2], other: &Self) {
         self.add(format_args!(r#"<g transform="translate({:.1} {:.1})">"#, offset[0], offset[1]));
         self.0 += &other.0;
         self.add(format_args!("</g>"));
     }
 
-    /// The picture of a size, on white.
+    /// Completes the picture with a white background.
     pub(crate) fn into_svg(self, size: [f64; 2]) -> String {
         let [width, height] = size;
         format!(
@@ -82,7 +82,7 @@ impl Canvas {
     }
 }
 
-/// `^{..}` in a text becomes a superscript.
+/// Turns `^{..}` into superscripts.
 fn with_powers(text: &str) -> String {
     let mut pieces = text.split("^{");
     let mut shown = pieces.next().unwrap_or("").to_owned();
@@ -95,12 +95,12 @@ fn with_powers(text: &str) -> String {
     shown
 }
 
-/// Panels in rows of at most `columns`, as one picture.
+/// Arranges panels in rows of at most `columns`, as one picture.
 pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) -> String {
     arrange_panels_with_note(panels, size, columns, "")
 }
 
-/// Panels in rows of at most `columns`, with a line of text below them unless it is empty.
+/// Arranges panels in rows of at most `columns`, with a line of text below them unless it is empty.
 pub(crate) fn arrange_panels_with_note(
     panels: &[Canvas],
     size: [f64; 2],
