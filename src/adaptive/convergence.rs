@@ -1,37 +1,37 @@
-//! How a value converges with a size that gets smaller.
+//! Convergence of a value as a size decreases.
 
-/// Orders that are believed; the lower ones only of values that change steadily.
+/// Bounds of the order; the higher lower bound holds for values that do not change steadily.
 const ORDERS: [f64; 2] = [0.5, 2.0];
 const MIN_NOISY_ORDER: f64 = 1.0;
 
-/// Ratios of differences, one after the other, of values that change steadily: sizes fall to two thirds.
+/// Bounds on the ratio of successive differences of values that change steadily, for sizes that decrease to two thirds.
 const STEADY: [f64; 2] = [0.55, 1.6];
 
-/// Order as long as too few values are there to see one.
+/// Assumed order if there are too few values to estimate one.
 const ASSUMED: f64 = 1.0;
 
-/// Differences that the order is fitted to, and those of which the largest constant is taken.
+/// Number of last differences for the fit of the order, and for the largest constant.
 const MAX_FITTED_DIFFERENCES: usize = 4;
 const ENVELOPE_DIFFERENCES: usize = 3;
 
-/// Differences from which on an order is fitted.
+/// Least number of differences to fit an order.
 const MIN_FITTED_DIFFERENCES: usize = 3;
 
-/// Difference of the orders of two pairs of differences up to which a limit is extrapolated.
+/// Largest difference between the orders of two pairs of differences at which a limit is extrapolated.
 const MAX_ORDER_DIFFERENCE: f64 = 0.3;
 
-/// An error that falls like C h^p.
+/// Error estimate C h^p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     order: f64,
-    /// The power that the values show.
+    /// Order p that the values show, if any.
     observed_order: Option<f64>,
     constant: f64,
 }
 
 impl Convergence {
-    /// Of values at sizes that get smaller; at least two of them. What the values show, unless those before showed a larger error: no order
-    /// above 2 is believed, so that an estimate that falls faster from one value to the next is small by chance.
+    /// Estimate from at least two values at decreasing sizes. The error does not decrease faster than with order 2 from one value
+    /// to the next: a smaller estimate is small by chance.
     pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
         let found = Self::fit(sizes, values);
@@ -43,9 +43,9 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// The order is that of the last differences, between 1/2 and 2 where they fall steadily; elsewhere it is taken by its standard error lower,
-    /// between 1 and 2. The constant is the largest that explains one of the last three differences: contacts end between the cells, so that single
-    /// ones are small by chance.
+    /// Fits the order to the last differences, within 1/2 and 2 if they decrease steadily. Otherwise the order is reduced by its
+    /// standard error, within 1 and 2. The constant is the largest that explains one of the last three differences. Contacts end
+    /// between cells, so single differences are small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -71,18 +71,18 @@ impl Convergence {
         Self { order, observed_order, constant }
     }
 
-    /// The power p, if the values show it.
+    /// Order p, if the values show it.
     pub fn order(&self) -> Option<f64> {
         self.observed_order
     }
 
-    /// The error at `size`.
+    /// Error at `size`.
     pub fn error(&self, size: f64) -> f64 {
         self.constant * size.powf(self.order)
     }
 }
 
-/// The limit of values at sizes that get smaller, where the last three differences show one order.
+/// Limit of values at decreasing sizes, if the last three differences show one order.
 ///
 /// # Source
 /// Richardson 1911, "The approximate arithmetical solution by finite differences".
@@ -101,7 +101,7 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
         .then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
-/// The power p for which two differences belong to one error C h^p, by bisection; `None` if it is not believed.
+/// Order p for which two differences belong to one error C h^p, by bisection; `None` outside of the search interval.
 fn order_between(h: [f64; 3], d: [f64; 2]) -> Option<f64> {
     let excess = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p)) - d[0] / d[1];
     let [mut low, mut high] = [0.5 * ORDERS[0], 1.5 * ORDERS[1]];
@@ -119,7 +119,7 @@ fn differences(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
-/// Slope of the line with the least squares through three points or more, and its standard error.
+/// Slope of the least-squares line through at least three points, and its standard error.
 fn slope(points: &[[f64; 2]]) -> [f64; 2] {
     let n = points.len() as f64;
     let mean = [0, 1].map(|c| points.iter().map(|point| point[c]).sum::<f64>() / n);
@@ -137,7 +137,7 @@ mod tests {
         [12.0, 18.0, 26.0, 40.0, 60.0].map(|n: f64| 1.0 / n).to_vec()
     }
 
-    /// Truth: values 3 + C h^p: the error and the order are those, the limit is 3.
+    /// Truth: values 3 + C h^p give this error and order, and the limit 3.
     #[test]
     fn powers_of_the_size() {
         for order in [0.7, 1.0, 1.6, 2.0] {
@@ -152,8 +152,8 @@ mod tests {
         }
     }
 
-    /// Truth: an error that changes its sign has no limit to extrapolate, and a difference that is small by chance does not make the
-    /// estimate small: the error 0.1 h² of every value is covered.
+    /// Truth: an error that changes its sign has no limit to extrapolate. A difference that is small by chance does not make the
+    /// estimate small: it covers the error 0.1 h² of every value.
     #[test]
     fn values_that_jump() {
         let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
@@ -166,8 +166,8 @@ mod tests {
         }
     }
 
-    /// Truth: formula: errors h (1 + a cos t) with t at random, as of a stick zone that ends between the cells. Nine of ten estimates cover them,
-    /// most of those that do not are of few values that are close by chance; a fitted order, not lowered, leaves three of ten below.
+    /// Truth: formula: errors h (1 + a cos t) with random t, as for a stick zone that ends between cells. Nine of ten estimates
+    /// cover them. Most others have few values, close by chance. Without the reduction of the order, three of ten do not.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
@@ -188,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Truth: formula: what three values showed at h does not fall below its part (h'/h)^2 when a fourth lies close by chance.
+    /// Truth: formula: if the last value is close to the one before by chance, the error falls by no more than (h'/h)^2.
     #[test]
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];
@@ -197,7 +197,7 @@ mod tests {
         assert!(last >= before * (40.0f64 / 60.0).powi(2) * (1.0 - 1e-12), "{last} {before}");
     }
 
-    /// Truth: definition: values that do not change have no error, and those that grow without bound have a large one.
+    /// Truth: definition: constant values have no error, and values that grow without bound have a large one.
     #[test]
     fn values_that_do_not_converge() {
         assert_eq!(Convergence::estimate(&sizes(), &[2.0; 5]).error(0.1), 0.0);

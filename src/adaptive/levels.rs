@@ -1,4 +1,4 @@
-//! The settings that runs get finer by.
+//! Levels of refinement and their settings.
 
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
 use crate::frame::GapShape;
@@ -8,31 +8,31 @@ use crate::simulation::build::bodies::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 
-/// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
+/// Cells along the shorter side of the frame by level, in ratios of about 1.5. Even numbers keep the central cells in place.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
-/// Most cells of a frame.
+/// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Most doublings of the increments, and divisions of the tolerance of jumps by four or doublings of their number.
+/// Largest number of doublings of the increments, and of divisions by four of the jump tolerance or doublings of the jumps.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// Doublings with which the cells are refined where more do not suffice either.
+/// Level of increments and jumps for the refinement of the cells if finer ones do not suffice either.
 const FALLBACK_LEVEL: usize = 3;
 
-/// Most increments per stroke of closed paths: all ends of a cycle are one problem.
+/// Largest number of increments per stroke of closed paths, because all path points of a cycle are solved together.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
-/// Cells in contact from which on values are believed to converge; of line contacts.
+/// Least number of cells in contact from which values are expected to converge, and the same for line contacts.
 const MIN_CONTACT_CELLS: usize = 40;
 const MIN_LINE_CONTACT_CELLS: usize = 6;
 
-/// The natural residual over the accuracy, and its limits; the same of compressed operators.
+/// Natural residual over the accuracy, with its lower and upper limit; below, the same for the tolerance of compressed operators.
 const RESIDUAL: [f64; 3] = [1e-4, 1e-10, 1e-6];
 const COMPRESSION: [f64; 3] = [1e-2, 1e-9, 1e-4];
 
-/// How fine a run is.
+/// Level of each refinement parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Levels {
     cells: usize,
@@ -41,7 +41,7 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// The next finer ones.
+    /// Levels with one more refinement of a parameter.
     pub(super) fn finer(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => Self { cells: self.cells + 1, ..self },
@@ -50,7 +50,7 @@ impl Levels {
         }
     }
 
-    /// Those for what follows a knob that did not suffice.
+    /// Levels for later parameters after a parameter that did not suffice.
     pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => self,
@@ -61,24 +61,24 @@ impl Levels {
         }
     }
 
-    /// How many times the increments of the scene.
+    /// Factor on the increments of the scene.
     pub(super) fn increments(self) -> usize {
         1 << self.increments
     }
 }
 
-/// What can be chosen of a plan, and how.
+/// Refinement parameters of a plan and the settings at each level.
 pub(super) struct RefinementLadder {
     relative: f64,
-    /// Whether cells, increments and jumps are chosen.
+    /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Cells along the frame's x and y over those along the shorter side; `None` for the one cell of a direction in which the frame repeats itself.
+    /// Cells along the frame's x and y over those along the shorter side; `None` for a periodic direction with a single cell.
     aspect: [Option<f64>; 2],
-    /// Increments per stroke of closed paths; 0 if there are none.
+    /// Largest number of increments per stroke of closed paths; 0 without any.
     increments_per_stroke: usize,
-    /// Least number of cycles of a step, which bounds the number of jumps.
+    /// Least number of cycles of a step, which limits the number of jumps.
     cycles: f64,
-    /// Whether the scene says how exactly iterations and compressed operators are solved.
+    /// Whether the scene prescribes the tolerances of the solver and of compressed operators.
     has_own_tolerances: [bool; 2],
 }
 
@@ -104,14 +104,14 @@ impl RefinementLadder {
         };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
-            // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
+            // Boundary elements have their own meshes, and heights per cell belong to the scene's cells.
             let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
                 || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
                 || matches!(plan.gap.shape, GapShape::PerCell(_));
             if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
-                // Cells finer than the faces of a mesh that is condensed show nothing new.
+                // Cells finer than the faces of a condensed mesh resolve nothing more.
                 ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
                     .iter()
                     .any(|near| near.is_condensed());
@@ -127,7 +127,7 @@ impl RefinementLadder {
         Ok(ladder)
     }
 
-    /// What is turned: the cells last.
+    /// Refinement parameters in the order of refinement, the cells last.
     pub fn knobs(&self) -> Vec<RefinementParameter> {
         let [cells, increments, jumps] = self.is_refined;
         let all = [
@@ -164,24 +164,24 @@ impl RefinementLadder {
         self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
     }
 
-    /// Whether so many cells in contact resolve it.
+    /// Returns whether this number of cells in contact resolves the contact.
     pub fn resolves(&self, cells: usize) -> bool {
         cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
     }
 
-    /// What the error of a knob falls with.
+    /// Size h of the error estimate C h^p.
     pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
         match knob {
             RefinementParameter::Cells => {
                 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
             }
             RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
-            // The error of jumps follows their tolerance, which falls by four.
+            // The error of jumps follows their tolerance, which decreases by a factor of four.
             RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
         }
     }
 
-    /// What the cells within an outline lack of its area, or have too much, over it; `None` without an outline, or of one that the frame cuts.
+    /// Relative excess area of the cells within an outline. `None` without an outline, if the frame cuts it, or for fixed cells.
     pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
         let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
         let reaches =
@@ -200,13 +200,13 @@ impl RefinementLadder {
         Some(inside as f64 * cell / outline.area() - 1.0)
     }
 
-    /// Area of the cells within an outline of which they have `cut` too much.
+    /// Area of the cells within an outline; `cut`: its relative excess over the area of the outline.
     pub fn outline_cell_area(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
         let FramePlan::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
         cut.map(|cut| (1.0 + cut) * outline.area())
     }
 
-    /// The plan with these levels.
+    /// Plan with the settings of these levels.
     pub fn plan(&self, plan: &Plan, levels: &Levels) -> Plan {
         let [cells, increments, jumps] = self.is_refined;
         let mut plan = Plan { accuracy: None, ..plan.clone() };
@@ -252,7 +252,7 @@ impl RefinementLadder {
         plan
     }
 
-    /// Levels in words.
+    /// Description of the levels.
     pub fn describe(&self, levels: &Levels) -> String {
         let [cells, increments, jumps] = self.is_refined;
         let mut words = Vec::new();
@@ -273,7 +273,7 @@ impl RefinementLadder {
     }
 }
 
-/// The closed path of a step whose increments may be refined: not "auto", where resolved cycles do it.
+/// Closed path of a step whose increments may be refined. `None` with "auto", where resolved cycles refine them.
 fn refinable_path(step: &Step) -> Option<ClosedPath> {
     match step.cycles?.motion {
         CycleMotion::ClosedPath(closed)
@@ -285,8 +285,8 @@ fn refinable_path(step: &Step) -> Option<ClosedPath> {
     }
 }
 
-/// Cells along the sides of a frame over those along the shorter one, as the scene has them; one cell across where the frame does not repeat itself
-/// is as long as its side, beside square ones.
+/// Cells along the sides of a frame over those along the shorter one, as in the scene. A single cell across a direction that is not
+/// periodic is as long as its side; the ratio of the sides then replaces that of the cells.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {
@@ -298,7 +298,7 @@ fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Opti
     if cells == [1, 1] { [None; 2] } else { numbers.map(|n| n.map(|n| n / shorter)) }
 }
 
-/// The nearest even number, at least 2.
+/// Nearest even number, at least 2.
 fn even(n: f64) -> usize {
     2 * ((0.5 * n).round() as usize).max(1)
 }
@@ -311,7 +311,7 @@ pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     }
 }
 
-/// Tolerance or number of jumps of the first step that has them.
+/// Tolerance or number of jumps of the first step with cycles.
 pub(super) fn jumps(plan: &Plan) -> Option<f64> {
     plan.steps.iter().find_map(|step| step.cycles).map(|cycles| match cycles.jumps {
         JumpPolicy::Number(number) => number as f64,

@@ -1,7 +1,8 @@
-//! Runs of a plan that get finer until what is asked for is accurate enough.
+//! Adaptive accuracy: runs of a plan are refined until the estimated errors of the requested results are small enough.
 //!
-//! Increments and jumps are refined first, on coarse cells, for their share of the error hardly depends on the cells; then the cells. Each share is
-//! estimated from how the values change; the sum of the shares is what is compared with the accuracy.
+//! [`AccuracySearch`] refines increments and jumps first, on coarse cells, because their errors hardly depend on the cells, and
+//! then the cells. The error of each parameter is estimated from the change of the values; their sum is compared with the accuracy.
+//! [`run()`] performs the runs.
 
 mod convergence;
 mod levels;
@@ -22,63 +23,63 @@ use crate::scene::plan::{AccuracyPlan, Plan};
 use crate::scene::spec::accuracy::{AccuracyQuantity, RefinementParameter};
 use crate::simulation::failure::SceneError;
 
-/// Share of the accuracy that increments and jumps may each take where cells follow.
+/// Share of the accuracy that increments and jumps may each use if cells are refined as well.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;
 
-/// Values by which a turn is judged, or two where they hardly differ: by this share of what is allowed.
+/// Runs per parameter for an estimate; two suffice for errors below `UNCHANGED_SHARE` of the accuracy.
 const MIN_RUNS_PER_PARAMETER: usize = 3;
 const UNCHANGED_SHARE: f64 = 0.05;
 
-/// Changes of a value that do not shrink, one after the other, from which on it counts as one that does not converge.
+/// Number of successive changes of a value that do not decrease, from which on the value counts as divergent.
 const MAX_GROWING_CHANGES: usize = 3;
 
-/// A run with what the estimates need of it.
+/// Run with the values that the estimates need.
 #[derive(Debug, Clone)]
 struct MeasuredRun {
     levels: Levels,
     values: Vec<TargetValue>,
-    /// [`RefinementLadder::outline_area_error`].
+    /// Error of the outline area by the cells, see [`RefinementLadder::outline_area_error`].
     outline_area_error: Option<f64>,
     seconds: f64,
 }
 
-/// Relative error of a length by that of the area: what the stairs along an outline cost the load of a punch.
+/// Relative error of the load of a punch over that of its area, due to the staircase approximation of its outline.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
-/// A run writes files if the errors foreseen for it are at most so many times what is allowed: files that finer runs replace cost less than
-/// another run for the files alone.
+/// A run writes files if its predicted errors are at most this multiple of the allowed ones. Files that finer runs replace cost
+/// less than another run for the files alone.
 const WRITE_FILES_FACTOR: f64 = 2.0;
 
-/// What is done next.
+/// Next action of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NextRun {
-    /// A run; whether it will probably be the last.
+    /// Run at these levels; whether it is probably the last.
     Run(Levels, bool),
-    /// Nothing: these are the levels of the result.
+    /// Nothing: the result belongs to these levels.
     Done(Levels),
 }
 
-/// The search for settings that are fine enough.
+/// Search for sufficiently fine settings.
 pub struct AccuracySearch<'p> {
     plan: &'p Plan,
     spec: &'p AccuracyPlan,
     ladder: RefinementLadder,
-    /// What is turned, in this order.
+    /// Refinement parameters, in the order of refinement.
     knobs: Vec<RefinementParameter>,
     samples: Vec<MeasuredRun>,
-    /// The samples of each knob that was turned, by number.
+    /// Indices of the samples of each parameter refined so far.
     refinements: Vec<Vec<usize>>,
-    /// Where the cells begin after a knob that did not suffice.
+    /// Levels at which the next parameter starts if one did not suffice.
     base: Option<Levels>,
-    /// Why there is nothing finer.
+    /// Reason why no finer run follows.
     stop_reason: Option<String>,
 }
 
 impl<'p> AccuracySearch<'p> {
-    /// A search for the accuracy that `plan` asks for; `None` if it asks for none.
+    /// Creates a search for the accuracy that `plan` requests; `None` if it requests none.
     ///
     /// # Errors
-    /// If nothing is left to choose, or the plan cannot be computed.
+    /// If there is nothing to refine, or the plan cannot be computed.
     pub fn new(plan: &'p Plan) -> Result<Option<Self>, SceneError> {
         let Some(spec) = &plan.accuracy else { return Ok(None) };
         if plan.wear == WearLaw::None && spec.quantities == [AccuracyQuantity::WornVolume] {
@@ -100,27 +101,27 @@ impl<'p> AccuracySearch<'p> {
         Ok(Some(Self { plan, spec, ladder, knobs, samples, refinements, base: None, stop_reason: None }))
     }
 
-    /// What is turned, in this order.
+    /// Refinement parameters, in the order of refinement.
     pub fn knobs(&self) -> &[RefinementParameter] {
         &self.knobs
     }
 
-    /// The plan of some levels.
+    /// Plan with the settings of some levels.
     pub fn plan(&self, levels: &Levels) -> Plan {
         self.ladder.plan(self.plan, levels)
     }
 
-    /// Levels in words: "60 x 60 cells, 4 times the increments".
+    /// Description of levels: "60 x 60 cells, 4 times the increments".
     pub fn describe(&self, levels: &Levels) -> String {
         self.ladder.describe(levels)
     }
 
-    /// Levels of the last run that was taken.
+    /// Levels of the last run that was added.
     pub fn last(&self) -> Option<Levels> {
         self.samples.last().map(|sample| sample.levels)
     }
 
-    /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
+    /// Adds the records of a converged run, with its time and, if the frame is a grid, the area of a cell.
     pub fn add_run(
         &mut self,
         levels: Levels,
@@ -150,7 +151,7 @@ impl<'p> AccuracySearch<'p> {
         {
             let index = self.refinements.len() - 1;
             if !self.meets_tolerance(index, &self.refinements[index]) {
-                // It will not be reached: what comes is not made many times as long for nothing.
+                // The accuracy cannot be reached, so later runs restart from coarser levels to save time.
                 self.base = Some(levels.coarser(self.knobs[index]));
                 self.refinements.push(Vec::new());
                 break;
@@ -162,8 +163,7 @@ impl<'p> AccuracySearch<'p> {
         }
     }
 
-    /// The value, if any, whose changes have not shrunk in [`MAX_GROWING_CHANGES`] rounds, one after the other and all in one direction, and are larger
-    /// than what is allowed.
+    /// Value, if any, whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger than allowed.
     fn diverging_value(&self) -> Option<usize> {
         let index = self.refinements.len().checked_sub(1)?;
         let refinement = &self.refinements[index];
@@ -209,7 +209,7 @@ impl<'p> AccuracySearch<'p> {
         )
     }
 
-    /// What the last run has shown: the largest estimated error by what is refined now.
+    /// Message about the last run: the largest estimated error by the parameter that is refined at present.
     pub fn round_message(&self) -> Option<String> {
         let index = self.refinements.len().checked_sub(1)?;
         let (refinement, knob) = (&self.refinements[index], self.knobs[index]);
@@ -228,13 +228,13 @@ impl<'p> AccuracySearch<'p> {
         ))
     }
 
-    /// Hears that a run failed: finer ones are not tried. False if there is none to fall back on.
+    /// Notes that a run failed, so that no finer runs follow. Returns false if there is no earlier result.
     pub fn stop_refining(&mut self, why: String) -> bool {
         self.stop_reason = Some(why);
         !self.samples.is_empty()
     }
 
-    /// What is done next.
+    /// Next action of the search.
     pub fn next_run(&self) -> NextRun {
         let Some(last) = self.samples.last() else { return NextRun::Run(self.ladder.first(), false) };
         if self.stop_reason.is_some() {
@@ -258,20 +258,20 @@ impl<'p> AccuracySearch<'p> {
         NextRun::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
     }
 
-    /// Whether the accuracy is reached by the last run.
+    /// Returns whether the last run reaches the accuracy.
     pub fn is_met(&self) -> bool {
         self.refinements.len() == self.knobs.len()
             && self.refinements.iter().enumerate().all(|(index, turn)| self.meets_tolerance(index, turn))
     }
 
-    /// Whether a knob is turned no further.
+    /// Returns whether a parameter is refined no further.
     fn is_finished(&self, index: usize, turn: &[usize]) -> bool {
         let last = turn.last().map(|&number| self.samples[number].levels);
         self.meets_tolerance(index, turn)
             || last.is_some_and(|levels| self.ladder.is_last(self.knobs[index], &levels))
     }
 
-    /// Whether the share of a knob is small enough.
+    /// Returns whether the error of a parameter is small enough.
     fn meets_tolerance(&self, index: usize, turn: &[usize]) -> bool {
         let Some(&last) = turn.last() else { return false };
         let Some(errors) = self.errors(turn, self.knobs[index], &self.samples[last].levels) else {
@@ -286,7 +286,7 @@ impl<'p> AccuracySearch<'p> {
         errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
     }
 
-    /// The relative error that a knob may leave of a value.
+    /// Relative error of a value that a parameter may leave.
     fn allowed(&self, index: usize, value: usize) -> f64 {
         let whole = self.spec.relative;
         if index + 1 < self.knobs.len() {
@@ -298,18 +298,18 @@ impl<'p> AccuracySearch<'p> {
         }
         let before =
             (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
-        // What is left where others took too much shall not stop the last one from being turned.
+        // Lower bound for the last parameter, so that it is refined even if others leave too large an error.
         (whole - before.sum::<f64>())
             .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
-    /// Relative errors of all values that a knob leaves after its turn.
+    /// Relative errors of all values that remain after the refinement of a parameter.
     fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
-        // A knob that did not suffice is not where its turn ended.
+        // A parameter that did not suffice may have been reset to a coarser level.
         self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 
-    /// Relative errors of all values at some levels, by the samples of a turn; `None` of a single one.
+    /// Relative errors of all values at some levels, from the samples of a parameter; `None` for a single sample.
     fn errors(&self, turn: &[usize], knob: RefinementParameter, levels: &Levels) -> Option<Vec<f64>> {
         if turn.len() < 2 {
             return None;
@@ -324,14 +324,14 @@ impl<'p> AccuracySearch<'p> {
         let relative = |(value, wanted): (usize, &TargetValue)| {
             let (sizes, values) = self.convergence_data(turn, knob, value);
             let error = Convergence::estimate(&sizes, &values).error(size);
-            // What is nothing by symmetry is so on any cells.
+            // A value that vanishes by symmetry does so on any cells.
             let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };
         Some(last.values.iter().enumerate().map(relative).collect())
     }
 
-    /// Sizes and values of a turn, values of a punch without what its outline's cells have too much or too little.
+    /// Sizes and values of the samples of a parameter; values of a punch are corrected for the area of its cells.
     fn convergence_data(
         &self,
         turn: &[usize],
@@ -348,7 +348,7 @@ impl<'p> AccuracySearch<'p> {
         turn.iter().map(of).unzip()
     }
 
-    /// What is known of the accuracy of the last run.
+    /// Accuracy of the last run, with the history of runs.
     pub fn record(&self) -> AccuracyRecord {
         let shares: Vec<Option<Vec<f64>>> =
             (0..self.knobs.len()).map(|index| self.error_contribution(index)).collect();

@@ -1,4 +1,4 @@
-//! Runs a plan from coarse to fine until its results are as accurate as it asks for; the last run writes the files.
+//! Runs a plan from coarse to fine until its results reach the requested accuracy. The last run writes the files.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -14,10 +14,10 @@ use crate::scene::spec::solver::Output;
 use crate::simulation::SceneError;
 use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
 
-/// Why a run of which the estimates stay above the accuracy did not converge.
+/// Reason in the summary if the estimated errors stay above the requested accuracy.
 pub const ACCURACY_NOT_REACHED: &str = "accuracy";
 
-/// Runs the plan into `output`, if there is one, and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
+/// Runs the plan (once if it requests no accuracy) into `output`, if given, and completes `summary`. Returns the exit code.
 pub fn run(
     plan: &Plan,
     output: Option<OutputDir>,
@@ -36,15 +36,15 @@ pub fn run(
     }
 }
 
-/// How a run of the search ended.
+/// Outcome of a run of the search.
 enum Ended {
     Converged,
     Interrupted,
-    /// With the reason.
+    /// Reason of the failure.
     Failed(String),
 }
 
-/// The runs of a search.
+/// Runs of an accuracy search.
 struct AccuracyRun<'a, 'j, 'p> {
     search: AccuracySearch<'p>,
     base: Summary,
@@ -52,7 +52,7 @@ struct AccuracyRun<'a, 'j, 'p> {
     directory: Option<PathBuf>,
     summary: &'a mut Summary,
     job: RunOptions<'j>,
-    /// Levels of the run whose files are there.
+    /// Levels of the run whose files are written.
     written: Option<Levels>,
 }
 
@@ -61,7 +61,7 @@ impl AccuracyRun<'_, '_, '_> {
         loop {
             match self.search.next_run() {
                 NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
-                // The same once more, with files.
+                // The same levels again, this time with files.
                 NextRun::Done(levels) => return self.final_run(levels),
                 NextRun::Run(levels, false) => match self.trial_run(levels) {
                     Ended::Converged => {}
@@ -92,7 +92,7 @@ impl AccuracyRun<'_, '_, '_> {
         if self.summary.status == Status::Converged { exit::DONE } else { exit::NOT_CONVERGED }
     }
 
-    /// A run of which the estimates alone need something.
+    /// Runs a plan without output, for the estimates only.
     fn trial_run(&mut self, levels: Levels) -> Ended {
         let mut plan = self.search.plan(&levels);
         plan.output = Output { fields: Vec::new(), inside: Vec::new(), ..plan.output };
@@ -125,7 +125,7 @@ impl AccuracyRun<'_, '_, '_> {
         }
     }
 
-    /// A run whose files are the results, unless finer ones follow.
+    /// Runs a plan with output; its files are the results unless finer runs follow.
     fn final_run(&mut self, levels: Levels) -> Result<u8, SceneError> {
         let plan = self.search.plan(&levels);
         let output = match (self.output.take(), &self.directory) {
@@ -140,7 +140,7 @@ impl AccuracyRun<'_, '_, '_> {
         let record = self.search.record();
         let coarser = record.runs.iter().map(|run| run.seconds).sum::<f64>();
         self.summary.timings.add("coarser runs", coarser);
-        // For a run that ends before its own values are there.
+        // For a run that ends before its own values exist.
         self.summary.accuracy = Some(record);
         let search = &mut self.search;
         let words = search.describe(&levels);
@@ -174,7 +174,7 @@ impl AccuracyRun<'_, '_, '_> {
         code
     }
 
-    /// Shows what the last run says of the errors.
+    /// Reports the estimated errors of the last run.
     fn show_estimate(&mut self) {
         if let Some(text) = self.search.round_message() {
             (self.job.on_progress)(ProgressEvent::Message(&text));
@@ -182,7 +182,7 @@ impl AccuracyRun<'_, '_, '_> {
     }
 }
 
-/// Shows an event of a run with the words that say which run it is.
+/// Reports an event of a run together with the description of the run.
 fn show_of_round(show: &mut (dyn FnMut(ProgressEvent) + Send), words: &str, event: ProgressEvent) {
     match event {
         ProgressEvent::Stage(stage, done, residual) => {

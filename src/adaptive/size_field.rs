@@ -1,42 +1,42 @@
-//! The sizes of the next mesh of a body, from the estimated error of its stress at the ends of the steps.
+//! Element sizes of the next mesh of a body, from the estimated stress errors at the ends of the steps.
 
 use crate::error::{Error, Result};
 use crate::fem::{ErrorEstimate, SIZE_RATIO_BOUNDS, size_ratios};
 use crate::mesh::Mesh;
 use crate::mesh::size_field::{SizeBounds, edge_length, nodal_sizes};
 
-/// What the next mesh shall be.
+/// Requirements on the next mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementTarget {
-    /// Error of the stress relative to its norm, in the energy norm; half of the present one if absent.
+    /// Relative error of the stress in the energy norm; `None` for half of the present error.
     pub error: Option<f64>,
-    /// Least size of an element.
+    /// Least element size.
     pub least: Option<f64>,
-    /// Largest size of an element.
+    /// Largest element size.
     pub largest: Option<f64>,
-    /// Growth of the size per distance.
+    /// Growth of the element size per distance.
     pub growth: f64,
 }
 
-/// Sizes of a next mesh.
+/// Element sizes of the next mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SizeField {
     /// Size at each corner node of the solids, 0 at other points, `[n_points]`.
     pub nodal: Vec<f64>,
-    /// The error that is aimed at.
+    /// Target error.
     pub error: f64,
-    /// Elements of the present mesh.
+    /// Number of elements of the present mesh.
     pub elements: usize,
-    /// Elements that the next mesh will have about, as tetrahedra if the present ones are.
+    /// Expected number of elements of the next mesh, which are assumed to be of the present types.
     pub next_elements: f64,
-    /// Bounds of the field.
+    /// Bounds of the size field.
     pub bounds: SizeBounds,
 }
 
-/// Default of the least and the largest size, in units of the least and the largest present one.
+/// Default least and largest size, relative to the least and largest present size.
 const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 
-/// The size field that brings the errors of all `estimates` of a body down to the wanted one.
+/// Size field that reduces the errors of all `estimates` of a body to the target.
 ///
 /// # Errors
 /// If there is no stress, or the bounds contradict one another.
@@ -77,7 +77,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     Ok(SizeField { nodal, error, elements: cells.len(), next_elements, bounds })
 }
 
-/// Elements that a mesh of the nodal sizes has about: each present one becomes (size / next size)³.
+/// Expected number of elements of a mesh with the nodal sizes: each present element becomes (size / next size)³.
 fn expected(mesh: &Mesh, nodal: &[f64], (sizes, volumes): (&[f64], &[f64])) -> f64 {
     let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
         let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];

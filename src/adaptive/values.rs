@@ -1,4 +1,4 @@
-//! The values whose accuracy is asked for.
+//! Values whose accuracy is requested.
 
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::{CycleMotion, Drive, Normal, Step, Tangential};
@@ -6,46 +6,44 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Share of the largest value of all steps that the error of a small one is relative to at least.
+/// Least reference value of a small error, relative to the largest value of all steps.
 const LEAST: f64 = 0.01;
 
-/// Name of the worn volume.
 const WORN: &str = "worn_volume";
 
-/// A value at the end of a step.
+/// Value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TargetValue {
-    /// The step.
+    /// Name of the step.
     pub step: String,
-    /// What it is, as in `summary.steps`.
+    /// Name of the value, as in `summary.steps`.
     pub name: &'static str,
-    /// The quantity that it belongs to.
+    /// Quantity that the value belongs to.
     pub quantity: AccuracyQuantity,
-    /// The value.
     pub value: f64,
-    /// What its error is relative to; 0 if there is nothing.
+    /// Reference value of the relative error; 0 if there is none.
     pub scale: f64,
-    /// The power of the area within the outline of a punch that it follows, 0 where none is known.
+    /// Exponent of the dependence on the area within the outline of a punch; 0 if unknown.
     pub area_power: f64,
-    /// Whether the contact is all that lies within an outline, so that the outline's cells matter.
+    /// Whether contact fills the outline, so that the error of its cells matters.
     pub fills_outline: bool,
 }
 
 impl TargetValue {
-    /// What it would be if the cells had the area of the outline, of which they have `cut` too much.
+    /// Value for the exact area of the outline; `cut`: relative excess area of the cells.
     pub fn corrected_for_outline(&self, cut: Option<f64>) -> f64 {
         self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.area_power)
     }
 }
 
-/// The power of the area that the load of a flat punch follows at a given motion, and the inverse of the motion under a given load: that of its
-/// length.
+/// Exponent of the area for the load of a flat punch at a given motion, and for the inverse of its motion under a given load. Both
+/// scale with its length.
 ///
 /// # Source
 /// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
 const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
-/// What holds in a step: whether force is prescribed along the normal, and along the surface.
+/// Forces prescribed in a step, along the normal and in the tangential plane.
 #[derive(Clone, Copy)]
 struct ForceControls {
     normal_force: bool,
@@ -66,8 +64,7 @@ impl ForceControls {
     }
 }
 
-/// Least number of cells of the area `cell` in contact at the end of a step: none where bodies are brought closer than the first touch and no cell
-/// sees it.
+/// Least number of cells with area `cell` in contact at the end of a step. It is 0 if the bodies overlap but no cell is in contact.
 pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
@@ -81,17 +78,17 @@ pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: 
     fewest
 }
 
-/// The values at the ends of the steps; `punch`: area of the cells within an outline.
+/// Values at the ends of the steps; `punch`: area of the cells within an outline.
 pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
     let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
     let mut held = ForceControls::NOTHING;
     let mut found: Vec<TargetValue> = Vec::new();
     for step in &plan.steps {
         held = held.after(step);
-        // Of load points and steps of one name the last.
+        // For load points and steps of the same name, the last one counts.
         found.retain(|value| value.step != step.name);
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
-        // All of the punch touches, so that its outline is the edge of the contact.
+        // The whole punch is in contact, so its outline is the edge of the contact.
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
         let mut push = |quantity: AccuracyQuantity, name: &'static str, value: f64, scale: f64| {
             let step = step.name.clone();
@@ -109,7 +106,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             let [qx, qy] = record.tangential_force;
             let [sx, sy] = record.shift;
             let force = record.normal_force.hypot(qx).hypot(qy);
-            // Where nothing touches bodies may be anywhere.
+            // Without contact the motion is arbitrary.
             let touches = record.contact_area > 0.0;
             let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
             match held.normal_force {
@@ -138,7 +135,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             .iter()
             .filter(|value| value.name == name)
             .fold(0.0, |most: f64, value| most.max(value.scale));
-        // What has been worn before the end hardly matters beside it.
+        // Wear of earlier steps hardly matters beside that at the end.
         let least = if name == WORN { 1.0 } else { LEAST };
         let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));

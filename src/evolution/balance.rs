@@ -1,4 +1,4 @@
-//! What an end of an increment has to balance: prescribed forces, and the loads of bodies that float.
+//! Force balance at a path point: prescribed forces, and loads of unconstrained bodies.
 
 use nalgebra::Vector3;
 
@@ -14,11 +14,11 @@ use crate::evolution::model::PreparedModel;
 use crate::evolution::step::Step;
 use crate::geometry::Side;
 
-/// Below this a direction, whose length is 1, has no part left.
+/// Norm below which the remaining part of a unit direction counts as zero.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 impl Run<'_> {
-    /// The end of an increment under the given loads, with the balance they ask for.
+    /// Path point of an increment under the given loads, with the force balance that they require.
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
@@ -32,7 +32,7 @@ impl Run<'_> {
             PathPoint { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
-        // A plane of symmetry bears the part of a force across it.
+        // A plane of symmetry carries the component of a force normal to it.
         let at_plane = matches!(loads.tangential, TangentialControl::Force(_))
             && !prepared.model.frame.symmetry_normals().is_empty();
         if prepared.model.floating.is_empty() && !inclined && !loads.prescribes_moment() && !at_plane {
@@ -61,7 +61,7 @@ impl Run<'_> {
 }
 
 impl PreparedModel<'_> {
-    /// Local gap (x, y, n) in a cell per unit of a component of motion.
+    /// Local gap (x, y, n) in a cell per unit of a motion component.
     fn unit_gap(&self, component: usize, cell: usize) -> [f64; 3] {
         if component >= 3 {
             let gap = &self.mode_gaps[component - 3];
@@ -72,7 +72,7 @@ impl PreparedModel<'_> {
         self.rigid_axes.as_ref().map_or(unit, |axes| axes[cell] * unit).into()
     }
 
-    /// The motions to be found, with what the tractions on body 2 must do on them.
+    /// Unknown motions, with the work that the tractions on body 2 must do on each.
     fn balance_constraints(&self, loads: &PrescribedLoads) -> Vec<BalanceConstraint> {
         let mut force = Vector3::zeros();
         let mut forced = Vec::new();
@@ -87,11 +87,11 @@ impl PreparedModel<'_> {
         let floating = self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
             let mut motion = [0.0; MOTION_COMPONENTS];
             motion[3 + j] = 1.0;
-            // The contact carries what is prescribed, and holds the body against its own loads.
+            // The contact carries the prescribed force and holds the body against its own loads.
             BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
         });
         let mut wanted: Vec<BalanceConstraint> = floating.collect();
-        // A body stays on planes of symmetry, whatever part of a force they bear.
+        // A body stays on its planes of symmetry, which carry part of a force.
         let normals = self.model.frame.symmetry_normals();
         let mut taken = [&self.free_translations[..], &normals].concat();
         for direction in forced {
@@ -138,7 +138,7 @@ impl PreparedModel<'_> {
         ))
     }
 
-    /// The body or bodies that float, in words; body 2 where only forces are prescribed.
+    /// Names the unconstrained bodies; body 2 if only forces are prescribed.
     fn who(&self) -> &'static str {
         match self.model.floating.iter().map(|body| body.side).collect::<Vec<_>>()[..] {
             [Side::Lower] => "body 1",
@@ -157,7 +157,7 @@ impl PreparedModel<'_> {
         six
     }
 
-    /// A motion in words, in the frame's axes.
+    /// Describes a motion in the frame's axes.
     fn motion_name(&self, motion: &RigidMotion) -> String {
         let six = self.six(motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
@@ -168,7 +168,7 @@ impl PreparedModel<'_> {
         }
     }
 
-    /// Why no motion balances the prescribed forces.
+    /// Message on why no motion balances the prescribed forces.
     pub(super) fn loss_of_equilibrium_message(
         &self,
         step: &str,
@@ -210,14 +210,14 @@ impl PreparedModel<'_> {
     }
 }
 
-/// A rotation of body 2 about an axis through the frame's centre, and the work of the tractions on it.
+/// Rotation of body 2 about an axis through the frame's centre, with the required work of the tractions on it.
 fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
     let mut motion = [0.0; MOTION_COMPONENTS];
     motion[3..6].copy_from_slice(axis.as_slice());
     BalanceConstraint { motion, work }
 }
 
-/// The part of a rotation that planes of symmetry with the given normals allow.
+/// Part of a rotation that planes of symmetry with the given normals allow.
 fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector3<f64> {
     match normals {
         [] => *rotation,
@@ -226,12 +226,12 @@ fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector
     }
 }
 
-/// Makes the largest component positive: a motion that is held has no sense of direction.
+/// Sign that makes the largest component positive: a fixed motion has no sense of direction.
 fn sign_of_largest(direction: Vector3<f64>) -> f64 {
     direction[direction.iamax()].signum()
 }
 
-/// An axis by its name, any other direction by its components.
+/// Name of an axis, or the components of any other direction.
 fn direction_name(direction: Vector3<f64>) -> String {
     let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {

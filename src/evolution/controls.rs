@@ -7,7 +7,7 @@ use crate::contact::{NormalControl, TangentialControl};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
-/// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
+/// Controls in force. A quantity that a step does not prescribe keeps its control (approach or force, for example).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct ActiveControls {
     pub normal: Normal,
@@ -17,7 +17,7 @@ pub(super) struct ActiveControls {
 }
 
 impl ActiveControls {
-    /// What holds before the first step: no shift, no rotation.
+    /// Controls before the first step: no tangential displacement, no rotation.
     pub fn at_rest(normal: Normal) -> Self {
         Self {
             normal,
@@ -27,7 +27,7 @@ impl ActiveControls {
         }
     }
 
-    /// What holds at the end of `step`.
+    /// Controls at the end of `step`.
     fn after(self, step: &Step) -> Self {
         Self {
             normal: step.normal.unwrap_or(self.normal),
@@ -37,14 +37,14 @@ impl ActiveControls {
         }
     }
 
-    /// Prescribed force on body 1, 0 along directions without.
+    /// Prescribed force on body 1; 0 along directions without a prescribed force.
     fn force(&self) -> Vector3<f64> {
         let [x, y] = if let Tangential::Force(force) = self.tangential { force } else { [0.0; 2] };
         let n = if let Normal::Force(force) = self.normal { -force } else { 0.0 };
         Vector3::new(x, y, n)
     }
 
-    /// The loads in force at a given tangential position.
+    /// Loads in force at a given tangential position.
     pub fn loads_at_shift(&self) -> PrescribedLoads {
         let normal = match self.normal {
             Normal::Approach(_) => NormalControl::Approach,
@@ -61,7 +61,7 @@ impl ActiveControls {
     }
 }
 
-/// What is prescribed of forces and moments; where nothing is, the motion is given.
+/// Prescribed forces and moments. Where none is prescribed, the motion is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
@@ -71,30 +71,30 @@ pub(super) struct PrescribedLoads {
 }
 
 impl PrescribedLoads {
-    /// Whether a force or a moment is prescribed.
+    /// Returns whether a force or a moment is prescribed.
     pub fn any(&self) -> bool {
         let forced = matches!(self.normal, NormalControl::Force(_))
             || matches!(self.tangential, TangentialControl::Force(_));
         forced || self.prescribes_moment()
     }
 
-    /// Whether a moment is prescribed.
+    /// Returns whether a moment is prescribed.
     pub fn prescribes_moment(&self) -> bool {
         self.moment.iter().any(Option::is_some)
     }
 }
 
-/// The controls of one increment and the rigid motion it starts from.
+/// Controls of one increment, and the rigid motion from which its solution starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct IncrementControls {
-    /// Along x, y, n.
+    /// Displacement along x, y, n.
     pub rigid: [f64; 3],
     /// Rotation about x, y, n.
     pub turn: [f64; 3],
     pub loads: PrescribedLoads,
 }
 
-/// Rigid motion of body 2 and what body 1 carries, in the frame's axes.
+/// Rigid motion of body 2 and resultants on body 1, in the frame's axes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPathStart {
     pub rigid: [f64; 3],
@@ -103,20 +103,20 @@ pub(super) struct LoadPathStart {
     pub moment: [f64; 3],
 }
 
-/// A step's path from where it starts to what it prescribes.
+/// Path of a step from its initial state to its prescribed totals.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPath {
-    /// Where it starts; the force on body 1 is what the contact carries, and along directions in which the bodies float, where it
-    /// carries their own loads too, what was prescribed before.
+    /// Initial state. The force on body 1 is the contact force. Along unconstrained directions, where the contact also carries the
+    /// bodies' own loads, it is the force prescribed before.
     start: LoadPathStart,
     /// Approach at which the first cell closes.
     first_touch: f64,
-    /// What is prescribed at the end.
+    /// Controls at the end.
     pub end: ActiveControls,
 }
 
 impl LoadPath {
-    /// The path of `step` from a start with the force of the contact, with `held` in force before it.
+    /// Path of `step` from a start with the contact force; `held`: controls before the step.
     pub fn new(
         step: &Step,
         held: ActiveControls,
@@ -128,17 +128,17 @@ impl LoadPath {
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
-    /// The same path where first touch is `by` farther along n.
+    /// The same path if first touch is farther along n by `by`.
     pub fn with_later_first_touch(mut self, by: f64) -> Self {
         self.first_touch += by;
         self.start.rigid[2] += by;
         self
     }
 
-    /// Controls at `fraction` of the path; `now` is the present rigid motion (x, y, n; about x, y, n), the guess for what is
-    /// free.
+    /// Controls at `fraction` of the path. `now`: present rigid motion (x, y, n; about x, y, n), the initial guess for unknown
+    /// motions.
     pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> IncrementControls {
-        // What is prescribed to the last digit.
+        // At the end, the prescribed values are exact.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
         let (mut rigid, mut turn) = now;
@@ -154,7 +154,7 @@ impl LoadPath {
                 (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
                 TangentialControl::Shift
             }
-            // Reported forces and moments act on body 1, the solver's on body 2.
+            // Reported forces and moments act on body 1, those of the solver on body 2.
             Tangential::Force(force) => {
                 TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
             }

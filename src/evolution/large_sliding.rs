@@ -1,20 +1,20 @@
-//! A warning where the surfaces slide by more than small sliding allows.
+//! Warning about tangential displacements that exceed the assumption of small sliding.
 
 use super::records::{FrameState, IncrementRecord};
 use crate::error::warning;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, bounds};
 
-/// Tangential displacement of body 2 over the half-width of the contact along it, beyond which the result is not reliable: material points of
-/// one body then meet others than those that the model keeps opposite to them, with gaps that differ by the square of this share.
+/// Largest reliable tangential displacement of body 2 over the half-width of the contact in its direction. Beyond it, material
+/// points meet others than their partners in the model, with gaps that differ by the square of this ratio.
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
-/// What the warning says of every such step, by which it is found again.
+/// Part of the warning by which it is found again.
 const WHAT: &str = "of the half-width of the contact along that motion";
 
-/// A warning if body 2 is displaced tangentially, at a reversal point or at the end of an increment, by more than a share of the half-width
-/// of the contact. `None` for steady rolling, without contact, without friction and wear, where the contact covers all of the frame along
-/// the motion (a line without ends), and where `earlier` has a warning of the step.
+/// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact, at a reversal point or after
+/// an increment. `None` for steady rolling, without contact, and without friction and wear. `None` also if the contact covers the
+/// whole frame along the motion (an infinite line), or if `earlier` has a warning of the step.
 pub(super) fn large_sliding_warning(
     frame: &ContactFrame,
     record: &IncrementRecord,
@@ -61,8 +61,8 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: the half-width of the contact by its cells: 6 of 20 cells of 0.1 in contact along x are 0.3 to each side; along y all 4 cells are in
-    /// contact, a line without ends. The amplitude of a fretting cycle counts from its reversal points.
+    /// Truth: half-width of the contact from its cells. Along x, 6 of 20 cells of 0.1 are in contact, 0.3 to each side. Along y all
+    /// 4 cells are in contact, an infinite line. The amplitude of a fretting cycle follows from its reversal points.
     #[test]
     fn displacements_against_the_half_width() {
         let frame = ContactFrame::grid([1.0, 0.2], [20, 4], [0.0; 2], 0.0).unwrap();

@@ -1,8 +1,8 @@
-//! Load steps, cycles and cycle jumps: the main loop.
+//! Load steps, fretting cycles and cycle jumps: the main loop of a simulation.
 //!
-//! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
-//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `fretting`).
-//! Progress, output and checkpoints hang on an [`records::Observer`].
+//! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments; each is one contact problem whose
+//! slip refers to the end of the increment before (docs/theory-contact.md). A wear step consists of jumps over many cycles (see
+//! `fretting`). A [`records::Observer`] receives progress, records and checkpoints.
 
 mod balance;
 mod checkpoint;
@@ -42,56 +42,55 @@ use crate::flexibility::Flexibility;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::omitted::OmittedWork;
 
-/// How a run ends before a jump in which wear brings the contact to the edge of the frame.
+/// Outcome of a run that ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
 
-/// What a run leaves.
+/// Result of a run.
 #[derive(Debug, Clone)]
 pub struct RunResult {
     /// One record per increment or jump.
     pub records: Vec<IncrementRecord>,
-    /// How it ended.
+    /// Outcome of the run.
     pub outcome: Outcome,
-    /// Work not done because the scene did not need it.
+    /// Work that was omitted because the scene does not need it.
     pub skipped: Vec<OmittedWork>,
-    /// What the user should know.
+    /// Warnings and notes for the user.
     pub warnings: Vec<String>,
     /// Seconds per stage.
     pub timings: Vec<(String, f64)>,
-    /// Fretting cycles at the start and the end of steps of cycles, where the observer wants them.
+    /// Fretting cycles at the start and the end of wear steps, if the observer requests them.
     pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`RunCheckpoint::transfer_to`]).
+    /// Checkpoint of a run that ends with [`FRAME_EDGE`], from which it resumes on a larger frame ([`RunCheckpoint::transfer_to`]).
     pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
-    /// Where the run ends because the observer wants it ([`Observer::wants_rebuild`]): what it can be taken up from with other
-    /// operators.
+    /// Checkpoint of a run that the observer ends ([`Observer::wants_rebuild`]), from which it resumes with other operators.
     pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
 }
 
-/// A run in progress: the model, the state, and what is collected.
+/// Run in progress: model, state and results so far.
 struct Run<'a> {
     observer: &'a mut dyn Observer,
     prepared: PreparedModel<'a>,
     options: SolverOptions,
     steps: &'a [Step],
-    /// The step in progress, and how far it has come.
+    /// Current step and its progress.
     step_index: usize,
     progress: StepProgress,
     state: RunState,
     controls: ActiveControls,
     result: RunResult,
-    /// What the run would be taken up from at the end of the last entry.
+    /// Rollback point at the end of the last record.
     rollback_point: RollbackPoint,
-    /// Solves, iterations and operator applications on earlier, smaller frames that are in no entry yet.
+    /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.
     discarded_work: [usize; 3],
-    /// The same of the jump in which contact outgrew the present frame.
+    /// Solves, iterations and operator applications of the jump in which contact reached the edge of the present frame.
     untaken_jump_work: [usize; 3],
-    /// The observer wants the run to end before the next jump.
+    /// Whether the observer requested the end of the run before the next jump.
     rebuild_requested: bool,
 }
 
-/// What later increments change of a run, as it was at the end of the last entry.
+/// State of the run and lengths of its lists at the end of the last record.
 struct RollbackPoint {
     state: RunState,
     held: ActiveControls,
@@ -101,9 +100,9 @@ struct RollbackPoint {
     loops: usize,
 }
 
-/// Runs the steps one after the other, from the checkpoint `from` of an earlier run if there is one.
+/// Runs the steps in order, starting from the checkpoint `from` of an earlier run if there is one.
 ///
-/// A step that does not converge ends the run with its state kept and [`Outcome::NotConverged`].
+/// A step that does not converge ends the run; its state is kept, with [`Outcome::NotConverged`].
 ///
 /// # Errors
 /// If the model is inconsistent, `from` belongs to another model, a number becomes non-finite, or the observer cannot write.
@@ -114,7 +113,7 @@ pub fn run(
     from: Option<RunCheckpoint>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
-    // On a thread of the pool: another one would hand over every parallel loop and sleep until it is done.
+    // Runs on a thread of the pool. Any other thread would pass each parallel loop to the pool and wait.
     rayon::scope(|_| run_on_this_thread(model, steps, options, from, observer))
 }
 
@@ -148,7 +147,7 @@ fn run_on_this_thread(
         result.warnings.extend(path_dependence_warning(&model.friction, steps));
         result.warnings.extend(large_friction_warning(prepared.ellipse, model.flexibility.as_ref()));
     }
-    // A body that floats along n is pressed by its own loads until a force is prescribed.
+    // A body that is unconstrained along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let controls = ActiveControls::at_rest(normal);
     let rollback_point = RollbackPoint {
@@ -178,7 +177,7 @@ fn run_on_this_thread(
         run.restore(snapshot)?;
     }
     if let Err(error) = run.run_steps() {
-        // A body may hear of the signal before the solver does.
+        // A body may detect the signal before the solver does.
         if error.kind() == ErrorKind::Interrupted {
             run.report_checkpoint(CheckpointEvent::Aborted)?;
         }
@@ -188,17 +187,16 @@ fn run_on_this_thread(
 }
 
 impl<'a> Run<'a> {
-    /// The step in progress.
     fn step(&self) -> &'a Step {
         &self.steps[self.step_index]
     }
 
-    /// The cycles of the step in progress, a wear step.
+    /// Cycles of the current step, which must be a wear step.
     fn cycles(&self) -> &'a Cycles {
         self.step().cycles.as_ref().expect("a wear step has cycles")
     }
 
-    /// Runs the steps that are left.
+    /// Runs the remaining steps.
     fn run_steps(&mut self) -> Result<()> {
         while let Some(step) = self.steps.get(self.step_index) {
             let started = Instant::now();
@@ -232,7 +230,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Ends the run where it can be taken up with other operators.
+    /// Ends the run at a point where it can resume with other operators.
     fn suspend_for_rebuild(&mut self) -> Result<()> {
         self.report_checkpoint(CheckpointEvent::Suspended)?;
         self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
@@ -255,20 +253,20 @@ impl<'a> Run<'a> {
         self.rollback_point.loops = self.result.fretting_loops.len();
     }
 
-    /// Tells the observer that the run can be resumed from here.
+    /// Notifies the observer that the run can resume from the rollback point.
     fn report_checkpoint(&mut self, moment: CheckpointEvent) -> Result<()> {
         let (observer, checkpoint) = self.observer_and_checkpoint();
         observer.on_checkpoint(moment, &checkpoint)
     }
 
-    /// A checkpoint of the present state.
+    /// Checkpoint of the rollback point.
     fn checkpoint(&mut self) -> RunCheckpoint {
         self.observer_and_checkpoint().1()
     }
 
-    /// The observer, and what makes a checkpoint while it is borrowed.
+    /// The observer, and a function that creates a checkpoint while the observer is borrowed.
     fn observer_and_checkpoint(&mut self) -> (&mut dyn Observer, impl Fn() -> RunCheckpoint) {
-        // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
+        // All fields are named, so that a new field does not compile until it is clear whether a checkpoint needs it.
         let Self {
             observer,
             prepared,
@@ -314,7 +312,7 @@ impl<'a> Run<'a> {
         (*observer, checkpoint)
     }
 
-    /// Goes on from where an earlier run was broken off.
+    /// Resumes from the checkpoint of an earlier run.
     fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
         let (n, steps) = (self.prepared.n(), self.steps);
         if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
@@ -361,12 +359,12 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Friction coefficient from which a contact is told to be a case of large friction.
+/// Friction coefficient from which friction counts as large.
 const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
 
-/// A note where friction may be too large for one answer only (Klarbring 1990: "Examples of non-uniqueness and
-/// non-existence of solutions to quasistatic contact problems with friction"): it has to act on the pressures, or there
-/// is one however large it is.
+/// Warning that large friction may admit several solutions (Klarbring 1990: "Examples of non-uniqueness and non-existence of
+/// solutions to quasistatic contact problems with friction"). `None` unless tangential tractions change the pressures; otherwise
+/// the solution is unique for any friction coefficient.
 fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
     let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
     (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
@@ -377,9 +375,9 @@ fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexi
     })
 }
 
-/// With friction the number of increments is part of the load path.
+/// Warning about frictional steps in one increment, because the number of increments is part of the load path.
 fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
-    // A history says its path; a steady state has none.
+    // A history prescribes its path, and a steady state has none.
     let by_path =
         |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);

@@ -1,4 +1,4 @@
-//! What the history runs on: frame, flexibility, initial gap and laws, with what follows from them once.
+//! Model of a run: frame, flexibility, initial gap and laws, with derived quantities that are computed once.
 
 use std::sync::{Arc, Mutex};
 
@@ -20,54 +20,54 @@ use crate::laws::wear::{SpecificWearRate, WearLaw};
 pub struct Model {
     /// The contact frame.
     pub frame: ContactFrame,
-    /// S on the frame, both bodies.
+    /// Operator S of both bodies on the frame.
     pub flexibility: Arc<dyn Flexibility>,
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
-    /// Motions in which the bodies float; empty if both are held.
+    /// Rigid-body modes of unconstrained bodies; empty if both are supported.
     pub floating: Vec<UnconstrainedModes>,
     /// Friction law.
     pub friction: FrictionLaw,
     /// Wear law.
     pub wear: WearLaw,
-    /// Share of the worn depth taken from body 1, 0..=1.
+    /// Share of the wear depth taken from body 1, 0..=1.
     pub wear_share: f64,
 }
 
-/// A model with its derived quantities.
+/// Model with its derived quantities.
 pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
     pub specific_wear_rate: Option<SpecificWearRate>,
-    /// Worn volume per friction energy, where wear follows friction, 1/MPa.
+    /// Wear volume per friction energy, 1/MPa; `None` if wear does not follow friction.
     pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<ContactScales>>,
-    /// Axes (x, y, n) that resultants are reported in.
+    /// Axes (x, y, n) of the resultants in reports.
     pub axes: Triad,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
-    /// Initial gap, `[3, N]`, with `first_touch` taken from its normal part: small loads would otherwise drown in the
-    /// rounding of the gap of the cells that carry them.
+    /// Initial gap, `[3, N]`, with `first_touch` subtracted from its normal part. Otherwise the gaps of cells under small loads
+    /// would be lost in rounding.
     pub initial_gap: Vec<f64>,
     /// Approach at which the first cell closes, mm; 0 on curved frames.
     pub first_touch: f64,
-    /// Gap per unit of each further motion, `[3, N]`: those in which the bodies float, or the rotations of body 2 about the
-    /// frame's x, y, n where steps control them.
+    /// Gap per unit of each additional mode, `[3, N]`: rigid-body modes of unconstrained bodies, or rotations of body 2 about the
+    /// frame's x, y, n if steps control them.
     pub mode_gaps: Vec<Vec<f64>>,
-    /// Those motions: translation and rotation of body 2 relative to body 1 in the frame's axes.
+    /// Motions of these modes: translation and rotation of body 2 relative to body 1 in the frame's axes.
     pub mode_motions: Vec<[f64; 6]>,
-    /// Whether they are the rotations.
+    /// Whether the modes are the rotations.
     pub controls_rotation: bool,
-    /// Work of the bodies' own loads on each in which they float.
+    /// Work of the bodies' own loads on each rigid-body mode.
     pub mode_loads: Vec<f64>,
-    /// Cells whose flexibility a run has formed, by the times it did.
+    /// Groups of cells whose flexibility the run has formed, in order.
     formed_cells: Mutex<Vec<Vec<usize>>>,
-    /// Translations among them, orthonormal.
+    /// Orthonormal basis of the translations among the rigid-body modes.
     pub free_translations: Vec<Vector3<f64>>,
 }
 
 impl<'a> PreparedModel<'a> {
-    /// Checks sizes and values and computes scales for what `steps` need.
+    /// Checks sizes and values, and computes the quantities that `steps` need.
     pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
         let n = model.frame.n_cells();
         if n == 0 {
@@ -151,7 +151,7 @@ impl<'a> PreparedModel<'a> {
         })
     }
 
-    /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, the floating motions included.
+    /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, including the additional modes.
     pub fn motion(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut sum = *rigid;
         for (motion, amount) in self.mode_motions.iter().zip(floating) {
@@ -169,7 +169,7 @@ impl<'a> PreparedModel<'a> {
         sum
     }
 
-    /// The further motions `now` with the rotation about x, y, n that is given; where steps control none, as they are.
+    /// Mode amplitudes `now`, with the rotation about x, y, n replaced by `turn` if steps control it.
     pub fn with_rotation(&self, mut now: [f64; MAX_RIGID_MODES], turn: [f64; 3]) -> [f64; MAX_RIGID_MODES] {
         if self.controls_rotation {
             now[..3].copy_from_slice(&turn);
@@ -177,39 +177,39 @@ impl<'a> PreparedModel<'a> {
         now
     }
 
-    /// The approach of one end of an iterate.
+    /// Approach at a path point.
     pub fn approach(&self, it: &ContactState, end: usize) -> f64 {
         self.approach_of(&it.rigid_motion[end], &it.mode_amplitudes[end])
     }
 
-    /// The approach of a rigid motion and amplitudes of the further motions.
+    /// Approach for a rigid motion and mode amplitudes.
     pub fn approach_of(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> f64 {
         let approach = self.first_touch - self.motion(rigid, floating)[2];
-        // What is left of a difference of two equal numbers is none.
+        // The difference of two nearly equal numbers is rounding error.
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
 
-    /// The part of a direction (x, y, n) along which the bodies float.
+    /// Component of a direction (x, y, n) in the space of unconstrained translations.
     pub fn free_part(&self, direction: Vector3<f64>) -> Vector3<f64> {
         self.free_translations.iter().map(|free| free * free.dot(&direction)).sum()
     }
 
-    /// Whether the bodies float along n.
+    /// Returns whether the bodies are unconstrained along n.
     pub fn normal_is_free(&self) -> bool {
         (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
     }
 
-    /// Scales of the operator as it is.
+    /// Scales of the current operator.
     pub fn scales(&self) -> Arc<ContactScales> {
         self.scales.lock().expect("no panic while the scales are held").clone()
     }
 
-    /// Cells whose flexibility the run has formed, by the times it did.
+    /// Groups of cells whose flexibility the run has formed, in order.
     pub fn formed_cells(&self) -> Vec<Vec<usize>> {
         self.formed_cells.lock().expect("no panic while the list is held").clone()
     }
 
-    /// Forms the flexibility of some more cells; scales of the operator that has grown.
+    /// Forms the flexibility of additional cells and returns the scales of the extended operator.
     ///
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.
@@ -241,7 +241,7 @@ impl<'a> PreparedModel<'a> {
     }
 }
 
-/// Approach at which the first cell closes by the normal part of the initial gap, `[N]`; 0 on curved frames.
+/// Approach at which the first cell closes, from the normal part of the initial gap, `[N]`; 0 on curved frames.
 pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
@@ -261,14 +261,14 @@ fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     gap
 }
 
-/// Per cell the matrix from a rigid motion in the frame's axes to the cell's, without components across planes of symmetry; `None`
-/// where all are the identity.
+/// Matrix per cell from a rigid motion in the frame's axes to the cell's axes, without components across planes of symmetry. `None`
+/// if all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     let projectors = frame.symmetry_projectors();
     if frame.has_uniform_axes() && projectors.is_empty() {
         return None;
     }
-    // On level frames they are the identity but for rounding.
+    // With uniform axes the matrices are the identity except for rounding.
     let mut matrices = if frame.has_uniform_axes() {
         vec![Matrix3::identity(); frame.n_cells()]
     } else {

@@ -1,4 +1,4 @@
-//! A monotone step: load increments from the state before it to what it prescribes.
+//! Monotone steps: load increments from the state before the step to the prescribed loads.
 
 use std::time::Instant;
 
@@ -20,30 +20,30 @@ use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
 
-/// A contact of so few cells is told.
+/// Largest number of cells in contact that triggers a warning.
 const FEW_CONTACT_CELLS: usize = 3;
 
-/// How that begins.
+/// Beginning of the warning, by which it is found again.
 const FEW: &str = "the contact is carried by";
 
-/// Which laws act in an increment, and how often its slip happens.
+/// Laws that act in an increment, and the number of times its slip occurs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
     pub slip_repeats: f64,
-    /// On the path that wears, `[N]`.
+    /// Factors on the wear path of each cell, `[N]`; `None` for 1.
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
 impl ActiveLaws<'_> {
-    /// The laws of a step for one pass whose wear does not change the gap.
+    /// Laws of a step for one pass whose wear does not change the gap.
     pub fn of(step: &Step) -> Self {
         Self { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None }
     }
 }
 
-/// The equations of an increment with the wear depth `wear_depth` at its start.
+/// Equations of an increment that starts with the wear depth `wear_depth`.
 pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
     options: &SolverOptions,
@@ -70,14 +70,14 @@ pub(super) fn increment_problem<'b>(
     }
 }
 
-/// A stage of the run as the observer sees it: its name and the part of it that one solve fills.
+/// Part of a stage of the run that one solve covers, for the observer: name of the stage and fractions done.
 pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
     pub to: f64,
 }
 
-/// Solves, telling the observer how far the residual has come on a logarithmic scale.
+/// Solves an increment and reports the progress of the residual to the observer, on a logarithmic scale.
 ///
 /// # Errors
 /// If a number becomes non-finite.
@@ -106,10 +106,10 @@ fn solve(
     Ok(report)
 }
 
-/// Below this largest pressure the squares of what is resolved of it vanish in the arithmetic, and with them the law of friction.
+/// Smallest peak pressure. Below it the squares of the resolved pressures underflow, and with them the friction law.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
-/// Refuses pressures that are too small to be told from none.
+/// Refuses nonzero pressures so small that their squares underflow.
 ///
 /// # Errors
 /// If there are any, and the largest is below [`MIN_PEAK_PRESSURE_MPA`].
@@ -126,8 +126,8 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     Ok(())
 }
 
-/// Solves and checks a `problem` of `prepared`; where the bodies overlap in cells whose flexibility was not formed, it is
-/// formed there, and the solve goes on.
+/// Solves and checks a `problem` of `prepared`. Where the bodies overlap in cells whose flexibility is not formed, it is formed and
+/// the solve continues.
 ///
 /// # Errors
 /// As [`solve`], and if a body cannot be solved.
@@ -159,7 +159,7 @@ pub(super) fn solve_and_check(
         if overlapping.is_empty() || report.stop == StopReason::Interrupted {
             return Ok((report, checks));
         }
-        // Cells as near as those come with them.
+        // Cells with the same or a smaller initial gap are formed as well.
         let normal = &problem.initial_gap[2 * problem.n()..];
         let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
         cells = problem.flexibility.unformed_cells();
@@ -167,7 +167,7 @@ pub(super) fn solve_and_check(
     }
 }
 
-/// Root of the mean square of a field over the areas of the cells that `counts`; 0 without any.
+/// Area-weighted root mean square of a field over the cells for which `counts` is true; 0 if there are none.
 pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
     let (mut squares, mut sum) = (0.0, 0.0);
     for (_, (value, area)) in field.iter().zip(areas).enumerate().filter(|(i, _)| counts(*i)) {
@@ -177,17 +177,16 @@ pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usi
     if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
 }
 
-/// A monotone step in progress.
+/// Progress of a monotone step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct MonotoneProgress {
     load_path: LoadPath,
-    /// Increments done.
     increments_done: usize,
     predictor: Predictor,
 }
 
 impl Run<'_> {
-    /// The path of a step from the present state.
+    /// Load path of the current step from the present state.
     pub(super) fn load_path(&self) -> LoadPath {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
@@ -195,7 +194,7 @@ impl Run<'_> {
         LoadPath::new(self.step(), self.controls, start, &self.prepared)
     }
 
-    /// Runs the increments of a monotone step that are left.
+    /// Runs the remaining increments of a monotone step.
     pub(super) fn run_monotone_step(&mut self) -> Result<()> {
         let step = self.step();
         let mut ramp = match &self.progress {
@@ -208,7 +207,7 @@ impl Run<'_> {
         };
         self.controls = ramp.load_path.end;
         while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
-            // Increments that need no iteration would not ask.
+            // The solver polls for cancellation between iterations only, and an increment may need none.
             if self.observer.cancelled() {
                 self.result.outcome = Outcome::Interrupted;
                 break;
@@ -285,16 +284,16 @@ impl Run<'_> {
         self.deliver(record, fields)
     }
 
-    /// Refuses what no increment can do: a tangential force or a spin moment without friction.
+    /// Refuses loads that cannot be balanced: a tangential force or a spin moment without friction.
     fn check_controls(&self) -> Result<()> {
         let step = self.step();
         let rolls = step.rolling.is_some();
         if self.has_friction() && !rolls {
             return Ok(());
         }
-        // On the way to zero the load falls to zero at once, since nothing carries it.
+        // On the way to zero the load vanishes at once, because nothing carries it.
         let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
-        // Inclined cells carry it by their pressures.
+        // Inclined cells carry a spin moment by their pressures.
         let level = self.prepared.model.frame.has_uniform_axes();
         let spun = level && matches!(self.controls.spin, Spin::Moment(moment) if moment != 0.0);
         let (what, instead) = match (pulled, spun) {
@@ -316,12 +315,12 @@ impl Run<'_> {
         )))
     }
 
-    /// Whether friction acts in a step.
+    /// Returns whether friction acts in the current step.
     pub(super) fn has_friction(&self) -> bool {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
+    /// Drops zero tangential force and spin moment without friction, where any position satisfies them, and both for rolling.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;
@@ -330,13 +329,13 @@ impl Run<'_> {
             }
         }
         if self.step().rolling.is_some() {
-            // The creepages say how body 2 slides and spins.
+            // The creepages prescribe slip and spin of body 2.
             (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
         }
         loads
     }
 
-    /// The entry of a solved state, without what [`Run::complete_record`] fills.
+    /// Record of a solved state, without the values that [`Run::complete_record`] fills.
     pub(super) fn new_record(
         &self,
         (number, approach): (usize, f64),
@@ -356,7 +355,7 @@ impl Run<'_> {
         record.with_resultants(values)
     }
 
-    /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
+    /// Fills wear, work and convergence of a record, sets the outcome of the run and adds warnings.
     pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
@@ -393,7 +392,7 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
-        // A path that begins in the air has the message once, not at each of its increments.
+        // A load path that begins without contact gets one warning, not one per increment.
         let follows_same = self.result.records.last().is_some_and(|last| {
             last.name == record.name
                 && last.contact_area == 0.0
@@ -404,7 +403,7 @@ impl Run<'_> {
             && !follows_same
             && let Some(note) =
                 self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap)
-            // Strokes have no entry of their own.
+            // Strokes have no record of their own.
             && !self.result.warnings.contains(&note)
         {
             self.result.warnings.push(note);
@@ -437,14 +436,14 @@ impl Run<'_> {
                  pressures are wrong; {larger}",
                 record.name, record.increment
             ));
-            // Strokes have no entry of their own.
+            // Strokes have no record of their own.
             if !self.result.warnings.contains(&note) {
                 self.result.warnings.push(note);
             }
         }
     }
 
-    /// Hands a record to the observer and keeps it.
+    /// Passes a record to the observer and stores it.
     pub(super) fn deliver(
         &mut self,
         record: IncrementRecord,

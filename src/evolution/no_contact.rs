@@ -1,4 +1,4 @@
-//! What to say of an increment in which nothing is in contact.
+//! Message about increments without contact.
 
 use crate::error::warning;
 use crate::evolution::model::PreparedModel;
@@ -6,10 +6,10 @@ use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 
 impl PreparedModel<'_> {
-    /// Nothing is in contact although `record` converged; `left` is the smallest gap, in the scene's length.
+    /// Message that nothing is in contact although `record` converged; `left`: smallest gap, in the scene's length.
     ///
-    /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
-    /// of zero, which asks for that.
+    /// Cells touch when the mean gap over the cell closes: an overlap of the surfaces below that is not resolved. `None` under zero
+    /// force, for which this is the correct solution.
     pub(super) fn no_contact_message(
         &self,
         record: &IncrementRecord,

@@ -1,4 +1,4 @@
-//! What the contact stage leaves out.
+//! Work that the contact solution omits.
 
 use crate::contact::solver::solves_windows;
 use crate::contact::{Method, SolverOptions};
@@ -8,14 +8,14 @@ use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::omitted::{OmittableWork, OmittedWork};
 
-/// What the operator allows to leave out.
+/// Properties of the operator that allow to omit work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OperatorOmissions {
-    /// Whether it is that of a grid.
+    /// Whether the operator belongs to a grid.
     pub grid: bool,
     /// Whether steps are solved on windows of the frame.
     pub windows: bool,
-    /// Whether pressures and tractions in the surface are found one after the other.
+    /// Whether pressures and tangential tractions are computed one after the other.
     pub uncoupled: bool,
 }
 
@@ -31,7 +31,7 @@ impl OperatorOmissions {
     }
 }
 
-/// The skips of the contact stage that apply to these steps.
+/// Work of the contact solution that is omitted in these steps.
 pub fn omitted_contact_work(
     friction: &FrictionLaw,
     wear: &WearLaw,
@@ -46,7 +46,7 @@ pub fn omitted_contact_work(
         .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
         .map(|step| step.name.as_str())
         .collect();
-    // The load points of a history are steps of one name.
+    // The load points of a history are steps of the same name.
     bare.dedup();
     if !bare.is_empty() && options.skip.allows(OmittableWork::TangentialUnknowns) {
         skipped.push(OmittedWork::new(
@@ -93,7 +93,7 @@ pub fn omitted_contact_work(
     skipped
 }
 
-/// Whether fewer cycles are solved than there are.
+/// Returns whether fewer cycles are solved than the step has.
 fn jumps(step: &Step) -> bool {
     step.cycles.as_ref().is_some_and(|cycles| {
         let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));

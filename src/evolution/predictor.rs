@@ -1,4 +1,4 @@
-//! Where an increment begins: the state before it, gone on as the increment before changed it.
+//! Initial guess of an increment: linear extrapolation of the states before.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,20 +6,20 @@ use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactState, Increment};
 use crate::evolution::state::RunState;
 
-/// What the increments of a step begin from. They are alike, so that the change of one is a good guess of that of the next.
+/// Extrapolates from the last two increments of a step. Increments are similar, so the last change predicts the next one.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Predictor {
-    /// Tractions `[3, N]` and motions at the start of the increment before.
+    /// Tractions `[3, N]` and motions at the start of the previous increment.
     previous_start: Option<(Vec<f64>, [f64; 3], [f64; MAX_RIGID_MODES])>,
 }
 
-/// `now` and as much more as it is from `before`.
+/// Linear extrapolation from `before` and `now` by one more increment.
 fn beyond(now: f64, before: f64) -> f64 {
     2.0 * now - before
 }
 
 impl Predictor {
-    /// Notes the state at the start of an increment.
+    /// Stores the state at the start of an increment.
     pub fn note(&mut self, state: &RunState) {
         let (rigid, floating) = (state.rigid_motion, state.mode_amplitudes);
         match &mut self.previous_start {
@@ -31,7 +31,7 @@ impl Predictor {
         }
     }
 
-    /// Rigid motion and further motions that the next increment begins from.
+    /// Initial guess of rigid motion and mode amplitudes for the next increment.
     pub fn motions(&self, state: &RunState) -> ([f64; 3], [f64; MAX_RIGID_MODES]) {
         let Some((_, rigid, floating)) = &self.previous_start else {
             return (state.rigid_motion, state.mode_amplitudes);
@@ -42,7 +42,7 @@ impl Predictor {
         )
     }
 
-    /// Puts the tractions that the next increment begins from into `it`, cut to what friction admits.
+    /// Stores the initial guess of the tractions for the next increment in `it`, projected onto the friction cone.
     pub fn extrapolate_tractions(&self, state: &RunState, problem: &Increment, it: &mut ContactState) {
         let Some((before, ..)) = &self.previous_start else {
             problem.scale_tractions(&state.tractions, &mut it.scaled);

@@ -1,4 +1,4 @@
-//! Steady rolling: the contact stays where it is and the material passes through it.
+//! Steady rolling: the contact is fixed in the frame, and the material passes through it.
 
 use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
@@ -8,18 +8,18 @@ use crate::evolution::step::Rolling;
 use crate::frame::ContactFrame;
 
 impl Rolling {
-    /// The axis of the frame, 0 or 1, along which the contact rolls, and the sense on it.
+    /// Axis of the frame, 0 or 1, along which the contact rolls, and the sign of the direction.
     fn axis(&self) -> (usize, f64) {
         (usize::from(self.quarter_turns % 2), if self.quarter_turns % 4 < 2 { 1.0 } else { -1.0 })
     }
 
-    /// Distance that the material takes to pass a cell, mm.
+    /// Distance rolled while the material passes a cell, mm.
     fn passage(&self, frame: &ContactFrame) -> f64 {
         frame.grid.map_or(0.0, |grid| grid.spacing[self.axis().0])
     }
 
-    /// The `share` of creepages and spin as the slip over the passage of a cell: the material of a cell comes from its neighbour
-    /// on the leading side, and the rigid slip is taken half way.
+    /// Slip over the passage of a cell for the fraction `share` of creepages and spin. The material of a cell comes from its
+    /// neighbour on the leading side. The rigid slip is evaluated halfway between both.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -50,10 +50,10 @@ impl Rolling {
                 }
                 (false, i) => i - 1,
             };
-            // Beyond an outline there is nothing that material could come from.
+            // No material comes from beyond an outline.
             source_cell.push(cells[at[0] * ny + at[1]].unwrap_or(cell));
             let [x, y] = frame.plane_coordinates(cell);
-            // Along the direction of rolling and to its left.
+            // Coordinates along the direction of rolling and to its left.
             let (along, left) = if axis == 0 { (sense * x, sense * y) } else { (sense * y, -sense * x) };
             let along = along + 0.5 * passage;
             let slip = [self.creepage[0] - self.spin * left, self.creepage[1] + self.spin * along]
@@ -66,15 +66,15 @@ impl Rolling {
 }
 
 impl Run<'_> {
-    /// Where the slip of increment `number` of a rolling step comes from.
+    /// Upstream cells and rigid slip of increment `number` of a rolling step.
     pub(super) fn upstream(&self, rolling: &Rolling, number: usize) -> Result<Upstream> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)
     }
 
-    /// Adds what increment `number` of a rolling step dissipates and wears over its part of the distance.
+    /// Adds dissipation and wear of increment `number` of a rolling step over its part of the distance.
     ///
-    /// Over the passage of a cell the tractions are the mean of those at its ends: friction then dissipates just the work of the
-    /// creepages. The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
+    /// Over the passage of a cell the tractions are the mean of those at both ends: friction then dissipates exactly the work of
+    /// the creepages. The wear volume is spread over a track of unknown length, so the gap does not change.
     pub(super) fn add_rolling_wear(
         &mut self,
         rolling: &Rolling,
@@ -106,7 +106,7 @@ impl Run<'_> {
         })
     }
 
-    /// The slip of the passage of a cell as that per rolled distance.
+    /// Converts the slip over the passage of a cell to slip per rolled distance.
     pub(super) fn per_distance(&self, rolling: &Rolling, slip: &mut [f64]) {
         let passage = rolling.passage(&self.prepared.model.frame);
         slip.iter_mut().for_each(|slip| *slip /= passage);
@@ -117,8 +117,8 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: turning frame coordinates by a quarter turn turns the rigid slip: (ξ - φ y', η + φ x') along and left of the direction,
-    /// half a cell ahead of the centre; the material comes from the cell ahead.
+    /// Truth: a rotation of the frame coordinates by a quarter turn rotates the rigid slip. It is (ξ - φ y', η + φ x') along and
+    /// left of the direction, half a cell ahead of the centre. The material comes from the cell ahead.
     #[test]
     fn directions_are_turned_copies() {
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();

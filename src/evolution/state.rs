@@ -1,4 +1,4 @@
-//! The state carried from increment to increment, and what is reported of it.
+//! State that each increment passes to the next, and quantities derived from it for reports.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,29 +13,29 @@ use crate::evolution::records::{Certificate, FrameState, Resultants};
 pub(super) struct RunState {
     /// Tractions on body 2, `[3, N]`.
     pub tractions: Vec<f64>,
-    /// S P, `[3, N]`.
+    /// Elastic displacement S P, `[3, N]`.
     pub elastic: Vec<f64>,
-    /// Tangential gaps that slip is measured from, `[2, N]`.
+    /// Tangential gap that the next slip refers to, `[2, N]`.
     pub slip_reference: Vec<f64>,
-    /// Worn depth, `[N]`.
+    /// Wear depth, `[N]`.
     pub wear_depth: Vec<f64>,
     /// Rigid motion of body 2 along the frame's x, y, n (n = first touch - approach).
     pub rigid_motion: [f64; 3],
-    /// Motion along the floating motions.
+    /// Amplitudes of the additional modes.
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
     /// Cumulative friction dissipation.
     pub dissipation: f64,
-    /// Volume worn off by rolling, mm3.
+    /// Wear volume by rolling, mm3.
     pub rolling_wear_volume: f64,
     /// Cumulative number of cycles.
     pub cycles_done: u64,
     /// Cumulative distance of steady sliding, mm.
     pub distance_slid: f64,
-    /// Friction dissipation of what wore, N mm; `None` once something wore without friction.
+    /// Friction dissipation in steps with wear, N mm; `None` after any wear without friction.
     pub wear_dissipation: Option<f64>,
-    /// Estimated error of the worn depth, sum of the magnitudes of all jumps, `[N]`, mm.
+    /// Estimated error of the wear depth by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
     pub depth_errors: Vec<f64>,
-    /// Estimated error of the worn volume, sum of the magnitudes of all jumps, mm3.
+    /// Estimated error of the wear volume by jumps and unresolved paths, sum of magnitudes, mm3.
     pub volume_error: f64,
 }
 
@@ -60,12 +60,12 @@ impl RunState {
         }
     }
 
-    /// Adds what was dissipated while a body wore, with friction or without.
+    /// Adds the dissipation of an increment with wear, with or without friction.
     pub fn add_wear_dissipation(&mut self, dissipation: f64, friction: bool) {
         self.wear_dissipation = self.wear_dissipation.filter(|_| friction).map(|energy| energy + dissipation);
     }
 
-    /// Takes tractions, gap and rigid motion of one end of a solved increment.
+    /// Takes tractions, elastic displacement, tangential gap and motions from one path point of a solved increment.
     pub fn set_from(&mut self, it: &ContactState, end: usize) {
         let n = self.wear_depth.len();
         let planes = end * 3 * n..(end + 1) * 3 * n;
@@ -77,7 +77,7 @@ impl RunState {
     }
 }
 
-/// Resultants and areas of one end.
+/// Resultants and areas at one path point.
 pub(super) fn resultants(
     prepared: &PreparedModel,
     problem: &Increment,
@@ -93,7 +93,7 @@ pub(super) fn resultants(
         shift: [motion[0], motion[1]],
         rotation: [turn[0], turn[1]],
         twist: turn[2],
-        // Not -0 without contact.
+        // Avoids -0 without contact.
         normal_force: 0.0 - force[2],
         tangential_force: [force[0] + 0.0, force[1] + 0.0],
         moment,
@@ -113,14 +113,14 @@ pub(super) fn resultants(
     result
 }
 
-/// Whether a cell on an edge of the frame beyond which the bodies continue carries pressure at any end.
+/// Returns whether a cell carries pressure, at any path point, at an edge of the frame beyond which the bodies continue.
 pub(super) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
     let n = prepared.n();
     (0..it.rigid_motion.len())
         .any(|end| (0..n).any(|i| prepared.edge[i] && it.scaled[end * 3 * n + 2 * n + i] > 0.0))
 }
 
-/// The fields of one end, for output.
+/// Fields at one path point, for output.
 pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, worn: &[f64]) -> FrameState {
     let n = worn.len();
     let base = end * 3 * n;
@@ -139,8 +139,8 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
     }
 }
 
-/// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
-/// symmetric operator (docs/theory-contact.md).
+/// Relative difference between ½ Δ(Pᵀ A S P) and Σ A P̄·Δ(S P). The quadratic identity holds to rounding for a symmetric operator
+/// (docs/theory-contact.md).
 pub(super) fn energy_balance(
     prepared: &PreparedModel,
     before: &RunState,
@@ -163,7 +163,7 @@ pub(super) fn energy_balance(
     if scale > 0.0 { (change - work).abs() / scale } else { 0.0 }
 }
 
-/// The certificate as results report it.
+/// Certificate for the results, with the smallest gap relative to the approach.
 pub(super) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
     let depth = if approach == 0.0 { 1.0 } else { approach.abs() };
     Certificate {

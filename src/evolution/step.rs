@@ -1,4 +1,4 @@
-//! What a step prescribes.
+//! Load steps: controls, cycles, rolling and their laws.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,12 +21,12 @@ pub enum Tangential {
     Force([f64; 2]),
 }
 
-/// Control of the rotation of body 2 about the frame's x and y through its centre: totals at the end of the step.
+/// Control of the rotation of body 2 about the frame's x and y through the frame's centre: totals at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Tilt {
     /// Small rotation about x, y, radians.
     Rotation([f64; 2]),
-    /// Moment on body 1 about x, y; the rotation is found.
+    /// Moment on body 1 about x, y; the rotation is unknown.
     Moment([f64; 2]),
 }
 
@@ -35,73 +35,73 @@ pub enum Tilt {
 pub enum Spin {
     /// Small rotation, radians.
     Twist(f64),
-    /// Moment on body 1; the twist is found.
+    /// Moment on body 1; the twist is unknown.
     Moment(f64),
 }
 
-/// Wear by many passes of one motion, taken in jumps.
+/// Wear by many repetitions of one motion, computed in jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
     /// Number of cycles; the distance of steady sliding, mm.
     pub count: f64,
-    /// What happens in each.
+    /// Motion in each cycle.
     pub motion: CycleMotion,
-    /// How many are taken at once.
+    /// Number or lengths of the jumps.
     pub jumps: JumpPolicy,
-    /// How a jump is integrated.
+    /// Time integration of the wear over a jump.
     pub integrator: Integrator,
 }
 
 /// Motion of body 2 in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CycleMotion {
-    /// To and fro, or round an ellipse, about where it is at the start of the step.
+    /// Back and forth on a line, or around an ellipse, about the position at the start of the step.
     ClosedPath(ClosedPath),
     /// Steady sliding along a direction from the frame's x, radians.
     Sliding {
-        /// The direction.
+        /// Direction from the frame's x, radians.
         angle: f64,
     },
 }
 
-/// A closed path of displacements or tangential forces about those at the start of the step, begun at its + end.
+/// Closed path of displacements or tangential forces about those at the start of the step. It starts at the + reversal point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
-    /// What follows the path.
+    /// Quantity that follows the path.
     pub drive: Drive,
     /// Half-axes: along `angle`, and a quarter turn to the left of it (0 for a line), mm or N.
     pub amplitude: [f64; 2],
     /// Direction from the frame's x, radians.
     pub angle: f64,
-    /// Increments per stroke, half a cycle, between the ends that are solved together.
+    /// Increments per stroke (half a cycle) between the path points that are solved together.
     pub increments: usize,
-    /// Resolved cycles, which show what wears between the reversal points; `None` if there are none.
+    /// Resolved cycles, which determine the wear between the reversal points; `None` without them.
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
-/// Cycles whose strokes are taken in many increments, one after the other, beside those whose reversal points are solved together.
+/// Settings of cycles whose strokes are solved in many increments, one after the other. They supplement the coupled path points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
-    /// Relative tolerance of the wear of a cycle (largest of volume and root-mean-square depth), to which strokes are refined.
+    /// Relative tolerance of the wear of a cycle (larger error of volume and root-mean-square depth) for the refinement.
     pub tolerance: f64,
-    /// What they are used for.
+    /// Use of the resolved cycles.
     pub correction: Correction,
-    /// Estimated relative errors of the wear above this are warned of.
+    /// Estimated relative error of the wear that triggers a warning.
     pub error_warning: f64,
 }
 
-/// What resolved cycles change.
+/// Effect of resolved cycles on the wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
-    /// Wear is corrected, by a new resolved cycle wherever the slip has changed.
+    /// Wear is corrected; the cycle is resolved again whenever the slip has changed.
     Always,
-    /// The same, but not while all of the contact slides and the first resolved cycle agrees within the tolerance.
+    /// As `Always`, but without correction while the whole contact slides and the first resolved cycle agrees within the tolerance.
     WhereNeeded,
-    /// Wear stays as it is; one resolved cycle at the start of the step measures its error.
+    /// Wear is not corrected; one resolved cycle at the start of the step measures its error.
     Never,
 }
 
-/// What is prescribed of a closed path.
+/// Prescribed quantity of a closed path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Drive {
     /// The displacement of body 2.
@@ -110,11 +110,11 @@ pub enum Drive {
     Force,
 }
 
-/// Jumps by the estimated error, usually.
+/// Typical number of jumps with error control.
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
-    /// Farthest that body 2 is moved from where it is at the start of the step, mm; `None` where forces move it.
+    /// Largest displacement of body 2 from its position at the start of the step, mm; `None` if forces are prescribed.
     pub fn reach(&self) -> Option<f64> {
         match &self.motion {
             CycleMotion::ClosedPath(closed) if closed.drive == Drive::Force => None,
@@ -123,7 +123,7 @@ impl Cycles {
         }
     }
 
-    /// Cycles that are usually solved: those of the stages of all jumps, and the first strokes before them.
+    /// Expected number of cycles to solve: stages of all jumps, and the first strokes before them.
     pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
             JumpPolicy::Number(jumps) => jumps,
@@ -134,7 +134,7 @@ impl Cycles {
         2 + stages * jumps
     }
 
-    /// Contact problems that are solved together in a stage: the ends of a cycle.
+    /// Number of path points of a cycle, which a stage solves together.
     pub fn n_path_points(&self) -> usize {
         match &self.motion {
             CycleMotion::ClosedPath(closed) => 2 * closed.increments,
@@ -144,21 +144,21 @@ impl Cycles {
 }
 
 impl ClosedPath {
-    /// Offsets along x, y from the centre at the ends of the increments of a cycle, the + end first; equal increments.
+    /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first; equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
         self.offsets_at(|part| part)
     }
 
-    /// The same with graded increments of a line where the displacement is prescribed: increment k of K ends at (k/K)^m of its stroke, so
-    /// that increments are short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of the stroke
-    /// in which it does so: m = max(2, log2(1/transition)) puts the first of two increments at its end.
+    /// Offsets with graded increments on a line with prescribed displacement: increment k of K ends at (k/K)^m of its stroke.
+    /// Increments are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of
+    /// the stroke in which it spreads: m = max(2, log2(1/transition)) makes the first of two increments end there.
     pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
         self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offsets at the parts `of` 1/K, 2/K, .. 1 of both strokes.
+    /// Offsets at the fractions `of` 1/K, 2/K, .. 1 of both strokes.
     fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let (s, c) = self.angle.sin_cos();
@@ -178,12 +178,12 @@ impl ClosedPath {
     }
 }
 
-/// How many cycles are taken at once.
+/// Division of the cycles into jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JumpPolicy {
-    /// So many jumps of equal length.
+    /// Number of jumps of equal length.
     Number(usize),
-    /// As many as keep the estimated error of the worn depth below a share of the largest.
+    /// Lengths for which the estimated error of the wear depth stays below this share of the largest depth.
     Tolerance(f64),
 }
 
@@ -213,10 +213,10 @@ pub enum Integrator {
     Explicit,
 }
 
-/// Place of a step among the load points of a history.
+/// Position of a step among the load points of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HistoryRow {
-    /// Its number, from 0.
+    /// Number of the load point, from 0.
     pub index: usize,
     /// Number of load points.
     pub count: usize,
@@ -225,15 +225,15 @@ pub struct HistoryRow {
 /// One load step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Name, for results.
+    /// Name of the step in results.
     pub name: String,
-    /// Normal control; `None` keeps what held before.
+    /// Normal control; `None` keeps the previous one.
     pub normal: Option<Normal>,
-    /// Tangential control; `None` keeps what held before.
+    /// Tangential control; `None` keeps the previous one.
     pub tangential: Option<Tangential>,
-    /// Rotation about x, y or its moment; `None` keeps what held before.
+    /// Rotation about x, y or its moment; `None` keeps the previous control.
     pub tilt: Option<Tilt>,
-    /// Rotation about n or its moment; `None` keeps what held before.
+    /// Rotation about n or its moment; `None` keeps the previous control.
     pub spin: Option<Spin>,
     /// Number of load increments.
     pub increments: usize,
@@ -243,7 +243,7 @@ pub struct Step {
     pub wear: bool,
     /// Fretting cycles or steady sliding instead of a monotone step.
     pub cycles: Option<Cycles>,
-    /// Which load point of a history it is; its increments are numbered on from those before.
+    /// Load point of a history; increments are numbered on from the points before.
     pub history_row: Option<HistoryRow>,
     /// Steady rolling instead of a monotone step.
     pub rolling: Option<Rolling>,
@@ -253,8 +253,8 @@ pub struct Step {
 mod tests {
     use super::*;
 
-    /// Truth: increments begin at one reversal point and end at the next, each further along; the first of two ends where the transition
-    /// does, or at a quarter of the stroke.
+    /// Truth: increments span a stroke between two reversal points, with increasing lengths. The first of two increments ends at
+    /// the transition, or at a quarter of the stroke.
     #[test]
     fn graded_increments() {
         let path = |increments: usize| ClosedPath {

@@ -1,40 +1,40 @@
-//! How long the next jump is: a proportional-integral controller on the estimated error (docs/theory-wear.md).
+//! Lengths of jumps by a proportional-integral controller of the estimated error (docs/theory-wear.md).
 //!
 //! # Source
 //! Gustafsson 1991, "Control theoretic techniques for stepsize selection in explicit Runge-Kutta methods".
 
 use serde::{Deserialize, Serialize};
 
-/// A jump aims at this share of what is allowed.
+/// Target of the error of a jump, as a share of the allowed error.
 const ERROR_TARGET: f64 = 0.9;
 
-/// Exponents of the present and the last error, by the order of the error per length.
+/// Exponents of the present and the last error, to be divided by the order of the error per length.
 const CURRENT_ERROR_EXPONENT: f64 = 0.7;
 const LAST_ERROR_EXPONENT: f64 = 0.4;
 
-/// Bounds of the change of the length from jump to jump.
+/// Bounds on the ratio of the lengths of two successive jumps.
 const MAX_LENGTH_GROWTH: f64 = 5.0;
 const MIN_LENGTH_GROWTH: f64 = 0.2;
 
-/// The length of the next jump, and the error of the last, as a share of what is allowed.
+/// Length of the next jump, and ratio of the last error to the allowed error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
     next_length: f64,
     last_error_ratio: Option<f64>,
     order: f64,
-    /// Length of the last jump, where it was rejected.
+    /// Length of the last jump if it was rejected.
     #[serde(default)]
     rejected_length: Option<f64>,
 }
 
 impl StepController {
-    /// Begins with jumps of a length, of an integrator whose error per length is of an order.
+    /// Controller with a first length; `order`: order of the error per length of the integrator.
     pub fn new(first: f64, order: f64) -> Self {
         Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
     }
 
-    /// Length of the next jump: what is left in equal parts, in multiples of `unit` if that is not zero. It is shorter than a jump that was rejected, but
-    /// not shorter than `unit`.
+    /// Length of the next jump: the rest divided into equal parts, in multiples of `unit` if that is not zero. It is shorter than a
+    /// rejected jump, but at least `unit`.
     pub fn length(&self, left: f64, unit: f64) -> f64 {
         let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -48,12 +48,12 @@ impl StepController {
         }
     }
 
-    /// Makes the next jump no longer than `most`.
+    /// Limits the length of the next jump to `most`.
     pub fn limit(&mut self, most: f64) {
         self.next_length = self.next_length.min(most);
     }
 
-    /// After a jump with an error of `ratio` times what is allowed.
+    /// Sets the next length after an accepted jump; `ratio`: estimated over allowed error.
     pub fn accept(&mut self, length: f64, ratio: f64) {
         let ratio = ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
@@ -64,14 +64,14 @@ impl StepController {
         (self.last_error_ratio, self.rejected_length) = (Some(ratio), None);
     }
 
-    /// After a jump that was rejected for its error.
+    /// Sets the next length after a jump that was rejected for its error.
     pub fn reject(&mut self, length: f64, ratio: f64) {
         let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);
         (self.last_error_ratio, self.rejected_length) = (None, Some(length));
     }
 
-    /// After a jump that was rejected for something else.
+    /// Sets the next length after a jump that was rejected for another reason.
     pub fn halve(&mut self, length: f64) {
         self.next_length = 0.5 * length;
         (self.last_error_ratio, self.rejected_length) = (None, Some(length));
@@ -82,8 +82,8 @@ impl StepController {
 mod tests {
     use super::*;
 
-    /// Truth: with an error that is a power of the length, the lengths settle where the error is what the controller aims at:
-    /// the factor is 1 where SAFETY ratio^((LAST - PRESENT) / order) = 1.
+    /// Truth: for an error that is a power of the length, the lengths converge to a constant. There ERROR_TARGET
+    /// ratio^((LAST_ERROR_EXPONENT - CURRENT_ERROR_EXPONENT) / order) = 1.
     #[test]
     fn lengths_settle_at_the_aim() {
         for order in [1.0, 2.0] {
@@ -109,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Truth: a jump that was rejected is tried again with fewer cycles, down to one.
+    /// Truth: a rejected jump is repeated with fewer cycles, down to one.
     #[test]
     fn rejected_jumps_get_shorter() {
         for (left, rejected) in [(1000.0, 2.0), (1000.0, 7.0), (5.0, 4.0), (5.0, 5.0), (2.0, 2.0)] {
@@ -126,7 +126,7 @@ mod tests {
         }
     }
 
-    /// Truth: what is left is taken in equal whole cycles, none left over for a jump of its own.
+    /// Truth: the remaining cycles are divided into equal jumps of whole cycles, without a short last one.
     #[test]
     fn the_rest_is_shared_out() {
         let control = StepController::new(300.0, 2.0);

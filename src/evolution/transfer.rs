@@ -1,5 +1,5 @@
-//! A state carried over to other operators: those of a frame with more cells, where contact has outgrown the one that it was found
-//! on, or of bodies that have changed under it.
+//! Transfer of a checkpoint to other operators: to a frame with more cells if contact has outgrown the present one, or to bodies
+//! that have changed.
 
 use crate::contact::ContactState;
 use crate::contact::balance::MAX_RIGID_MODES;
@@ -11,17 +11,17 @@ use crate::evolution::state::RunState;
 use crate::evolution::step::Step;
 use crate::frame::grid::extend_field;
 
-/// What the gap of a state came from besides its elastic part.
+/// Initial gap and gaps per unit rigid-body mode of the model that a checkpoint was computed with.
 #[derive(Debug, Clone)]
 pub struct PreviousModel {
     /// Initial gap, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
-    /// Gap per unit of each motion in which the bodies floated, `[3, N]`.
+    /// Gap per unit of each rigid-body mode, `[3, N]`.
     pub floating: Vec<Vec<f64>>,
 }
 
 impl PreviousModel {
-    /// That of a state on `model`.
+    /// Gaps of `model`.
     pub fn of(model: &Model) -> Self {
         let motions = model.floating.iter().flat_map(|body| &body.modes);
         Self {
@@ -30,8 +30,8 @@ impl PreviousModel {
         }
     }
 
-    /// The tangential gap of tractions under which the bodies deform by `elastic`, `[2, N]`, without the motion of body 2 that
-    /// does not depend on the bodies.
+    /// Tangential gap, `[2, N]`, for elastic displacements `elastic` and mode amplitudes `floating`. It excludes the prescribed
+    /// motion of body 2, which does not depend on the bodies.
     fn tangential_gap(&self, elastic: &[f64], floating: &[f64; MAX_RIGID_MODES]) -> Vec<f64> {
         let gap = |k: usize| {
             let moved = self.floating.iter().zip(floating).map(|(motion, amount)| amount * motion[k]);
@@ -46,15 +46,15 @@ impl PreviousModel {
 }
 
 impl RunCheckpoint {
-    /// The same state with the operators of `model`; `new_cell_indices`: the number of each cell there, `[N]`. `previous`: where the
-    /// bodies have changed, what the gap of the state came from.
+    /// Transfers the checkpoint to the operators of `model`. `new_cell_indices`: new index of each cell, `[N]`. `previous`: gaps of
+    /// the previous model if the bodies have changed.
     ///
-    /// Tractions and depths stay, bit by bit. On bodies that are the same so do elastic displacement and gap; where they have
-    /// changed, the elastic displacement is that of the tractions on the new ones, and what slip is measured from moves with it, so that
-    /// no cell slips. Cells that are new are unworn and carry nothing; slip will be measured from the tangential gap that they have.
+    /// Tractions and depths stay identical to the last bit, and so do elastic displacement and gap if the bodies are unchanged. On
+    /// changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes by the same amount, so
+    /// that no cell slips. New cells have no wear and no tractions; their slip refers to their present tangential gap.
     ///
     /// # Errors
-    /// If the state is within a step of increments, the frames do not belong together, or a body cannot be solved.
+    /// If the checkpoint is within a monotone step, the frames do not match, or a body cannot be solved.
     pub fn transfer_to(
         self,
         new_cell_indices: &[usize],
@@ -100,18 +100,18 @@ impl RunCheckpoint {
     }
 }
 
-/// Where a state goes.
+/// Target of the transfer.
 struct StateTransfer<'a> {
     new_cell_indices: &'a [usize],
     prepared: &'a PreparedModel<'a>,
     previous: Option<&'a PreviousModel>,
 }
 
-/// What changes with the bodies.
+/// Changes of the gap due to changed bodies.
 struct OperatorChange {
-    /// Tangential gap, in the cells so far, `[2, N]`.
+    /// Change of the tangential gap in the previous cells, `[2, N]`.
     gap: Vec<f64>,
-    /// Approach at which the first cell closes.
+    /// Change of the approach at which the first cell closes.
     touch: f64,
 }
 
@@ -166,7 +166,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// A step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
+    /// Transfers a wear step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
     fn transfer_wear_step(
         &self,
         mut cycling: WearStepState,
@@ -190,7 +190,7 @@ impl StateTransfer<'_> {
         cycling.wear_rate = extend_field(&cycling.wear_rate, places, n, |_| 0.0);
         cycling.resolved_cycle = cycling.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut cycling.slip_source, n > places.len()) {
-            // The same everywhere, for the frame is level.
+            // The slip per length is uniform, because the frame is level.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }

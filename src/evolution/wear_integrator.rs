@@ -1,8 +1,8 @@
-//! Wear over a jump of ΔN cycles (docs/theory-wear.md).
+//! Integration of wear over a jump of ΔN cycles (docs/theory-wear.md).
 //!
-//! A jump integrates dw/dN = F(w), F = Σ p|s|_i over the increments of a cycle, whose ends are solved together: the slip of each is
-//! the difference of the tangential gaps at its ends (elastic recovery included), and the wear of the stage is implicit in all of
-//! them. Cells that stick through the whole cycle keep the tangential gap they stuck at.
+//! A jump integrates dw/dN = F(w), F = Σ p|s|_i over the increments of a cycle, whose path points are solved together. The slip of
+//! an increment is the difference of the tangential gaps at its path points (elastic recovery included). The wear of the stage is
+//! implicit in all of them. Cells that stick through the whole cycle keep their stick gap.
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
@@ -19,40 +19,40 @@ use crate::evolution::{Run, state};
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-/// Solutions of a stage with strokes between them to find the cells that stick, at most.
+/// Largest number of solutions of a stage, with strokes between them to update the stick zone.
 const MAX_STICK_PASSES: usize = 8;
 
-/// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
-/// only single cells at the rim come and go.
+/// Largest share of the contact area that a stage of SDIRK2 may lose; otherwise the jump is too long. Wear widens contacts, and
+/// only single cells at the edge open and close.
 const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
 
-/// Estimated error of the worn volume over what the companion sees of it: it sees a third of it and more where the whole contact
-/// wears alike (docs/theory-wear.md).
+/// Estimated error of the wear volume over the estimate of the embedded method. That estimate is a third of the error or more if
+/// the whole contact wears uniformly (docs/theory-wear.md).
 const VOLUME_ERROR_FACTOR: f64 = 2.0;
 
-/// Part of the error of the Euler methods that goes to cells that come into contact.
+/// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
 const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
 
-/// A stage of an integrator: its wear is w_explicit + `implicit_weight` ΔN F(w_stage), and that of the jump has `solution_weight` ΔN F(w_stage) of it.
+/// Stage of an integrator, with wear w_explicit + `implicit_weight` ΔN F(w_stage); it adds `solution_weight` ΔN F(w_stage).
 #[derive(Debug, Clone, Copy)]
 struct StageWeights {
     implicit_weight: f64,
     solution_weight: f64,
-    /// Place of the stage in the jump.
+    /// Position of the stage in the jump, 0..=1.
     abscissa: f64,
 }
 
-/// An integrator with the companion of one order more that its error is estimated by.
+/// Runge-Kutta scheme with an embedded quadrature one order higher, which gives the error estimate.
 struct Scheme {
     stages: &'static [StageWeights],
-    /// Share of the rate at the start of the jump in its wear.
+    /// Weight of the rate at the start of the jump.
     start_weight: f64,
-    /// The jump less its companion: by the rates at the start and in the stages, over ΔN.
+    /// Weights of the jump less those of the embedded quadrature, over ΔN, for the rates at the start and in the stages.
     error_weights: &'static [f64],
 }
 
-/// Its companion takes the rates at 0, γ, 1 by the quadrature of third order: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. What contacts that
-/// grow make of the error, the larger part of it, it sees fully, what a rate that is linear in the depth does only in part
+/// Embedded third-order quadrature with the rates at 0, γ, 1: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. It captures the error of growing
+/// contacts, the larger part, completely. It captures the error of a rate that is linear in the depth only in part
 /// (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
@@ -70,14 +70,14 @@ const SDIRK2_ERROR: [f64; 3] = {
     [first + second - 1.0, 1.0 - GAMMA - first, GAMMA - second]
 };
 
-/// Backward Euler, against the trapezoidal rule.
+/// Backward Euler with the trapezoidal rule as error estimate.
 const BACKWARD_EULER: Scheme = Scheme {
     stages: &[StageWeights { implicit_weight: 1.0, solution_weight: 1.0, abscissa: 1.0 }],
     start_weight: 0.0,
     error_weights: &[-0.5, 0.5],
 };
 
-/// Explicit Euler, against the trapezoidal rule; the rate at the end is that of the jump after it.
+/// Explicit Euler with the trapezoidal rule as error estimate. The rate at the end is also the first rate of the next jump.
 const EXPLICIT: Scheme = Scheme {
     stages: &[StageWeights { implicit_weight: 0.0, solution_weight: 0.0, abscissa: 1.0 }],
     start_weight: 1.0,
@@ -93,9 +93,9 @@ impl Integrator {
         }
     }
 
-    /// Part of the error of a step that a jump may have with a `share` of its wear. Of SDIRK2 most of the error is in cells that come
-    /// into contact in the jump, other ones in each, and adds up by squares. That of the Euler methods has one sign in all cells; but no jump
-    /// is short enough for cells that come into contact in it, if the part were in proportion to the share.
+    /// Part of the error of a step that a jump with a `share` of its wear may have. With SDIRK2 most of the error is in cells that
+    /// come into contact. These differ from jump to jump, so their errors add up by squares. Errors of the Euler methods have the
+    /// same sign in all cells. In proportion to the share, no jump is short enough for cells that come into contact.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
@@ -106,27 +106,26 @@ impl Integrator {
     }
 }
 
-/// What a jump did.
+/// Result of a jump.
 pub(super) struct WearJump {
-    /// Iterations and applications of all stages; stop and residual of the last.
+    /// Iterations and applications of all stages; stop reason and residual of the last stage.
     pub report: SolveReport,
-    /// The worst checks of the stages.
+    /// Worst checks of all stages.
     pub checks: StateChecks,
-    /// Contact problems solved.
+    /// Number of contact problems solved.
     pub solves: usize,
-    /// Friction dissipation.
     pub dissipation: f64,
-    /// Depth worn, `[N]`.
+    /// Wear depth of the jump, `[N]`.
     pub wear_depth: Vec<f64>,
-    /// Its estimated error, `[N]`.
+    /// Estimated error of the wear depth, `[N]`.
     pub error_field: Vec<f64>,
-    /// Root mean square of that over the contact at its end, mm.
+    /// Root mean square of the estimated error over the contact at the end of the jump, mm.
     pub depth_error: f64,
-    /// Estimated error of the worn volume, mm3.
+    /// Estimated error of the wear volume, mm3.
     pub volume_error: f64,
-    /// The second stage of SDIRK2 wore past the end of contact.
+    /// Whether the second stage of SDIRK2 lost too much of the contact.
     pub lost_contact: bool,
-    /// Contact was at the edge of the frame in some stage.
+    /// Whether contact reached the edge of the frame in a stage.
     pub reaches_frame_edge: bool,
 }
 
@@ -146,7 +145,7 @@ impl WearJump {
         }
     }
 
-    /// Takes over what one more solution says.
+    /// Adds the report of one more solution.
     fn add(&mut self, report: &SolveReport) {
         self.report = report.clone().with_work_of(&self.report);
     }
@@ -156,14 +155,14 @@ impl WearJump {
         [self.solves, self.report.iterations, self.report.applications]
     }
 
-    /// Adds the work of tries that were given up.
+    /// Adds the work of rejected trials.
     pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
         self.solves += solves;
         self.report.iterations += iterations;
         self.report.applications += applications;
     }
 
-    /// Whether all that was solved converged.
+    /// Returns whether all solutions converged.
     pub fn converged(&self) -> bool {
         self.report.stop == StopReason::Converged
     }
@@ -175,7 +174,7 @@ fn add(to: &mut [f64], factor: f64, field: &[f64]) {
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` cycles; ends and rates of `cycling` follow, the worn depth of the state does not.
+    /// Integrates the wear over `length` cycles. Updates path points and rates of `cycling`, but not the wear depth of the state.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -219,7 +218,7 @@ impl Run<'_> {
         Ok(jump)
     }
 
-    /// Cells that carry pressure at any end.
+    /// Marks the cells that carry pressure at any path point.
     pub(super) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
         let n = self.prepared.n();
         (0..n)
@@ -227,7 +226,7 @@ impl Run<'_> {
             .collect()
     }
 
-    /// Share of the area in contact before that carries nothing any more.
+    /// Share of the former contact area that no longer carries pressure.
     fn lost_contact_share(&self, before: &[bool], it: &ContactState) -> f64 {
         let (mut lost, mut all) = (0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
@@ -240,8 +239,8 @@ impl Run<'_> {
         if all > 0.0 { lost / all } else { 0.0 }
     }
 
-    /// Solves the ends of a cycle, or steady sliding, at the depth `worn` with the wear of `slip_repeats` cycles implicit in them,
-    /// under what is prescribed at the part `at` of the step.
+    /// Solves the path points of a cycle, or steady sliding, under the loads at the fraction `at` of the step. Wear starts from the
+    /// depth `worn` and includes `slip_repeats` cycles implicitly.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -299,12 +298,12 @@ impl Run<'_> {
                 return Ok(());
             }
         }
-        // The set of cells that stick did not come to rest.
+        // The stick zone did not converge.
         jump.report.stop = StopReason::StickZoneNotConverged;
         Ok(())
     }
 
-    /// The equations of the ends at the worn depth of the state, for what is reported.
+    /// Equations of the path points at the given wear depth, for reports.
     pub(super) fn reporting_problem<'b>(&'b self, cycling: &WearStepState, worn: &'b [f64]) -> Increment<'b> {
         let ends = vec![cycling.reported_path_point(); cycling.cycle.contact.rigid_motion.len()];
         increment_problem(&self.prepared, &self.options, worn, ActiveLaws::of(self.step()), ends)
@@ -315,9 +314,9 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: dw/dN = λ w, w(0) = 1, is exp(z) after a jump, z = λΔN. Estimate and error have the order of the integrator and one
-    /// more; of the Euler methods they tend to each other, of SDIRK2 to the ratio of the defects of Σ b A c = 1/6:
-    /// (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc), A c = (γ², 1/2).
+    /// Truth: dw/dN = λ w, w(0) = 1, gives exp(z) after a jump, z = λΔN. Error and estimate have the order of the integrator plus
+    /// one. Their ratio tends to 1 for the Euler methods. For SDIRK2 it tends to the ratio of the defects of Σ b A c = 1/6: (Σb̃Ac -
+    /// ΣbAc) / (1/6 - ΣbAc), A c = (γ², 1/2).
     #[test]
     fn estimates_of_a_linear_rate() {
         let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;
@@ -352,7 +351,7 @@ mod tests {
         }
     }
 
-    /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1: of a rate that depends on the cycle alone, the estimate of SDIRK2 is the error.
+    /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1. If the rate depends on the cycle alone, the SDIRK2 estimate is exact.
     #[test]
     fn estimate_of_a_given_rate() {
         let worn: f64 =

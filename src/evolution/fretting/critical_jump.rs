@@ -1,5 +1,5 @@
-//! The longest jump of explicit wear that is stable (docs/theory-wear.md): with the contact area and the slip as they are, pressures
-//! follow dp/dN = -S_nn⁻¹ D p, D the depth worn per pressure and cycle, and ΔN may be 2 / λ_max(S_nn⁻¹ D).
+//! Longest stable explicit jump (docs/theory-wear.md). For fixed contact area and slip, pressures follow dp/dN = -S_nn⁻¹ D p, with
+//! D the wear depth per pressure and cycle. The limit is ΔN = 2 / λ_max(S_nn⁻¹ D).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -8,14 +8,14 @@ use crate::evolution::Run;
 use crate::flexibility::Flexibility;
 use crate::linalg::vector::dot;
 
-/// Vectors of the Lanczos process.
+/// Largest number of Lanczos vectors.
 const MAX_LANCZOS_VECTORS: usize = 60;
 
-/// A vector this short has nothing new.
+/// Length of a vector over the first diagonal entry at which the Lanczos process ends.
 const LANCZOS_BREAKDOWN: f64 = 1e-10;
 
 impl Run<'_> {
-    /// Longest explicit jump from the ends of a cycle; `None` where nothing wears.
+    /// Longest stable explicit jump for the path points of a cycle; `None` without wear.
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, ends) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(it);
@@ -26,15 +26,15 @@ impl Run<'_> {
     }
 }
 
-/// Least λ with S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive, by a Lanczos process that begins
-/// with the pressures that change sign from cell to cell; from above, by a few percent at most.
+/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The Lanczos process starts with
+/// pressures that alternate in sign from cell to cell. The result is an upper bound, at most a few percent too large.
 fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
     let n = wear.len();
     let cells: Vec<usize> = (0..n).filter(|&cell| wear[cell] > 0.0).collect();
     if cells.is_empty() {
         return None;
     }
-    // A S_nn is symmetric: y = (A D)^½ p.
+    // In y = (A D)^½ p the problem is symmetric, because A S_nn is.
     let scale: Vec<f64> = cells.iter().map(|&cell| (areas[cell] * wear[cell]).sqrt()).collect();
     let row = operator.grid().map_or(1, |grid| grid[1]);
     let sign = |cell: usize| if (cell / row + cell % row).is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -58,7 +58,7 @@ fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) 
         next = cells.iter().zip(&scale).map(|(&cell, scale)| areas[cell] * gap[cell] / scale).collect();
         diagonal.push(dot(&next, &vector));
         basis.push(vector);
-        // Twice is enough.
+        // Two passes of orthogonalisation are enough.
         for _ in 0..2 {
             for vector in &basis {
                 let part = dot(&next, vector);
@@ -85,7 +85,7 @@ mod tests {
 
     use crate::flexibility::per_cell::PerCell;
 
-    /// Normal components alone.
+    /// Operator with normal components only.
     struct Normal(DMatrix<f64>);
 
     impl Flexibility for Normal {
@@ -110,13 +110,13 @@ mod tests {
         }
     }
 
-    /// Truth: the least eigenvalue of D^-½ S D^-½ by a dense solver, on cells that differ in size and wear.
+    /// Truth: smallest eigenvalue of D^-½ S D^-½ by a dense solver, with different areas and wear per cell.
     #[test]
     fn least_eigenvalue_of_a_dense_operator() {
         let n = 30;
         let areas: Vec<f64> = (0..n).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
         let wear: Vec<f64> = (0..n).map(|i| if i % 7 == 0 { 0.0 } else { 1.0 + 0.05 * i as f64 }).collect();
-        // A S symmetric: S_ij = A_j K_ij.
+        // A S is symmetric: S_ij = A_j K_ij.
         let kernel = |i: usize, j: usize| 1.0 / (1.0 + (i as f64 - j as f64).abs());
         let normal = DMatrix::from_fn(n, n, |i, j| areas[j] * kernel(i, j));
         let operator = Normal(normal);

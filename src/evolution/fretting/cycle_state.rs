@@ -1,5 +1,5 @@
-//! The ends of the increments of a cycle, which close on themselves, and strokes through them one after the other: where cells
-//! come to stick is a matter of their history.
+//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone. The stick zone depends on the
+//! history, so strokes are also solved one after the other.
 
 use std::time::Instant;
 
@@ -18,43 +18,43 @@ use crate::evolution::step::{ClosedPath, Drive, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
 
-/// Slip below this share of the amplitude counts as none.
+/// Slip relative to the amplitude below which a cell counts as sticking.
 const STICK_SLIP_SHARE: f64 = 1e-3;
 
-/// Cycles without wear, at most, and the change of their ends from cycle to cycle, by their range, at which they have settled.
+/// Largest number of cycles without wear, and change of the responses per cycle, over their range, at which they are periodic.
 const MAX_SETTLING_CYCLES: usize = 10;
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
-/// Natural residual of strokes that only say where cells stick.
+/// Natural residual of strokes that only determine the stick zone.
 const STROKE_TOLERANCE: f64 = 1e-6;
 
-/// The ends of a cycle, solved together, and the set of cells that stick.
+/// Path points of a cycle, solved together, and the stick zone.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) struct CycleState {
     pub contact: ContactState,
-    /// Cells that stick through the cycle, `[N]`.
+    /// Cells that stick through the whole cycle, `[N]`.
     pub stick_mask: Vec<bool>,
-    /// Tangential gap that they stick at, `[2, N]`, mm.
+    /// Tangential gap at which these cells stick, `[2, N]`, mm.
     pub stick_gap: Vec<f64>,
-    /// Solves, iterations and operator applications not yet in any entry.
+    /// Solves, iterations and operator applications that are not in any record yet.
     pub uncharged_work: [usize; 3],
 }
 
-/// Where the ends of a cycle are.
+/// Prescribed positions or forces at the path points of a cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) struct FrettingPath {
-    /// What follows it.
+    /// Quantity that follows the path.
     drive: Drive,
-    /// Shift of body 2 or force on body 1 along x, y at each end, the + end first.
+    /// Displacement of body 2 or force on body 1 along x, y at each path point, the + reversal point first.
     path_points: Vec<[f64; 2]>,
-    /// Shift at the start of the step.
+    /// Displacement of body 2 at the start of the step.
     pub center: [f64; 2],
-    /// Force on body 1 there.
+    /// Force on body 1 at the start of the step.
     center_force: [f64; 2],
 }
 
 impl FrettingPath {
-    /// The ends of a closed path about a shift and a force.
+    /// Path points of a closed path about a displacement and a force.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
         Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
     }
@@ -69,29 +69,29 @@ impl FrettingPath {
         Self { drive, path_points, center, center_force }
     }
 
-    /// The same path through the ends of another number of increments, shorter ones in the share `transition` of each stroke.
+    /// The same path in another number of increments, which are shorter in the share `transition` at the start of each stroke.
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
     }
 
-    /// Number of ends.
+    /// Number of path points.
     pub fn len(&self) -> usize {
         self.path_points.len()
     }
 
-    /// The - end.
+    /// Index of the - reversal point.
     pub fn reversal_index(&self) -> usize {
         self.len() / 2
     }
 
-    /// Puts body 2 to an end where that is prescribed.
+    /// Sets the displacement of body 2 to that of a path point, if displacements are prescribed.
     pub fn set_shift(&self, end: usize, rigid: &mut [f64; 3]) {
         if self.drive == Drive::Shift {
             rigid[..2].copy_from_slice(&self.path_points[end]);
         }
     }
 
-    /// What brings body 2 back to the centre, and is prescribed then.
+    /// Loads that return body 2 to the centre, and the tangential control afterwards.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
             Drive::Shift => (
@@ -106,11 +106,11 @@ impl FrettingPath {
         }
     }
 
-    /// What is prescribed at an end.
+    /// Loads at a path point.
     pub fn loads(&self, end: usize, loads: PrescribedLoads) -> PrescribedLoads {
         let tangential = match self.drive {
             Drive::Shift => TangentialControl::Shift,
-            // That on body 2.
+            // The solver takes the force on body 2.
             Drive::Force => TangentialControl::Force(self.path_points[end].map(|force| -force)),
         };
         PrescribedLoads { tangential, ..loads }
@@ -118,7 +118,7 @@ impl FrettingPath {
 }
 
 impl CycleState {
-    /// Ends at which nothing is known but the motions.
+    /// Path points without tractions; all cells stick.
     pub fn new(n: usize, course: &FrettingPath, rigid: [f64; 3]) -> Self {
         let motions = (0..course.len()).map(|end| {
             let mut rigid = rigid;
@@ -129,7 +129,7 @@ impl CycleState {
         Self { contact, stick_mask: vec![true; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
     }
 
-    /// A single state, of steady sliding.
+    /// Single path point, for steady sliding.
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
         Self {
             contact: ContactState::new(n, vec![rigid]),
@@ -139,7 +139,7 @@ impl CycleState {
         }
     }
 
-    /// What slip is measured from at all ends.
+    /// Slip reference of all path points.
     pub fn slip_reference(&self) -> SlipReference {
         SlipReference::PreviousPoint {
             stick_mask: self.stick_mask.clone(),
@@ -147,7 +147,7 @@ impl CycleState {
         }
     }
 
-    /// Adds what a solve took.
+    /// Adds the work of one solve.
     pub fn charge(&mut self, report: &SolveReport) {
         self.charge_work([1, report.iterations, report.applications]);
     }
@@ -157,7 +157,7 @@ impl CycleState {
         self.uncharged_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
-    /// Takes over the state at an end; of the cells that stuck until there, those that did not slip on the way stick.
+    /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` or lose contact.
     fn record_stroke(&mut self, it: &ContactState, end: usize, creep: f64) {
         let n = self.stick_mask.len();
         let planes = end * 3 * n..(end + 1) * 3 * n;
@@ -171,7 +171,7 @@ impl CycleState {
         self.stick_gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
-    /// Half of the largest distance of two ends.
+    /// Half of the largest distance between two path points.
     fn amplitude(&self) -> f64 {
         let rigid = &self.contact.rigid_motion;
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
@@ -179,7 +179,7 @@ impl CycleState {
         0.5 * rigid.iter().map(farthest).fold(0.0, f64::max)
     }
 
-    /// Lets go the cells that are said to stick, but slip at an end of a state that does not converge; whether there are any.
+    /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
         let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
         let mut any = false;
@@ -196,7 +196,8 @@ impl CycleState {
         any
     }
 
-    /// Whether the cells that stick do so at all ends, and no others: at which level those would stick, the ends do not tell.
+    /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
+    /// that starts to stick needs new strokes, because its stick gap depends on the history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
         let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
         (0..n).all(|i| {
@@ -213,7 +214,7 @@ impl CycleState {
     }
 }
 
-/// Whether what was found at the ends is what the cycle `before` found.
+/// Returns whether the responses at the path points equal those of the cycle before.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
@@ -222,8 +223,7 @@ pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]])
 }
 
 impl Run<'_> {
-    /// The first cycles, resolved stroke by stroke without wear, until one is like the one before: where cells come to stick is
-    /// a matter of their history.
+    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
     pub(super) fn find_periodic_cycle(
         &mut self,
         course: &FrettingPath,
@@ -266,7 +266,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What a cycle finds at its ends: forces where the shift is prescribed, shifts where forces are.
+    /// Responses at the path points: forces where displacements are prescribed, displacements where forces are.
     pub(in crate::evolution) fn responses_at_path_points(
         &self,
         ring: &CycleState,
@@ -284,7 +284,7 @@ impl Run<'_> {
         (0..course.len()).map(at).collect()
     }
 
-    /// One increment without wear to a given rigid motion or under given loads; the state follows.
+    /// Solves one increment without wear for a given rigid motion or given loads, and updates the state of the run.
     pub(super) fn advance_stroke(
         &mut self,
         loads: PrescribedLoads,
@@ -321,13 +321,13 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// How strokes are solved that only say where cells stick.
+    /// Solver options for strokes that only determine the stick zone.
     pub(super) fn stroke_options(&self) -> SolverOptions {
         SolverOptions { tolerance: self.options.tolerance.max(STROKE_TOLERANCE), ..self.options }
     }
 
-    /// Strokes through the cycle at the depth `worn` (`[N]`, mm) until they settle; the cells that stick, and where, follow.
-    /// Where a stroke does not converge the ends stay as they were solved together, and the report says why.
+    /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
+    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -340,7 +340,7 @@ impl Run<'_> {
     ) -> Result<SolveReport> {
         let half = course.reversal_index();
         let options = self.stroke_options();
-        // Looked at here, the operator would be looked at again and again.
+        // A stage that ends before 1 skips the check of the operator, which would repeat in every stroke.
         let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
         let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
         let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;
@@ -354,7 +354,7 @@ impl Run<'_> {
                 ring.charge_work([1, 0, 0]);
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
-                    // What is reported are the last ends that were solved together.
+                    // Restores the last coupled solution, which is reported.
                     solved.0.restore_into(&mut ring.contact);
                     (ring.stick_mask, ring.stick_gap) = (solved.1, solved.2);
                     let laws = ActiveLaws::of(self.step());
@@ -377,7 +377,7 @@ impl Run<'_> {
         Ok(sum)
     }
 
-    /// The ends of a cycle with the slip of each measured from the one before.
+    /// Path points of a cycle; the slip of each is measured from the one before.
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.

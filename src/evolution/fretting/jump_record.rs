@@ -1,4 +1,4 @@
-//! What jumps hand out: their entries, and why none follow.
+//! Commits jumps to the state, writes their records, and ends steps early.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::evolution::wear_integrator::WearJump;
 use crate::evolution::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {
-    /// The cycles that are left, in which nothing wears any more.
+    /// Completes the remaining cycles of a step in which nothing wears any more.
     pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<()> {
         let length = self.cycles().count - cycling.completed;
         self.result.warnings.push(format!(
@@ -19,7 +19,7 @@ impl Run<'_> {
             self.step().name,
             cycling.length_unit()
         ));
-        // A run that is taken up here has not evaluated its ends yet.
+        // A resumed run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
         let problem = self.reporting_problem(cycling, &worn);
         let mut checks = certificate::check(
@@ -29,13 +29,13 @@ impl Run<'_> {
             OperatorCheck::Skip,
         );
         drop(problem);
-        // What is left is the rounding of the gap: it counts against the pressures that there were.
+        // The remaining pressures are rounding errors of the gap: the residual refers to the initial pressures.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
         self.commit_jump((cycling, &jump), (length, 0, clock))
     }
 
-    /// Ends the run before a jump that brings the contact to the edge of the frame, beyond which it would be cut off.
+    /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
     pub(super) fn stop_at_frame_edge(&mut self, cycling: &WearStepState, jump: &WearJump, length: f64) {
         self.untaken_jump_work = jump.work();
         self.result.outcome = FRAME_EDGE;
@@ -50,7 +50,7 @@ impl Run<'_> {
         ));
     }
 
-    /// Takes what a jump did into the state, and hands out its entry.
+    /// Adds the result of a jump to the state and delivers its record.
     pub(super) fn commit_jump(
         &mut self,
         (cycling, jump): (&mut WearStepState, &WearJump),
@@ -136,8 +136,8 @@ impl Run<'_> {
         self.deliver(record, fields)
     }
 
-    /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
-    /// end to end, and the moment of its friction with it.
+    /// Warns if cycles with an inherited spin moment do not converge. With full slip the moment of friction reverses between the
+    /// strokes, so it cannot balance a constant spin moment.
     pub(super) fn warn_of_spin_moment(&mut self) {
         let Spin::Moment(moment) = self.controls.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {

@@ -1,9 +1,9 @@
-//! What a try at a jump changes, to be put back where it is not taken.
+//! Rollback of rejected jumps.
 
 use crate::contact::Unknowns;
 use crate::evolution::fretting::wear_step::WearStepState;
 
-/// What a try at a jump changes.
+/// Values that a trial jump changes.
 pub(super) struct Tried {
     unknowns: Unknowns,
     stuck: Vec<bool>,
@@ -23,7 +23,7 @@ impl Tried {
         }
     }
 
-    /// Puts it back.
+    /// Restores the values.
     pub fn put(self, cycling: &mut WearStepState) {
         self.unknowns.restore_into(&mut cycling.cycle.contact);
         (cycling.cycle.stick_mask, cycling.cycle.stick_gap) = (self.stuck, self.at);

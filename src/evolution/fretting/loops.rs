@@ -1,4 +1,4 @@
-//! Fretting loops: a cycle resolved into many increments, without wear.
+//! Fretting loops: cycles resolved into many increments, without wear.
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
@@ -12,13 +12,13 @@ use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, so
 use crate::evolution::records::{FrettingLoop, Outcome};
 use crate::evolution::step::{ClosedPath, CycleMotion};
 
-/// Increments per stroke, at least.
+/// Least number of increments per stroke.
 const MIN_LOOP_INCREMENTS: usize = 16;
 
-/// Cycles that it takes until one follows from the one before alone; the last is what is reported.
+/// Number of cycles until the loop no longer depends on its initial state. The last one is reported.
 const LOOP_CYCLES: usize = 2;
 
-/// What slip of the next increment is measured from, and what its solution begins with.
+/// Slip reference and initial guess of the next increment.
 #[derive(Clone)]
 pub(super) struct IncrementStart {
     /// Tangential gap, `[2, N]`, mm.
@@ -28,7 +28,7 @@ pub(super) struct IncrementStart {
 }
 
 impl IncrementStart {
-    /// An end of a cycle that was solved and evaluated.
+    /// Start at a path point of a cycle that was solved and evaluated.
     pub fn at_path_point(ring: &ContactState, end: usize) -> Self {
         let n = ring.wear_rate.len();
         let mut it = ContactState::new(n, vec![ring.rigid_motion[end]]);
@@ -39,7 +39,7 @@ impl IncrementStart {
 }
 
 impl Run<'_> {
-    /// One increment of a cycle at a worn depth (`[N]`, mm), from a place to an end of its course.
+    /// Solves one increment of a cycle at a wear depth (`[N]`, mm), from `place` to a path point of `course`.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -62,7 +62,7 @@ impl Run<'_> {
         Ok((IncrementStart { reference, it }, report, checks))
     }
 
-    /// Resolves the cycle at the worn depth of the state; nothing but the loop is left of it.
+    /// Resolves the cycle at the current wear depth and records its loop. Nothing else changes.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -77,7 +77,7 @@ impl Run<'_> {
         let course = coarse.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coarse.reversal_index();
         let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
-        // That of the - end, where the state is.
+        // The state of the run is at the - reversal point.
         let mut place = IncrementStart {
             reference: self.state.slip_reference.clone(),
             ..IncrementStart::at_path_point(&cycling.cycle.contact, half)

@@ -1,4 +1,4 @@
-//! The next jump: how long it is, and whether it is taken.
+//! Selection, trial and acceptance of the next jump.
 
 use std::time::Instant;
 
@@ -12,36 +12,36 @@ use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
 use crate::geometry::format_short;
 
-/// Worn depth over the approach below which errors do not count.
+/// Wear depth over the approach below which errors are negligible.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
 
-/// Cells, or share of the radius of the contact, that the rims of contact and stick zone may move by in a controlled jump.
+/// Largest change of the radius of contact or stick zone in a controlled jump: in cells, or as a share of the contact radius.
 const MAX_RADIUS_GROWTH_CELLS: f64 = 2.0;
 const MAX_RADIUS_GROWTH_SHARE: f64 = 0.05;
 
-/// Share of the longest stable jump that controlled explicit ones may have.
+/// Length of controlled explicit jumps over the longest stable jump, at most.
 const EXPLICIT_LENGTH_SHARE: f64 = 0.9;
 
-/// Largest pressure over that at the start of the step from which on nothing wears at a fixed approach: the rest of the overlap is as
-/// small, and below it pressures drown in the rounding of the gap.
+/// Ratio of the largest pressure to that at the start of the step below which wear at a fixed approach has ended. The remaining
+/// overlap has the same ratio, and smaller pressures vanish in the rounding of the gap.
 const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
 
-/// Tries that a controlled jump may be too long for.
+/// Largest number of trials of a controlled jump that are rejected.
 const MAX_TRIALS: usize = 12;
 
-/// Iterations of a stage after which a shorter jump is tried, where there is one.
+/// Iterations per stage after which a shorter jump is tried, if one is possible.
 const MAX_TRIAL_ITERATIONS: usize = 2000;
 
-/// Why a controlled jump is taken again, shorter.
+/// Reason to repeat a controlled jump with a shorter length.
 enum Rejection {
-    /// Its error, as a multiple of what is allowed.
+    /// Ratio of estimated to allowed error.
     Error(f64),
-    /// The jump did not converge, lost the contact, or changed it too much.
+    /// The jump did not converge, lost the contact or changed it too much.
     Other,
 }
 
 impl Run<'_> {
-    /// Takes one more jump.
+    /// Computes and commits the next jump.
     pub(super) fn take_jump(&mut self, cycling: &mut WearStepState) -> Result<()> {
         let (step, cycles) = (self.step(), self.cycles());
         let clock = Instant::now();
@@ -102,7 +102,7 @@ impl Run<'_> {
                 self.stop_at_frame_edge(cycling, &jump, length);
                 return Ok(());
             }
-            // The first strokes and the jumps that were not taken have no entry of their own.
+            // The first strokes and rejected jumps have no record of their own.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
             jump.charge_work(std::mem::take(&mut self.discarded_work));
             self.warn_of_unstable(cycling, length);
@@ -117,7 +117,7 @@ impl Run<'_> {
         }
     }
 
-    /// Whether wear at a fixed approach has taken nearly all that the bodies overlap by.
+    /// Returns whether wear at a fixed approach has removed nearly all of the overlap of the bodies.
     fn is_worn_out(&self, cycling: &WearStepState) -> bool {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still
@@ -125,7 +125,7 @@ impl Run<'_> {
             && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
     }
 
-    /// Warns, once a step, of a jump that was taken after [`MAX_TRIALS`] longer ones although its error is `ratio` times what is allowed.
+    /// Warns, once per step, of a jump accepted after [`MAX_TRIALS`] longer ones with `ratio` times the allowed error.
     fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
         let begin = format!("step \"{}\": after {MAX_TRIALS} longer trials a jump", self.step().name);
         if ratio <= 1.0 || self.result.warnings.iter().any(|note| note.contains(&begin)) {
@@ -140,7 +140,7 @@ impl Run<'_> {
         )));
     }
 
-    /// Says, once a step, that explicit jumps are longer than is stable.
+    /// Warns, once per step, that explicit jumps exceed the stability limit.
     fn warn_of_unstable(&mut self, cycling: &WearStepState, length: f64) {
         if let Some(critical) = cycling.critical_length
             && length > critical * (1.0 + 1e-9)
@@ -155,7 +155,7 @@ impl Run<'_> {
         }
     }
 
-    /// Refuses explicit jumps that are longer than is stable.
+    /// Refuses explicit jumps above the stability limit.
     pub(super) fn refuse_unstable(&self, cycling: &WearStepState) -> Result<()> {
         let cycles = self.cycles();
         let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
@@ -181,7 +181,7 @@ impl Run<'_> {
         )))
     }
 
-    /// Estimated error of a jump over what is allowed.
+    /// Ratio of the estimated error of a jump to the allowed error.
     fn error_ratio(&self, tolerance: f64, length: f64, jump: &WearJump) -> f64 {
         let cycles = self.cycles();
         if jump.depth_error == 0.0 {
@@ -199,7 +199,7 @@ impl Run<'_> {
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
-    /// Why a controlled jump is too long, if it is.
+    /// Reason to reject a controlled jump, if any.
     fn rejection(
         &self,
         (tolerance, length): (f64, f64),
@@ -219,7 +219,7 @@ impl Run<'_> {
         (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
     }
 
-    /// Radii of the circles that are as large as the contact at any end, and as the cells that stick through the cycle.
+    /// Radii of circles with the area of the contact at any path point, and of the cells in contact that stick through the cycle.
     fn contact_and_stick_radius(&self, cycling: &WearStepState) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&cycling.cycle.contact);
@@ -231,14 +231,14 @@ impl Run<'_> {
 }
 
 impl WearStepState {
-    /// Largest pressure at any end.
+    /// Largest pressure at any path point.
     pub(super) fn peak_pressure(&self) -> f64 {
         let n = self.wear_rate.len();
         let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
         pressures.copied().fold(0.0, f64::max)
     }
 
-    /// Length of the next jump, and the shortest that can be.
+    /// Length of the next jump, and the shortest possible length.
     fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
         let whole = matches!(self.slip_source, SlipSource::ClosedPath(_));
         match cycles.jumps {

@@ -1,4 +1,4 @@
-//! Ends and rates of a cycle, or of steady sliding, before a jump.
+//! Path points and wear rates of a cycle, or of steady sliding, before a jump.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use crate::evolution::step::Integrator;
 use crate::evolution::wear_integrator::WearJump;
 
 impl Run<'_> {
-    /// Ends and rates at the worn depth of the state; `false` where they do not converge.
+    /// Computes path points and rates at the current wear depth. Returns `false` if they do not converge.
     pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<bool> {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
@@ -30,7 +30,7 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
+    /// Recomputes path points and rates after the operators have changed. Returns `false` if they do not converge.
     pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Result<bool> {
         if !self.evaluate_rates(cycling, Instant::now())? {
             return Ok(false);

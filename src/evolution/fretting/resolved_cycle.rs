@@ -1,5 +1,5 @@
-//! What happens between the ends of a cycle: strokes in many increments give the wear of each cell over that by the slip from end
-//! to end, and are resolved again only when that slip has changed (docs/theory-wear.md).
+//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). They give factors on the wear that follows
+//! from the slip between the coupled path points. A cycle is resolved again only when that slip has changed.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,87 +15,87 @@ use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleS
 use crate::evolution::{Run, state};
 use crate::frame::grid::extend_field;
 
-/// Increments of a stroke, at most, or four times those between the ends.
+/// Largest number of increments per stroke, unless four times the coupled increments are more.
 const MAX_STROKE_INCREMENTS: usize = 64;
 
-/// Remaining change of the wear volume until the tractions have settled, over the last change of half a cycle.
+/// Wear volume that remains to change until the tractions are steady, over the last change of the wear volume of a stroke.
 const DRIFT_ERROR_FACTOR: f64 = 4.0;
 
-/// Increments of a resolved cycle over those between its reversal points, at least.
+/// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
 const MIN_REFINEMENT: usize = 4;
 
-/// Increments of a second resolved cycle over those of a first one, both of which must agree with the slip from end to end where that stands alone.
+/// Refinement from a first resolved cycle to a second one. The coupled cycle is left uncorrected only if both agree with it.
 const CONFIRMING_REFINEMENT: usize = 4;
 
-/// Change of the tangential force at a reversal point by the last refinement, over the force, at most. Tried with a pin that slides at 15 to 75 degrees to the
-/// fibre: in 8 increments the wear was right to 1e-3, the force across the stroke 15 % too small.
+/// Largest relative change of the tangential force at a reversal point by the last refinement. Measured with a pin that slides at
+/// 15 to 75 degrees to the fibre: with 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too small.
 const MAX_FORCE_CHANGE: f64 = 0.01;
 
-/// Difference of the tangential force of prescribed increments from that of the resolved cycle, over the force, that is warned of.
+/// Relative difference between the tangential forces of prescribed increments and of the resolved cycle that triggers a warning.
 const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
 
-/// Wear of a cell by the slip from end to end over the largest below which it says nothing.
+/// Wear of a cell relative to the largest, both by the coupled path points, below which its own factor is not used.
 const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
 
-/// Wear of a cell over that by the slip from end to end, at most.
+/// Largest factor on the wear of a cell.
 const MAX_WEAR_FACTOR: f64 = 4.0;
 
 /// Smallest share of a stroke that its first increment takes.
 const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
-/// Share that factors may change by on the way to the middle of a jump.
+/// Largest relative change of a factor by extrapolation to the middle of a jump.
 const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
 
-/// Growth of the elastic lag over the slip after which a correction that was not needed is checked again.
+/// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
 const RECHECK_LAG_GROWTH: f64 = 2.0;
 
-/// Ratio of normal forces from which on a cycle is resolved again: the elastic lag is then another share of the stroke.
+/// Ratio of normal forces after which a cycle is resolved again: the elastic lag then takes another share of the stroke.
 const RECHECK_FORCE_RATIO: f64 = 2.0;
 
-/// Share of the error that it measures to which a resolved cycle is refined where it corrects nothing.
+/// Relative accuracy to which a resolved cycle measures the error of the coupled cycle where it corrects nothing.
 const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 
-/// A resolved cycle, compared with the slip between the reversal points.
+/// Resolved cycle in comparison with the coupled path points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) struct ResolvedCycle {
-    /// Whether it corrects the wear. If not, all factors are 1 and it only measures the error.
+    /// Whether the factors correct the wear. If not, all factors are 1 and the cycle only measures the error.
     pub corrects: bool,
-    /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
+    /// Wear by the resolved cycle over wear by the coupled path points, extrapolated to the middle of the next jump, `[N]`.
     pub factors: Vec<f64>,
-    /// The same as it was found.
+    /// Factors at the resolved cycle, `[N]`.
     measured_factors: Vec<f64>,
-    /// Its change per cycle since the one before, `[N]`.
+    /// Change of the factors per cycle since the resolved cycle before, `[N]`.
     factor_rate: Vec<f64>,
-    /// Cycles of the step before it.
+    /// Cycles of the step before the resolved cycle.
     at_cycle: f64,
-    /// Its dissipation likewise.
+    /// Dissipation of the resolved cycle over that of the coupled path points.
     pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
     /// Whether no jump has followed yet.
     pub is_new: bool,
-    /// Slip from end to end then, `[E, 2, N]`, mm.
+    /// Slip between the coupled path points at that time, `[E, 2, N]`, mm.
     slip: Vec<f64>,
-    /// Elastic lag over the slip then.
+    /// Ratio of elastic lag to slip at that time.
     lag_ratio: f64,
-    /// Whether all of the contact slid then.
+    /// Whether the whole contact slid at that time.
     full_slip: bool,
-    /// Mean normal force at the reversal points then, N.
+    /// Mean normal force at the reversal points at that time, N.
     normal_force: f64,
-    /// Wear depth then, `[N]`, mm.
+    /// Wear depth at that time, `[N]`, mm.
     wear_depth: Vec<f64>,
-    /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
+    /// Remaining error of the wear per cycle, `[N]`: relative to the cell's wear if it is corrected, else per wear volume, 1/mm2.
     remaining_error: Vec<f64>,
-    /// Relative error of the wear volume per cycle that remains, beside those of the cells where it corrects.
+    /// Remaining relative error of the wear volume per cycle; with correction, in addition to the errors of the cells.
     remaining_volume_error: f64,
-    /// Share of the wear volume that no factor stands for.
+    /// Share of the wear volume that the factors do not represent.
     unresolved_wear_fraction: f64,
-    /// Correction of the resultants at the reversal points (+, -); `None` if increments are prescribed or the cycle did not converge.
+    /// Correction of the resultants at the reversal points (+, -). `None` for prescribed increments and without convergence.
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
 }
 
-/// Difference of the resultants of a resolved cycle and of the slip from end to end, at a reversal point. Forces and moments are relative to the normal force and
-/// the stick area to the contact area, so that the difference follows a contact that is unloaded or worn later.
+/// Difference of the resultants between a resolved and a coupled cycle at a reversal point. Forces and moments are relative to the
+/// normal force, the stick area is relative to the contact area. The correction thus scales when the load or the contact changes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::evolution) struct ReversalCorrection {
     shift: [f64; 2],
@@ -132,21 +132,21 @@ impl ReversalCorrection {
     }
 }
 
-/// Wear of a cycle.
+/// Wear of one cycle.
 #[derive(Clone)]
 struct CycleWear {
-    /// Depth, `[N]`, mm.
+    /// Wear depth per cycle, `[N]`, mm.
     rate: Vec<f64>,
-    /// Dissipation.
+    /// Dissipation per cycle.
     power: f64,
-    /// Change of the volume of its second half since the half cycle before it, mm3: the tractions have not settled yet.
+    /// Wear volume of the second stroke less that of the same stroke one cycle before, mm3; 0 for steady tractions.
     drift: f64,
-    /// Resultants at its reversal points (+, -).
+    /// Resultants at the reversal points (+, -).
     reversals: [Resultants; 2],
 }
 
 impl CycleWear {
-    /// Change of the tangential forces at the reversal points from another one, over the forces; the larger.
+    /// Relative change of the tangential force from `other`, the larger of both reversal points.
     fn force_change(&self, other: &Self) -> f64 {
         let change = |(now, before): (&Resultants, &Resultants)| {
             let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
@@ -156,7 +156,7 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// The limit of first order of this one and one in fewer increments, by this ratio.
+    /// First-order extrapolation of the wear from a coarser cycle and this one; `ratio` of the numbers of increments.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -164,14 +164,14 @@ impl CycleWear {
     }
 }
 
-/// Wear of a cycle that more increments change little.
+/// Wear of a cycle that further increments change little.
 struct RefinedCycle {
     wear: CycleWear,
-    /// Its change by the last refinement, relative, `[N]`.
+    /// Relative change by the last refinement, `[N]`.
     change: Vec<f64>,
     /// Increments per stroke.
     increments: usize,
-    /// Whether the slip from end to end wears the same volume as this cycle and as one in a quarter of its increments, all within the tolerance.
+    /// Whether the wear volumes of the coupled cycle, this cycle and one in a quarter of its increments agree within the tolerance.
     agrees_with_ends: bool,
 }
 
@@ -180,19 +180,19 @@ fn mean_normal_force(reversals: &[Resultants; 2]) -> f64 {
     0.5 * (reversals[0].normal_force + reversals[1].normal_force)
 }
 
-/// How a cycle slips between its reversal points.
+/// Slip of a cycle between its coupled path points.
 #[derive(Clone, Copy)]
 struct CycleSlip {
-    /// Whether all cells that carry pressure at a reversal point slip on the stroke to it.
+    /// Whether every cell slips on the stroke to each path point at which it carries pressure.
     full_slip: bool,
     /// Largest elastic lag of a cell over the motion of body 2: the share of a stroke in which slip spreads over the contact.
     slip_spread_share: f64,
-    /// Elastic lag over the slip, means over the contact weighted with pressure.
+    /// Ratio of elastic lag to slip, both as pressure-weighted means over the contact.
     lag: f64,
 }
 
 impl ResolvedCycle {
-    /// Extrapolates the factors to the middle of a jump after `done` cycles of the step.
+    /// Extrapolates the factors to the middle of a jump of `length` cycles that begins after `done` cycles of the step.
     pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
         let ahead = done + 0.5 * length - self.at_cycle;
         for ((factor, found), slope) in
@@ -203,7 +203,7 @@ impl ResolvedCycle {
         }
     }
 
-    /// The same on a larger frame; `places`: the number of each cell there.
+    /// Transfers the resolved cycle to a larger frame; `places`: index of each cell there.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
             factors: extend_field(&self.factors, places, n, |_| 1.0),
@@ -216,7 +216,7 @@ impl ResolvedCycle {
         }
     }
 
-    /// Whether another resolved cycle is needed, which has come to `slip`; `changed` gives the relative change of the slip since this one.
+    /// Returns whether to resolve again for the present slip and normal force; `changed`: relative change of the slip since then.
     fn is_due(
         &self,
         used: ResolvedCycleSettings,
@@ -237,8 +237,8 @@ impl ResolvedCycle {
 }
 
 impl Run<'_> {
-    /// Resolves the cycle at the wear depth of the state where that is due: factors and rates of `cycling` follow if they are
-    /// corrected, and the estimated errors in any case. Where increments do not converge all stays as it was.
+    /// Resolves the cycle at the current wear depth if that is due, and updates the error estimates. With correction, it also
+    /// updates factors and rates of `cycling`. If increments do not converge, rates and factors stay as they are.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -256,7 +256,7 @@ impl Run<'_> {
         if used.correction != Correction::Always && !self.has_friction() {
             return Ok(());
         }
-        // A restored run has not evaluated its reversal points yet.
+        // A restored run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
         let problem = self.reporting_problem(cycling, &worn);
         problem.evaluate(&mut cycling.cycle.contact);
@@ -281,7 +281,7 @@ impl Run<'_> {
         let way = (&course, closed, slip);
         let Some(refined) = self.refine_cycle((way, used), (cycling, &by_ends))? else {
             if used.correction == Correction::Never {
-                // It is not tried again: nothing is known of the error.
+                // The error stays unknown, and the cycle is not resolved again.
                 let unknown = RefinedCycle {
                     wear: by_ends.clone(),
                     change: vec![0.0; worn.len()],
@@ -296,7 +296,7 @@ impl Run<'_> {
         let (factors, unresolved_wear_fraction) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
         let corrects = match used.correction {
             Correction::Always => true,
-            // A correction that leaves out more than it corrects is worse than none.
+            // A correction that misses more wear than it corrects is worse than none.
             Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
                 false
             }
@@ -333,7 +333,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes factors and rates of `cycling` from a resolved cycle, whose errors without correction are in `measurement`.
+    /// Takes factors and rates of `cycling` from a resolved cycle. `measurement` holds the errors without correction.
     fn apply_correction(
         &mut self,
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
@@ -364,14 +364,14 @@ impl Run<'_> {
             factor_rate,
             dissipation_factor,
             remaining_error: change,
-            // Over the wear that the factors stand for.
+            // Relative to the wear that the factors represent.
             remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
             ..measurement
         });
     }
 
-    /// A resolved cycle that corrects nothing: its distance from the wear by the slip from end to end, and its own last change, are
-    /// the errors that remain.
+    /// Builds a resolved cycle without correction. Remaining errors are its difference from the coupled cycle and its own change by
+    /// the last refinement.
     fn error_measurement(
         &self,
         cycling: &WearStepState,
@@ -406,7 +406,7 @@ impl Run<'_> {
         }
     }
 
-    /// Warns once of wear that no factor stands for.
+    /// Warns once of wear that the factors do not represent.
     fn warn_of_unresolved_wear(&mut self, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
         if missed <= tolerance
             || cycling
@@ -451,7 +451,7 @@ impl Run<'_> {
         ));
     }
 
-    /// How the cycle of `cycling`, evaluated as `problem`, slips between its reversal points.
+    /// Computes slip and elastic lag between the path points of `cycling`, evaluated as `problem`.
     fn cycle_slip(&self, problem: &Increment, cycling: &WearStepState) -> CycleSlip {
         let (it, n, areas) = (&cycling.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
         let ends = it.rigid_motion.len();
@@ -479,7 +479,7 @@ impl Run<'_> {
         found
     }
 
-    /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
+    /// Refines the increments of a cycle until the wear changes less than the tolerance. `None` if a cycle does not converge.
     fn refine_cycle(
         &mut self,
         ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
@@ -490,14 +490,14 @@ impl Run<'_> {
     ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
         let may_agree = full_slip && used.correction == Correction::WhereNeeded;
-        // Polygons in an ellipse are of first order, all along it.
+        // On an ellipse, chords are a first-order approximation along the whole path.
         let extrapolates = closed.amplitude[1] != 0.0;
         let begin = cycling
             .resolved_cycle
             .as_ref()
             .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
         let mut increments = begin.max(closed.increments);
-        // Each cycle goes on from the one before, in fewer increments: so tractions settle on the way.
+        // Each cycle starts from the coarser one before it, so the tractions approach the steady state meanwhile.
         let mut place = IncrementStart::at_path_point(&cycling.cycle.contact, course.reversal_index());
         let mut coarser = if increments == closed.increments && !extrapolates {
             by_ends.clone()
@@ -510,12 +510,12 @@ impl Run<'_> {
         };
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
         let most = MAX_STROKE_INCREMENTS.max(4 * closed.increments);
-        // The first cycle in several times the increments between the reversal points, and their number.
+        // First cycle with at least `MIN_REFINEMENT` times the coupled increments, and its increments.
         let is_refined = increments >= MIN_REFINEMENT * closed.increments;
         let mut first: Option<(usize, CycleWear)> =
             (is_refined && !extrapolates).then(|| (increments, coarser.clone()));
         loop {
-            // Where the first agrees with the slip from end to end, which it may by chance, the next one confirms it.
+            // If the first cycle agrees with the coupled path points, possibly by chance, the next one confirms the agreement.
             let confirms = may_agree
                 && first
                     .as_ref()
@@ -543,11 +543,11 @@ impl Run<'_> {
                 let agrees = near && first.as_ref().is_some_and(confirmed);
                 let open = near
                     && first.as_ref().is_none_or(|(at, _)| increments < most.min(CONFIRMING_REFINEMENT * at));
-                // Two in a row: the first refinement alone may change little by chance.
+                // At least two refinements are required, because the first alone may change little by chance.
                 let twice = increments >= MIN_REFINEMENT * closed.increments;
                 let settled = !corrects || limit.force_change(last) <= MAX_FORCE_CHANGE;
                 if twice && !open && settled && (change <= tolerance || agrees) || increments >= most {
-                    // Once, not in every jump.
+                    // Warn once, not in every jump.
                     let known =
                         cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
@@ -574,8 +574,8 @@ impl Run<'_> {
         }
     }
 
-    /// Wear and dissipation of a cycle in some increments per stroke, at the wear depth of the state. It begins at `place`, the - end, and
-    /// leaves its own state at that end there; `None` if an increment does not converge.
+    /// Wear and dissipation of a cycle with a given number of increments per stroke, at the current wear depth. It starts from
+    /// `place` at the - reversal point and stores its own state there. `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
         (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
@@ -591,7 +591,7 @@ impl Run<'_> {
         let mut wear =
             CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
         let mut here = place.clone();
-        // What comes before the first stroke back is forgotten but for cells that stick. It is the second half of a cycle, too.
+        // The first stroke does not count: only cells that stick keep its history. `drift` compares with it.
         let up = (increments + 1..=2 * increments).map(|end| (end, false));
         let round = (1..=2 * increments).map(|end| (end, true));
         for (end, counts) in up.chain(round) {
@@ -633,7 +633,7 @@ impl Run<'_> {
         Ok(Some(wear))
     }
 
-    /// Root mean square of the change of the slip from end to end over that of the slip, over the cells in contact at any end.
+    /// Relative change of the slip between the coupled path points: root mean square over the cells in contact at any path point.
     fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
         let n = self.prepared.n();
         let (touching, areas) = (self.cells_in_contact(it), &self.prepared.model.frame.areas);
@@ -645,7 +645,7 @@ impl Run<'_> {
         if sum > 0.0 { (change / sum).sqrt() } else { 0.0 }
     }
 
-    /// Root mean square of the difference of two rates over the cells that wear, over the largest of the first.
+    /// Root mean square of the difference of two wear rates over the cells that wear, relative to the largest value of `rate`.
     fn relative_rms_difference(&self, rate: &[f64], other: &[f64]) -> f64 {
         let areas = &self.prepared.model.frame.areas;
         let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
@@ -653,24 +653,24 @@ impl Run<'_> {
         if largest > 0.0 { root_mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
     }
 
-    /// Relative difference of the wear volume of two cycles.
+    /// Relative difference of the wear volumes of two cycles.
     fn volume_difference(&self, wear: &CycleWear, other: &CycleWear) -> f64 {
         let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
         let larger = volume.max(others);
         if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
     }
 
-    /// Whether two cycles wear the same volume within the tolerance.
+    /// Returns whether the wear volumes of two cycles agree within the tolerance.
     fn agree(&self, one: &CycleWear, other: &CycleWear, used: ResolvedCycleSettings) -> bool {
         self.volume_difference(one, other) <= used.tolerance
     }
 
-    /// Volume of a depth, `[N]`, mm³.
+    /// Volume of a depth field, `[N]`, mm³.
     pub(in crate::evolution) fn volume(&self, depth: &[f64]) -> f64 {
         depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
     }
 
-    /// The wear of a cycle over that by the slip from end to end, `[N]`, and the share of the worn volume that they leave out.
+    /// Ratios of the wear of a resolved cycle to that of the coupled cycle, `[N]`, and the share of the wear volume that they miss.
     fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
         let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
         if all <= 0.0 || all_by_ends <= 0.0 {
@@ -689,7 +689,7 @@ impl Run<'_> {
         (factors, 1.0 - self.volume(&covered) / all)
     }
 
-    /// Adds to the estimated errors what remains of the error of the path that has worn `by` (`[N]`, mm) in a jump.
+    /// Adds the remaining path error of a jump with the wear `by` (`[N]`, mm) to the estimated errors.
     pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
         let volume = self.volume(by).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
@@ -699,8 +699,8 @@ impl Run<'_> {
         self.state.volume_error += of_cells + resolved.remaining_volume_error * volume;
     }
 
-    /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of
-    /// the depth worn meanwhile.
+    /// Adds the error from factors that were out of date: the wear since the last resolved cycle, times the relative difference
+    /// between the mean of old and new factors and the factors used.
     fn add_factor_drift_error(&mut self, factors: &[f64], before: &ResolvedCycle) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;

@@ -1,4 +1,4 @@
-//! Steps of fretting cycles and of steady sliding, taken in jumps (docs/theory-wear.md).
+//! Wear steps: fretting cycles and steady sliding, computed in jumps (docs/theory-wear.md).
 
 use std::time::Instant;
 
@@ -18,54 +18,54 @@ use crate::evolution::step_controller::StepController;
 use crate::evolution::{FRAME_EDGE, Run, state};
 use crate::geometry::format_short;
 
-/// Worn depth over the approach that the first controlled jump aims at.
+/// Target of the first controlled jump: its largest wear depth over the approach.
 const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
 
-/// Tolerance of jumps over that of contact solutions below which the latter make the error.
+/// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
 const MIN_TOLERANCE_RATIO: f64 = 10.0;
 
-/// A step of cycles or steady sliding in progress.
+/// Wear step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) struct WearStepState {
     pub cycle: CycleState,
     pub slip_source: SlipSource,
-    /// Cycles of this step, or mm of sliding, that are done.
+    /// Completed cycles, or sliding distance in mm, of this step.
     pub completed: f64,
-    /// Wear per cycle or mm at the worn depth of the state, `[N]`.
+    /// Wear per cycle or mm at the current wear depth, `[N]`.
     pub wear_rate: Vec<f64>,
-    /// Dissipation per cycle or mm there.
+    /// Dissipation per cycle or mm at the current wear depth.
     pub dissipation_rate: f64,
-    /// A resolved cycle, where strokes are resolved now and then.
+    /// The last resolved cycle, if strokes are resolved.
     pub resolved_cycle: Option<ResolvedCycle>,
-    /// What is prescribed besides the cycles, from the start of the step to its end.
+    /// Other loads, from the start of the step to its end.
     pub load_path: LoadPath,
     pub step_controller: StepController,
-    /// Entries of the step.
+    /// Number of records of the step.
     pub jumps_done: usize,
     /// Longest stable jump of an explicit integrator.
     pub critical_length: Option<f64>,
     /// Largest pressure at the start of the step.
     pub initial_peak_pressure: f64,
-    /// Contact was at the edge of the frame from the start.
+    /// Whether contact reached the edge of the frame from the start.
     pub touched_edge_initially: bool,
-    /// Cycles and distance before the step.
+    /// Number of cycles and sliding distance before the step.
     pub totals_before: (u64, f64),
-    /// Rates and ends are those of other operators.
+    /// Whether rates and path points were computed with other operators.
     #[serde(default)]
     pub rates_outdated: bool,
 }
 
-/// What the slip of a cycle follows from.
+/// Source of the slip of a cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) enum SlipSource {
-    /// The ends of a closed path.
+    /// Path points of a closed path.
     ClosedPath(FrettingPath),
     /// Slip per mm of steady sliding, `[2, N]`.
     Sliding(Vec<f64>),
 }
 
 impl Run<'_> {
-    /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
+    /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Result<()> {
         if matches!(self.progress, StepProgress::NotStarted)
             && let Some(cycling) = self.begin_wear_step()?
@@ -83,7 +83,7 @@ impl Run<'_> {
         {
             if cycling.completed >= self.cycles().count {
                 let ended = self.finish_wear_step(&cycling);
-                // Broken off here, the run is taken up after the last jump.
+                // If interrupted here, the run resumes after the last jump.
                 if ended.is_err() || self.result.outcome != Outcome::Converged {
                     self.progress = StepProgress::WearStep(cycling);
                 }
@@ -106,10 +106,10 @@ impl Run<'_> {
             let discarded = self.discarded_work;
             let resolved = cycling.resolved_cycle.clone();
             let jumped = self.take_jump(&mut cycling);
-            // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
+            // A body may detect an interrupt itself: in this case, too, the run resumes before the jump.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 self.discarded_work = discarded;
-                // Before its first entry the step begins anew, from the state before it.
+                // Before its first record, the step restarts from the state before the step.
                 if cycling.jumps_done > 0 {
                     before.put(&mut cycling);
                     (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
@@ -128,7 +128,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What follows the last jump: the loop there, if it is wanted, and the way back to the centre for the steps that come.
+    /// Ends the step: records the last fretting loop on request and returns body 2 to the centre if steps follow.
     fn finish_wear_step(&mut self, cycling: &WearStepState) -> Result<()> {
         if self.observer.wants_loops() {
             self.record_fretting_loop(cycling)?;
@@ -154,7 +154,7 @@ impl Run<'_> {
             return;
         };
         let error = record.worn_volume_error / record.worn_volume;
-        // Where all of the contact sticks what wears is rounding.
+        // If the whole contact sticks, the computed wear is rounding error.
         if error <= used.error_warning || record.stick_area >= record.contact_area {
             return;
         }
@@ -176,7 +176,7 @@ impl Run<'_> {
         )));
     }
 
-    /// The first strokes and the rates before the first jump; `None` where something does not converge.
+    /// Solves the first strokes and the rates before the first jump. `None` if a solution does not converge.
     fn begin_wear_step(&mut self) -> Result<Option<WearStepState>> {
         let cycles = self.cycles();
         let clock = Instant::now();
@@ -237,7 +237,7 @@ impl Run<'_> {
         self.refuse_unstable(&cycling)?;
         let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
         let approach = self.prepared.approach(&cycling.cycle.contact, 0).abs();
-        // Contact at an approach of zero has no such depth: the first jump is then tried with all cycles.
+        // At zero approach there is no reference depth: the first trial jump covers all cycles.
         if fastest > 0.0 && approach > 0.0 {
             let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
             cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
@@ -245,7 +245,7 @@ impl Run<'_> {
         Ok(Some(cycling))
     }
 
-    /// Slip of each cell per mm that body 2 slides along a direction, `[2, N]`.
+    /// Slip of each cell per mm of sliding of body 2 along a direction, `[2, N]`.
     fn slip_per_length(&self, angle: f64) -> Vec<f64> {
         let n = self.prepared.n();
         let along = Vector3::new(angle.cos(), angle.sin(), 0.0);
@@ -257,7 +257,7 @@ impl Run<'_> {
         slip
     }
 
-    /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
+    /// Loads at the fraction `at` of a step, and the normal motion of body 2 if it is prescribed.
     pub(in crate::evolution) fn loads_at(
         &self,
         cycling: &WearStepState,
@@ -273,7 +273,7 @@ impl Run<'_> {
         (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
     }
 
-    /// Brings body 2 back to the centre of the cycles for the steps that follow.
+    /// Returns body 2 to the centre of the cycles for the steps that follow.
     fn return_to_center(&mut self, course: &FrettingPath) -> Result<()> {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(self.controls.loads_at_shift());
@@ -285,7 +285,7 @@ impl Run<'_> {
 }
 
 impl WearStepState {
-    /// What `completed` counts.
+    /// Unit of `completed` in messages.
     pub fn length_unit(&self) -> &'static str {
         if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
             "cycles"
@@ -294,12 +294,12 @@ impl WearStepState {
         }
     }
 
-    /// Dissipation of a cycle over that by the slip from end to end.
+    /// Dissipation of a cycle over that of the coupled path points.
     pub fn dissipation_factor(&self) -> f64 {
         self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }
 
-    /// An end as it is reported: nothing is prescribed any more, and slip is what it was solved with.
+    /// Path point for reports: the motion is fixed, and slip refers to the same reference as in the solution.
     pub fn reported_path_point(&self) -> PathPoint {
         PathPoint {
             normal: NormalControl::Approach,
