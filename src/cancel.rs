@@ -1,7 +1,7 @@
-//! A wish to stop, which long computations hear between their parts: between elements, factorisations, columns.
+//! Process-wide cancellation flag, which long computations poll between elements, factorisations and columns.
 //!
-//! It is one for the process, as the signal is that it comes from. The program never takes it back; a process that goes on to
-//! compute other things does, when nothing is computed.
+//! The flag is global because the signal that sets it concerns the whole process. The program never resets it. A process that
+//! continues with other computations may reset it while nothing is computed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,17 +14,17 @@ pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Takes the wish back. Only when nothing is computed: what was computed since the wish may be wrong, and no longer knows that it is.
+/// Resets the flag. Call it only while nothing is computed: results since the cancellation may be wrong without a mark.
 pub fn reset() {
     REQUESTED.store(false, Ordering::Relaxed);
 }
 
-/// Whether to stop. What is computed after that is thrown away, and may be wrong.
+/// Whether cancellation was requested. Later results may be wrong and are discarded.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// An error once a stop is wished.
+/// Returns an error if cancellation was requested.
 ///
 /// # Errors
 /// Of the kind `Interrupted`.

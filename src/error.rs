@@ -1,4 +1,4 @@
-//! The crate's one error: what is wrong, of which kind, and the chain of places it was found in.
+//! Error type of the crate: message, kind, and context.
 
 use std::any::Any;
 use std::fmt;
@@ -9,16 +9,16 @@ pub mod exit {
     pub const DONE: u8 = 0;
     /// Unexpected failure.
     pub const FAILED: u8 = 1;
-    /// The input is wrong.
+    /// Invalid input.
     pub const INPUT: u8 = 2;
-    /// Not converged, or the physics was lost; results so far are kept.
+    /// Not converged, or no physical solution (such as lost contact); results so far are kept.
     pub const NOT_CONVERGED: u8 = 3;
-    /// Memory or disk do not suffice.
+    /// Insufficient memory or disk space.
     pub const RESOURCES: u8 = 4;
     /// Stopped by a signal; results so far are kept.
     pub const INTERRUPTED: u8 = 130;
 
-    /// The graver of two exit codes.
+    /// The more severe of two exit codes.
     pub fn worse(a: u8, b: u8) -> u8 {
         const ORDER: [u8; 6] = [DONE, NOT_CONVERGED, INPUT, RESOURCES, FAILED, INTERRUPTED];
         let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
@@ -26,22 +26,22 @@ pub mod exit {
     }
 }
 
-/// What sort of failure an [`Error`] is; it decides the exit code of the program.
+/// Kind of an [`Error`], which determines the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// The scene, a mesh, a material or a command-line value is wrong (exit code 2).
+    /// A scene, mesh, material or command-line value is invalid (exit code 2).
     Input,
-    /// Memory or disk does not suffice, or a file cannot be written (exit code 4).
+    /// Memory or disk space is insufficient, or a file cannot be written (exit code 4).
     Resources,
-    /// A numerical stage failed in a way the input does not explain (exit code 1).
+    /// A numerical stage failed for a reason unrelated to the input (exit code 1).
     Numerical,
     /// An iteration did not converge (exit code 3).
     NotConverged,
-    /// A signal asked to stop (exit code 130).
+    /// A signal requested cancellation (exit code 130).
     Interrupted,
 }
 
-/// An error with the context it was met in, outermost first.
+/// Error with its context, outermost first.
 #[derive(Debug, Clone)]
 pub struct Error {
     kind: ErrorKind,
@@ -52,39 +52,39 @@ pub struct Error {
 /// `Result` with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// The text of a panic.
+/// Message of a panic.
 pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }
 
 impl Error {
-    /// An error in what the user gave: say what was found, what is allowed, and how to mend it.
+    /// Error in the user's input. The message states what was found, what is allowed, and the remedy.
     pub fn input(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Input, message: message.into(), context: Vec::new() }
     }
 
-    /// Memory, disk or file-system failure.
+    /// Failure of memory, disk or file system.
     pub fn resources(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Resources, message: message.into(), context: Vec::new() }
     }
 
-    /// A numerical stage failed.
+    /// Failure of a numerical stage.
     pub fn numerical(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Numerical, message: message.into(), context: Vec::new() }
     }
 
-    /// An iteration did not converge.
+    /// Failure of an iteration to converge.
     pub fn not_converged(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::NotConverged, message: message.into(), context: Vec::new() }
     }
 
-    /// The computation was stopped on demand.
+    /// Cancelled computation.
     pub(crate) fn interrupted() -> Self {
         Self { kind: ErrorKind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
     }
 
-    /// The same error, met while doing `place` (file, group, step, ...); a place said last already is not said again.
+    /// Prepends `place` (file, group, step, ...) to the context, unless it is already the outermost entry.
     pub fn context(mut self, place: impl Into<String>) -> Self {
         let place = place.into();
         if self.context.first() != Some(&place) {
@@ -93,13 +93,13 @@ impl Error {
         self
     }
 
-    /// The same error, that came with another one.
+    /// Adds a second error to the message.
     pub(crate) fn followed_by(mut self, other: &Error) -> Self {
         self.message = format!("{}; besides, {other}", self.message);
         self
     }
 
-    /// Its kind.
+    /// Kind of the error.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
@@ -132,20 +132,20 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// What messages that put results in doubt begin with.
+/// Prefix of messages about unreliable results.
 pub const WARNING_PREFIX: &str = "WARNING: ";
 
-/// A message to the user that puts results in doubt, among those that do not.
+/// Marks a message as a warning about unreliable results.
 pub(crate) fn warning(message: &str) -> String {
     format!("{WARNING_PREFIX}{message}")
 }
 
 /// Adds context to a `Result`.
 pub trait Context<T> {
-    /// The same result; an error gets `place` put before its chain of context.
+    /// Adds `place` to the context of an error.
     ///
     /// # Errors
-    /// Passes on the error of `self`.
+    /// The error of `self`, with its context.
     fn context(self, place: impl FnOnce() -> String) -> Result<T>;
 }
 

@@ -1,7 +1,7 @@
 //! Points, orthonormal triads and rotations.
 //!
-//! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, n = outward normal
-//! of body 1; components of local vectors are always in that order.
+//! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, with n the outward normal of body 1.
+//! Components of local vectors are always in this order.
 
 pub(crate) mod ball_tree;
 
@@ -18,14 +18,14 @@ pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 pub struct Triad(pub Matrix3<f64>);
 
 impl Triad {
-    /// Tangents turned by `azimuth` (radians) from global x towards y, normal = +z.
+    /// Triad with the normal +z and tangents rotated by `azimuth` (radians) from global x towards y.
     pub fn horizontal(azimuth: f64) -> Self {
         let (s, c) = azimuth.sin_cos();
         Self(Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0))
     }
 
-    /// Triad with the unit normal `normal`; its first tangent is the projection of `toward` on the surface
-    /// (or of another global axis where `toward` is almost normal to it).
+    /// Triad with normal `normal`. Its first tangent is the projection of `toward` on the surface (or of a global axis if `toward`
+    /// is almost normal to it).
     pub fn from_normal(normal: Point, toward: Point) -> Self {
         let n = normal.normalize();
         let mut t = toward - n * n.dot(&toward);
@@ -37,17 +37,17 @@ impl Triad {
         Self(Matrix3::from_columns(&[e1, n.cross(&e1), n]))
     }
 
-    /// The normal.
+    /// Unit normal n.
     pub fn normal(&self) -> Point {
         self.0.column(2).into()
     }
 
-    /// Components in the triad of a global vector.
+    /// Local components of a global vector.
     pub fn to_local(&self, global: &Point) -> Point {
         self.0.transpose() * global
     }
 
-    /// Global vector of local components.
+    /// Global vector from local components.
     pub fn to_global(&self, local: &Point) -> Point {
         self.0 * local
     }
@@ -66,12 +66,12 @@ pub fn fibre_axes(tilt: f64, azimuth: f64) -> Matrix3<f64> {
     Matrix3::from_columns(&[a1, a2, a1.cross(&a2)])
 }
 
-/// Which of the two bodies: body 1 lies below the frame (outward normal n), body 2 above it (outward normal -n).
+/// Body 1 or body 2. Body 1 lies below the frame (outward normal n), body 2 above it (outward normal -n).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Body 1, below.
     Lower,
-    /// Body 2, above; tractions P act on it.
+    /// Body 2, above, on which the tractions P act.
     Upper,
 }
 
@@ -81,7 +81,7 @@ impl Side {
         -self.gap_sign()
     }
 
-    /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
+    /// Sign of the body's displacement in the gap and of P on the body: -1 for body 1, +1 for body 2.
     pub fn gap_sign(self) -> f64 {
         match self {
             Self::Lower => -1.0,
@@ -97,7 +97,7 @@ impl Side {
         }
     }
 
-    /// Its name in scenes and in the names of result files.
+    /// Name of the body in scenes and in the names of result files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Lower => "body1",
@@ -106,18 +106,18 @@ impl Side {
     }
 }
 
-/// Smallest and largest of some values; [∞, -∞] if there are none.
+/// Smallest and largest value; [∞, -∞] if there are none.
 pub fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Area vectors of the triangles that the corners of a polygon form with its first corner.
+/// Area vectors of the fan of triangles from the first corner of a polygon.
 pub fn fan_area_vectors(n: usize, corner: impl Fn(usize) -> Point) -> impl Iterator<Item = Point> {
     let first = corner(0);
     (1..n - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))
 }
 
-/// A number as people write it, six digits of it.
+/// Number with six significant digits, for messages.
 pub fn format_number(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
@@ -127,17 +127,17 @@ pub fn format_number(x: f64) -> String {
     }
 }
 
-/// A number as people write it, three digits of it.
+/// Number with three significant digits, for messages.
 pub fn format_short(x: f64) -> String {
     format_number(format!("{x:.2e}").parse().unwrap_or(x))
 }
 
-/// A place in messages: (x, y, z).
+/// Position (x, y, z), for messages.
 pub fn format_point(x: &[f64; 3]) -> String {
     format!("({}, {}, {})", format_number(x[0]), format_number(x[1]), format_number(x[2]))
 }
 
-/// A direction in messages: the components of a unit vector to three digits, (x, y, z).
+/// Direction (x, y, z), for messages: components of a unit vector, rounded to three decimals.
 pub fn format_direction(unit: &Point) -> String {
     format_point(&[0, 1, 2].map(|k| (1e3 * unit[k]).round() / 1e3 + 0.0))
 }

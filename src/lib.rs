@@ -1,9 +1,9 @@
-//! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, above all fibre-reinforced plastics.
+//! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, in particular fibre-reinforced plastics.
 //!
-//! Two elastic bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward
-//! normal of body 1. The contact solver knows a body only by its *flexibility* on the frame: the relative surface
-//! displacement that tractions on the cells cause. With the gap g, the initial gap and the rigid-body motion in g_free,
-//! the tractions P on body 2, the flexibility S of both bodies and the wear depth w,
+//! Two elastic bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward normal of
+//! body 1. A body enters the contact problem only through its *flexibility* on the frame: the relative surface displacement due to
+//! tractions on the cells. With the gap g, the free gap g_free (initial gap and rigid-body motion), the tractions P on body 2, the
+//! flexibility S of both bodies and the wear depth w,
 //!
 //! ```text
 //! g = g_free + S P + w
@@ -20,12 +20,12 @@
 //!       -> evolution of contact and wear over load steps and cycles -> output
 //! ```
 //!
-//! [`scene`] reads the file of a user into a [`scene::Plan`]. [`simulation`] builds the bodies and the frame of a plan
-//! and runs it; nothing in the modules that compute knows the format of scenes.
+//! [`scene`] reads a scene file into a [`scene::Plan`]. [`simulation`] builds the bodies and the frame of a plan and runs it. The
+//! computing modules do not depend on the format of scenes.
 //!
 //! # Modules in the order of imports
 //!
-//! A module uses those above it, never those below; `tests/architecture.rs` checks this and lists what does not fit yet.
+//! A module uses only modules above it; `tests/architecture.rs` checks this and lists the remaining exceptions.
 //!
 //! | module | contents |
 //! |---|---|
@@ -60,7 +60,7 @@
 //! | [`cli`] | the command line |
 #![deny(missing_docs)]
 
-// Fixtures that unit tests share with other tests name the crate from outside.
+// Fixtures shared by unit tests and other tests refer to the crate by its external name.
 #[cfg(test)]
 extern crate self as orthowear;
 

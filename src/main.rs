@@ -1,4 +1,4 @@
-//! The program: command line in, exit code out.
+//! Entry point of the program.
 
 #[global_allocator]
 static ALLOCATOR: orthowear::cli::Allocator = orthowear::cli::Allocator;

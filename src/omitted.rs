@@ -1,4 +1,4 @@
-//! Work that a scene may not need, by name, and the ledger of what was left out.
+//! Work that a scene may not need, and the record of omitted work.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub enum OmittableWork {
 }
 
 impl OmittableWork {
-    /// All of them.
+    /// All kinds of omittable work.
     pub const ALL: [Self; 9] = [
         Self::TangentialUnknowns,
         Self::NormalComponents,
@@ -42,23 +42,23 @@ impl OmittableWork {
     ];
 }
 
-/// Which work may be left out.
+/// Kinds of work that may be omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AllowedOmissions(u16);
 
 impl AllowedOmissions {
-    /// All that can be.
+    /// All kinds.
     pub const ALL: Self = Self((1 << OmittableWork::ALL.len()) - 1);
 
-    /// Nothing.
+    /// No kinds.
     pub const NONE: Self = Self(0);
 
-    /// Whether `skip` may be left out.
+    /// Whether `skip` may be omitted.
     pub const fn allows(self, skip: OmittableWork) -> bool {
         self.0 & (1 << skip as u16) != 0
     }
 
-    /// Without leaving out `skip`.
+    /// The same set without `skip`.
     pub const fn without(self, skip: OmittableWork) -> Self {
         Self(self.0 & !(1 << skip as u16))
     }
@@ -70,20 +70,20 @@ impl FromIterator<OmittableWork> for AllowedOmissions {
     }
 }
 
-/// Work that a scene did not need and that was therefore not done.
+/// Work that was omitted because the scene did not need it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OmittedWork {
-    /// Its name in `solver.skip`; `None` where other keys, or the cache, decide.
+    /// Name in `solver.skip`; `None` if other keys or the cache decide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<OmittableWork>,
-    /// What was skipped.
+    /// Omitted work.
     pub what: String,
-    /// Why it could be.
+    /// Reason why it is not needed.
     pub why: String,
 }
 
 impl OmittedWork {
-    /// Work by its name in `solver.skip`, what it is, and why it is not needed.
+    /// Omitted work by its name in `solver.skip`, with a description and the reason.
     pub fn new(
         skip: impl Into<Option<OmittableWork>>,
         what: impl Into<String>,
@@ -97,7 +97,7 @@ impl OmittedWork {
 mod tests {
     use super::*;
 
-    /// Truth: a set holds what was put into it, and all holds everything.
+    /// Truth: a set contains what was put into it, and `ALL` contains everything.
     #[test]
     fn sets() {
         for (place, skip) in OmittableWork::ALL.into_iter().enumerate() {

@@ -1,12 +1,12 @@
-//! Results with the estimates of their errors, as a person reads them.
+//! Text report on results with estimated errors.
 
 use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
-/// Results with estimates below this share of the accuracy are left out of the table.
+/// The table omits results with an estimated error below this share of the accuracy.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
-/// The accuracy as a person reads it.
+/// Table of results with estimated errors, and whether the accuracy was reached.
 pub(super) fn describe(record: &AccuracyRecord) -> String {
     let mut rows = vec![
         ["step", "result", "value", "estimated error", "relative error", "extrapolated"]
@@ -43,7 +43,7 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     )
 }
 
-/// A value with a digit more than are estimated to be right.
+/// Value with one digit more than the number of reliable digits.
 fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
         return five_digits(value);

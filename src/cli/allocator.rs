@@ -1,34 +1,33 @@
-//! Memory of the system; where there is no more the program ends with exit code 4 instead of an abort.
+//! Global allocator. If memory is exhausted, the program ends with exit code 4 instead of an abort.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt::Write as _;
 
 use crate::linalg::memory::allocation_failure_is_handled;
 
-/// The system's allocator, whose failures end the program unless the work that asked has an answer to them.
+/// The system's allocator. A failure ends the program, unless the calling code handles it.
 #[derive(Debug)]
 pub struct Allocator;
 
-// SAFETY: every call is handed on to the system's allocator as it is; what is done where it fails allocates nothing and does not
-// return.
+// SAFETY: every call is forwarded unchanged to the system's allocator. The failure path allocates nothing and does not return.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as promised by the caller.
+        // SAFETY: guaranteed by the caller.
         exit_if_null(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as promised by the caller.
+        // SAFETY: guaranteed by the caller.
         exit_if_null(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: as promised by the caller.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.dealloc(place, layout) }
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as promised by the caller.
+        // SAFETY: guaranteed by the caller.
         exit_if_null(unsafe { System.realloc(place, layout, size) }, size)
     }
 }
@@ -40,7 +39,7 @@ fn exit_if_null(place: *mut u8, bytes: usize) -> *mut u8 {
     place
 }
 
-/// A line of text that takes no memory of the heap.
+/// Text buffer without heap allocation.
 struct StackText {
     bytes: [u8; 512],
     length: usize,
@@ -56,8 +55,8 @@ impl std::fmt::Write for StackText {
     }
 }
 
-/// Ends the program at once: other threads may be in the middle of anything, and files are written under other names until they
-/// are whole.
+/// Ends the program immediately, without waiting for other threads. Files are written under temporary names until they are
+/// complete.
 #[cold]
 fn exit_out_of_memory(bytes: usize) -> ! {
     let mut line = StackText { bytes: [0; 512], length: 0 };
@@ -66,7 +65,7 @@ fn exit_out_of_memory(bytes: usize) -> ! {
         "error: out of memory: {bytes} more bytes could not be allocated. Existing checkpoints are kept, nothing else \
          is written. Use a coarser mesh or fewer cells, or raise the limit (ulimit -v), and resume with --resume"
     );
-    // SAFETY: the bytes are there; _exit has no conditions.
+    // SAFETY: the bytes are initialised; _exit has no preconditions.
     unsafe {
         libc::write(libc::STDERR_FILENO, line.bytes.as_ptr().cast(), line.length);
         libc::_exit(libc::c_int::from(super::exit::RESOURCES))

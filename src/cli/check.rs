@@ -1,4 +1,4 @@
-//! `orthowear check`.
+//! The command `orthowear check`.
 
 use serde_json::Value;
 
@@ -19,7 +19,7 @@ use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::{self, mesh_motion};
 
-/// Checks a scene with its meshes and prints what a run would do; the exit code.
+/// Checks a scene with its meshes and prints what a run would do. Returns the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     plan.flexibility_cache = flexibility_cache(false)?;
@@ -29,7 +29,7 @@ pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     Ok(exit::DONE)
 }
 
-/// The plan as a person reads it.
+/// Report on the plan.
 fn describe(
     plan: &Plan,
     forecast: &RunEstimate,
@@ -72,7 +72,7 @@ fn describe(
     text
 }
 
-/// Keys of the main sections that the scene does not give, with the defaults of the schema.
+/// Keys of the main sections that the scene omits, with the defaults of the schema.
 fn defaults(plan: &Plan) -> Vec<(String, String)> {
     let schema = json_schema();
     let mut found = Vec::new();
@@ -100,7 +100,7 @@ fn defaults(plan: &Plan) -> Vec<(String, String)> {
     found
 }
 
-/// A default of the schema as a person writes it.
+/// Text for a default of the schema.
 fn default_text(default: &Value) -> String {
     match default {
         Value::Object(entries) => {
@@ -215,7 +215,7 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
     plan.steps.iter().filter(first).map(row).collect()
 }
 
-/// What a step prescribes.
+/// Controls of a step.
 fn describe_controls(step: &Step) -> String {
     let mut parts = Vec::new();
     match step.normal {
@@ -261,7 +261,7 @@ fn describe_controls(step: &Step) -> String {
     if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
-/// The motion of cycles.
+/// Motion of the cycles.
 fn describe_cycles(cycles: &Cycles) -> String {
     match &cycles.motion {
         CycleMotion::Sliding { angle } => {
@@ -292,7 +292,7 @@ fn describe_cycles(cycles: &Cycles) -> String {
     }
 }
 
-/// How a step is taken.
+/// Increments or cycles of a step.
 fn describe_increments(step: &Step) -> String {
     let mut text = match &step.cycles {
         Some(cycles) => match cycles.jumps {

@@ -1,4 +1,4 @@
-//! `orthowear compare`.
+//! The command `orthowear compare`.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ use crate::report::remove_stale_report;
 use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, run_simulation};
 
-/// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
+/// Runs the variants of a scene one after another and writes their differences. Returns their worst exit code.
 pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -91,7 +91,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     Ok(worst)
 }
 
-/// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
+/// Plan of the scene with the user's cache. The error is the exit code.
 fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {
@@ -104,13 +104,13 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     Ok(plan)
 }
 
-/// A warning where there is nothing to compare.
+/// Warning if there is only one variant.
 fn single_variant_warning(variants: &[Variant], named: bool) -> Option<String> {
     (variants.len() == 1 && !named)
         .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())
 }
 
-/// What the runs of the variants share.
+/// Data shared by the runs of the variants.
 struct VariantRunner<'a> {
     plan: &'a Plan,
     frame: &'a ContactFrame,
@@ -120,7 +120,8 @@ struct VariantRunner<'a> {
 }
 
 impl VariantRunner<'_> {
-    /// Runs a variant into its folder: its result, the states at the ends of the steps with its warnings, the exit code. One that cannot be is no failure.
+    /// Runs a variant into its folder. Returns its result, the states at the ends of the steps with its warnings, and the exit
+    /// code. An impossible variant is no failure.
     fn run_variant(
         &mut self,
         variant: &Variant,
@@ -202,7 +203,7 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }
 
-/// The comparison as a person reads it: results by step and variant, then how each variant went.
+/// Text report: results by step and variant, then the outcome of each variant.
 fn describe(comparison: &Comparison) -> String {
     let mut text = format!("{}\n\n", comparison.title);
     if comparison.reference().is_some() {

@@ -1,19 +1,19 @@
-//! The option `--max-memory`.
+//! Value of the option `--max-memory`.
 
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::spec::solver::MemorySize;
 
-/// Memory that a run may take, as the command line gives it.
+/// Memory limit from the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MaxMemory {
     /// Bytes.
     Bytes(u64),
-    /// Percent of what is available when the run starts.
+    /// Percentage of the memory available when the run starts.
     Percent(f64),
 }
 
 impl MaxMemory {
-    /// The limit; percentages are those of this moment.
+    /// The limit. A percentage refers to the memory available now.
     pub fn limit(self) -> MemoryLimit {
         match self {
             Self::Bytes(bytes) => MemoryLimit::of_command_line(bytes),
@@ -22,7 +22,7 @@ impl MaxMemory {
     }
 }
 
-/// As the command line takes it.
+/// In the syntax of the command line.
 impl std::fmt::Display for MaxMemory {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -32,10 +32,10 @@ impl std::fmt::Display for MaxMemory {
     }
 }
 
-/// A size or a percentage.
+/// Parses a size or a percentage.
 ///
 /// # Errors
-/// What is allowed, if it is neither.
+/// A description of the accepted values, if it is neither.
 pub fn parse_max_memory(text: &str) -> Result<MaxMemory, String> {
     let text = text.trim();
     let percent = |number: &str| {

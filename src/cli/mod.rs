@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
+//! Command line with one module per subcommand. docs/command-line.md defines the exit codes.
 
 mod accuracy;
 mod allocator;
@@ -84,7 +84,7 @@ struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// The plan of the scene with what the options replace in it.
+    /// Plan of the scene with the overrides of the command line.
     fn plan(&self) -> Result<Plan, Diagnostics> {
         let mut plan = scene::read(&self.scene, &self.overrides)?;
         plan.override_memory_limit(self.max_memory.map(MaxMemory::limit));
@@ -113,10 +113,10 @@ struct RunArgs {
     quiet: bool,
 }
 
-/// Exit code of a command; `Err` if it ended early: by an error, whose message was printed, or by an interruption.
+/// Exit code of a command. `Err` if it ended early, by an interruption or an error whose message was printed.
 type CommandResult = Result<u8, u8>;
 
-/// The user's cache of flexibility matrices; `None` if an option or the environment excludes it.
+/// The user's cache of flexibility matrices; `None` if an option or the environment disables it.
 ///
 /// # Errors
 /// The exit code, after an error was printed.
@@ -127,7 +127,7 @@ fn flexibility_cache(excluded: bool) -> Result<Option<FlexibilityCache>, u8> {
     FlexibilityCache::of_environment().map_err(|error| print_error(&error))
 }
 
-/// A relative error.
+/// Parses a relative error.
 fn parse_relative_error(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
     number.ok_or_else(|| "it must be a number above 0 and at most 0.1, like 1e-3".to_owned())
@@ -152,12 +152,12 @@ struct CompareArgs {
     quiet: bool,
 }
 
-/// Runs the program on its arguments, the program's name first; the exit code.
+/// Runs the program with its arguments, the first of which is its name. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let command = match CommandLine::try_parse_from(arguments) {
         Ok(line) => line.command,
         Err(error) => {
-            // Help and version are no errors; a closed pipe is none of ours.
+            // Help and version are no errors, and a closed pipe is no failure.
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             let code = u8::try_from(error.exit_code()).unwrap_or(exit::INPUT);
             return ExitCode::from(if is_lost(&printed) { exit::worse(code, exit::RESOURCES) } else { code });
@@ -186,16 +186,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     ExitCode::from(exit::worse(code, lost))
 }
 
-/// Makes a write beyond the file size limit of the shell (`ulimit -f`) an error of that file, where its signal would end the program.
+/// Makes a write beyond the shell's file size limit (`ulimit -f`) an error of that file. Otherwise its signal ends the program.
 fn report_large_files_as_errors() {
     #[cfg(unix)]
-    // SAFETY: ignoring a signal runs no code of ours.
+    // SAFETY: an ignored signal runs no code of this program.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
 }
 
-/// What is printed when the program itself is wrong.
+/// Prints an internal error.
 fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     let what = info.payload_as_str().unwrap_or("no message");
     let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
@@ -207,20 +207,20 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Does `work` as [`run_in_thread_pool`], with signals caught before there are threads.
+/// Runs `work` as [`run_in_thread_pool`], with signal handling installed before any threads start.
 fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     signal::install();
     run_in_thread_pool(threads, work)
 }
 
-/// Does `work` on one of the `threads` (as many as there are cores if not given): work handed over from another one would wait
-/// for it each time.
+/// Runs `work` on one of `threads` threads (default: the number of cores). Work submitted from outside the pool would wait for a
+/// thread each time.
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .stack_size(THREAD_STACK_BYTES)
         .build_global();
-    // A pool that exists already, which is no fault, has no cause.
+    // An error without a cause means that the pool already exists, which is no failure.
     if let Err(error) = pool
         && let Some(cause) = error.source()
     {
@@ -232,27 +232,27 @@ fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult
     rayon::scope(|_| work())
 }
 
-/// Prints the mistakes of a scene; the exit code.
+/// Prints the diagnostics of a scene. Returns the exit code.
 fn print_diagnostics(mistakes: &Diagnostics) -> u8 {
     to_stderr(&render::render(mistakes));
     exit::INPUT
 }
 
-/// Prints an error; its exit code.
+/// Prints an error. Returns its exit code.
 fn print_error(error: &Error) -> u8 {
     to_stderr(&format!("error: {error}\n"));
     error.exit_code()
 }
 
-/// A message of a run as it is printed: one that puts results in doubt says so itself.
+/// Adds a severity to a message of a run. Warnings contain theirs.
 fn with_severity(message: &str) -> String {
     if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
 }
 
-/// Whether standard output could not be written, as on a full disk.
+/// Whether a write to standard output failed, for example on a full disk.
 static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
-/// Prints to standard output; a full disk is reported once and decides the exit code.
+/// Prints to standard output. A failure is reported once and determines the exit code.
 fn to_stdout(text: &str) {
     let mut out = std::io::stdout().lock();
     let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
@@ -261,7 +261,7 @@ fn to_stdout(text: &str) {
     }
 }
 
-/// Whether standard output cannot be written, which is reported; a reader that has gone is no failure.
+/// Whether a write to standard output failed, which is reported. A closed pipe is no failure.
 fn is_lost(printed: &std::io::Result<()>) -> bool {
     let Err(error) = printed else { return false };
     let lost = error.kind() != std::io::ErrorKind::BrokenPipe;
@@ -271,7 +271,7 @@ fn is_lost(printed: &std::io::Result<()>) -> bool {
     lost
 }
 
-/// Prints to standard error; a reader that has gone is no failure.
+/// Prints to standard error. A closed pipe is no failure.
 fn to_stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -1,4 +1,4 @@
-//! Shows how far a run is: a bar on a terminal, a line per long stage elsewhere, nothing if quiet.
+//! Progress display: a bar on a terminal, one line per long stage elsewhere, nothing if quiet.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -8,27 +8,27 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::to_stderr;
 use crate::output::recorder::ProgressEvent;
 
-/// Stages shorter than this leave no line where there is no terminal.
+/// Without a terminal, shorter stages print no line.
 const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
 
-/// Least time between two drawings.
+/// Minimum time between two redraws.
 const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(60);
 
-/// Steps of the bar.
+/// Number of steps of the bar.
 const BAR_STEPS: u64 = 1000;
 
-/// The display of a run's stages.
+/// Progress display of the stages of a run.
 pub(super) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     lines: bool,
     stage: Option<(String, Instant)>,
-    /// Largest fraction of the stage so far: a solve that starts anew does not turn the bar back.
+    /// Largest fraction of the stage so far, so that a restarted solve does not move the bar back.
     done: f64,
     drawn: Instant,
 }
 
 impl ProgressDisplay {
-    /// A display that suits standard error.
+    /// Display for standard error, a terminal or not.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = (!quiet && terminal).then(|| {
@@ -36,14 +36,14 @@ impl ProgressDisplay {
                 ProgressStyle::with_template("{prefix:20} {wide_bar} {percent:>3} %  {elapsed} {msg}")
                     .expect("the template is fixed and valid");
             let bar = ProgressBar::new(BAR_STEPS).with_style(style);
-            // Turns during stages that cannot say how far they are.
+            // Animates stages that report no fraction.
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
         });
         Self { bar, lines: !quiet, stage: None, done: 0.0, drawn: Instant::now() }
     }
 
-    /// Draws a stage: its name, the fraction done in 0..=1, the natural residual.
+    /// Shows a stage: its name, the completed fraction in 0..=1, the natural residual.
     pub fn show(&mut self, name: &str, fraction: f64, residual: Option<f64>) {
         let known = self.stage.as_ref().is_some_and(|(stage, _)| stage == name);
         if !known {
@@ -68,7 +68,7 @@ impl ProgressDisplay {
         bar.set_message(format!("{left}{residual}"));
     }
 
-    /// Shows an event of a run.
+    /// Shows a progress event of a run.
     pub fn on_event(&mut self, event: ProgressEvent) {
         match event {
             ProgressEvent::Stage(name, fraction, residual) => self.show(name, fraction, residual),
@@ -76,7 +76,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// Prints a line that stays.
+    /// Prints a permanent line.
     pub fn message(&mut self, text: &str) {
         match &self.bar {
             Some(bar) => bar.println(text),
@@ -85,7 +85,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// Ends the current stage with a line if it was long.
+    /// Ends the current stage. Prints a line on a terminal, or if the stage was long.
     fn end_stage(&mut self) {
         let Some((name, start)) = self.stage.take() else { return };
         let line = format!("{name:20} {}", format_duration(start.elapsed().as_secs_f64()));
@@ -94,7 +94,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// Takes the display away.
+    /// Removes the display.
     pub fn end(&mut self) {
         self.end_stage();
         if let Some(bar) = self.bar.take() {
@@ -103,13 +103,13 @@ impl ProgressDisplay {
     }
 }
 
-/// Time that remains if it goes on as it went; `None` while that means nothing.
+/// Remaining time by linear extrapolation; `None` without a reliable estimate.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
     (fraction > 0.02 && fraction <= 1.0)
         .then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
 }
 
-/// A duration as people write it.
+/// Duration with a suitable unit.
 pub(super) fn format_duration(s: f64) -> String {
     if s < 10.0 {
         format!("{s:.1} s")

@@ -1,4 +1,4 @@
-//! `orthowear refine`: runs a scene and writes the sizes of the next mesh for gmsh.
+//! The command `orthowear refine`: runs a scene and writes gmsh size fields for the next meshes.
 
 use std::path::{Path, PathBuf};
 
@@ -65,7 +65,7 @@ fn parse_error_fraction(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "it must lie between 0 and 1, e.g. 0.02".to_owned())
 }
 
-/// Keeps the tractions at the end of each step.
+/// Records the tractions at the end of each step.
 struct StepTractions<'a> {
     tractions: Vec<(String, Vec<f64>)>,
     progress: ProgressDisplay,
@@ -90,7 +90,7 @@ impl Observer for StepTractions<'_> {
     }
 }
 
-/// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
+/// Runs the first steps of a scene and writes the size fields of the next meshes. Returns the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     let stop = signal::install();
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
@@ -130,12 +130,12 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     Ok(exit::DONE)
 }
 
-/// Prints an error, unless it is an interruption; its exit code.
+/// Prints an error, unless it is an interruption. Returns its exit code.
 fn print_unless_interrupted(error: &Error) -> u8 {
     if error.kind() == ErrorKind::Interrupted { error.exit_code() } else { print_error(error) }
 }
 
-/// Leaves the steps that are run.
+/// Removes the steps after the last one to run.
 fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     let last = match &arguments.step {
         Some(name) => plan.steps.iter().rposition(|step| step.name == *name).ok_or_else(|| {
@@ -158,7 +158,7 @@ fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     Ok(())
 }
 
-/// Indices of the bodies that are refined, with the files of their size fields.
+/// Indices of the bodies to refine, with the files of their size fields.
 fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, PathBuf)>> {
     let meshed: Vec<usize> = (0..2).filter(|&index| plan.bodies[index].as_fe().is_some()).collect();
     let chosen: Vec<usize> = match arguments.body {
@@ -184,13 +184,13 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
     }
 }
 
-/// `<scene>_body1.pos` beside the scene.
+/// `<scene>_body1.pos` next to the scene.
 fn default_size_file(scene: &Path, index: usize) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
 }
 
-/// Writes the size field of each body; what to tell the user.
+/// Writes the size field of each body. Returns the text for the user.
 fn write_fields(
     plan: &Plan,
     study: &Simulation<'_>,
@@ -248,7 +248,7 @@ fn write_fields(
     Ok(text)
 }
 
-/// Options that keep gmsh from mixing sizes of the .geo into those of the field.
+/// Options that prevent gmsh from mixing the sizes of the .geo with those of the field.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {

@@ -1,4 +1,4 @@
-//! Mistakes of a scene as a person reads them: file, line, excerpt, what was found, the mend.
+//! Renders the diagnostics of a scene with file, line, excerpt, cause and remedy.
 
 use std::io::IsTerminal;
 use std::ops::Range;
@@ -9,16 +9,16 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normali
 use crate::scene::diagnostic::Location;
 use crate::scene::{Diagnostic, Diagnostics};
 
-/// Most mistakes shown at once.
+/// Maximum number of diagnostics shown.
 const MAX_SHOWN: usize = 40;
 
-/// Columns of the excerpts on a terminal and elsewhere; longer lines of the file are cut around the marked text.
+/// Width of the excerpts, columns: on a terminal, and elsewhere. Longer lines are cut around the marked text.
 const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 
-/// All mistakes with excerpts, and their number at the end.
+/// Text of all diagnostics with excerpts, followed by their number.
 pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
-    // The same bytes without carriage returns, which are shown as characters of their own.
+    // Carriage returns would be shown as separate characters. Blanks keep the byte positions.
     let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
     for mistake in mistakes.list.iter().take(MAX_SHOWN) {
@@ -36,7 +36,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
     text
 }
 
-/// On a terminal line drawings and, unless the environment has `NO_COLOR`, colours; elsewhere plain text.
+/// On a terminal: line drawings, and colours unless the environment sets `NO_COLOR`. Elsewhere plain text.
 fn renderer(is_terminal: bool) -> Renderer {
     let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
@@ -47,7 +47,7 @@ fn renderer(is_terminal: bool) -> Renderer {
     renderer.decor_style(DecorStyle::Unicode).term_width(narrow)
 }
 
-/// A mistake with its excerpt of `source`, the text of `file`.
+/// One diagnostic with its excerpt of `source`, the text of `file`.
 fn report<'a>(mistake: &'a Diagnostic, file: &'a str, source: &'a str) -> Group<'a> {
     let mut title = match &mistake.location {
         Location::SetOption(option) => format!("--set {option}: "),
@@ -72,7 +72,7 @@ fn report<'a>(mistake: &'a Diagnostic, file: &'a str, source: &'a str) -> Group<
     group
 }
 
-/// The bytes `start..end` of `text`, from within the line before to within the line after.
+/// Extends the byte range `start..end` of `text` into the lines before and after.
 fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     let before = text[..start].rfind('\n').unwrap_or(start);
     let after = text[end..].find('\n').map_or(end, |newline| (end + newline + 1).min(text.len()));
@@ -102,8 +102,8 @@ mod tests {
         })
     }
 
-    /// Truth: columns count characters from 1; the mark is below the marked characters, of which a Chinese one is two columns
-    /// wide and a tab four; one line before and after is shown.
+    /// Truth: columns count characters from 1. The mark is below the marked characters; a Chinese character is two columns wide, a
+    /// tab four. One line before and after is shown.
     #[test]
     fn the_marked_text() {
         let text = "zero\none\r\n\té漢 = 3\r\nthree\nfour\n";
@@ -128,7 +128,7 @@ mod tests {
         );
     }
 
-    /// Truth: a place of any kind is shown, empty, at the end, over several lines, within a character or beyond the text, too.
+    /// Truth: any location is shown: empty, at the end, over several lines, within a character, or beyond the text.
     #[test]
     fn any_place() {
         for text in ["", "\n", "a", "é\r\n\n漢 = [\n1,\n2]\n", "a = 1\r\nb\t= \"é\""] {

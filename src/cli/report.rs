@@ -1,4 +1,4 @@
-//! `orthowear report`.
+//! The command `orthowear report`.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub(super) struct ReportArgs {
     out: Option<PathBuf>,
 }
 
-/// Writes the page of a directory of results; the exit code.
+/// Writes the HTML report of a directory of results. Returns the exit code.
 pub(super) fn report(arguments: &ReportArgs) -> CommandResult {
     write_report(arguments).map_err(|error| print_error(&error))
 }

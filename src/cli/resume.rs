@@ -1,13 +1,13 @@
-//! The command that takes a run up again.
+//! Command line that resumes a run.
 
 use super::{RunArgs, exit};
 
-/// The command that goes on with an interrupted run, or one that ended with `code`.
+/// Command that resumes an interrupted run, or a run that ended with `code`.
 pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
     match arguments.scene.max_memory {
-        // As much did not suffice; it is the one limit that may differ.
+        // The memory limit was not sufficient. It is the only setting that may differ.
         _ if code == exit::RESOURCES => words.push("--max-memory SIZE".to_owned()),
         Some(limit) => words.push(format!("--max-memory {}", shell_quoted(&limit.to_string()))),
         None => {}
@@ -17,7 +17,7 @@ pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {
     words.join(" ")
 }
 
-/// A word as a shell takes it.
+/// Quotes a shell word if necessary.
 fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,4 +1,4 @@
-//! `orthowear run`.
+//! The command `orthowear run`.
 
 use std::path::Path;
 use std::time::Instant;
@@ -23,7 +23,7 @@ use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions};
 
-/// Computes a scene and writes its results; the exit code.
+/// Runs a scene and writes its results. Returns the exit code.
 pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -70,10 +70,10 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     Ok(code)
 }
 
-/// The output directory and the checkpoints of a run that begins, or goes on; `None` if it has ended.
+/// Opens the output directory and the checkpoint settings of a run that starts or resumes; `None` if the run is already complete.
 ///
 /// # Errors
-/// Input, if the directory or the checkpoint in it is wrong; resources, if a file cannot be read or written.
+/// Input, if the directory or its checkpoint is invalid; resources, if a file cannot be read or written.
 fn open_output(
     plan: &Plan,
     arguments: &RunArgs,
@@ -102,7 +102,7 @@ fn open_output(
     Ok(Some((output, checkpoints)))
 }
 
-/// What is said of a run that has ended before.
+/// Message for a run that is already complete.
 fn already_converged(summary: &Summary, directory: &Path) -> String {
     let results = directory.join(SUMMARY_FILE);
     format!(
@@ -112,7 +112,7 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
     )
 }
 
-/// Prints the mistakes and leaves a summary of the failure, where the scene at least is a file.
+/// Prints the diagnostics. Writes a summary of the failure if the scene file could be read or an output directory is given.
 fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -> u8 {
     let code = print_diagnostics(mistakes);
     if !mistakes.sha256.is_empty() || arguments.out.is_some() {
@@ -125,21 +125,21 @@ fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -
     code
 }
 
-/// Prints a failure, with the place in the scene it concerns; the exit code.
+/// Prints a failure with its location in the scene. Returns the exit code.
 pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     let code = if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
         print_diagnostics(&Diagnostics::from_error(&plan.document, &failure.key, &failure.error))
     } else {
         print_error(&failure.error)
     };
-    // They often are what is wrong.
+    // Wrong units are a frequent cause.
     for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNIT_WARNING_PREFIX)) {
         to_stderr(&format!("note: {hint}\n"));
     }
     code
 }
 
-/// What is printed at the end: the table, how the run ended, and where the results are.
+/// Final report: table of results, outcome of the run, and location of the results.
 fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
@@ -171,7 +171,7 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     text
 }
 
-/// A reason of non-convergence in words, with the mend.
+/// Explains a reason of non-convergence, with a remedy.
 pub(super) fn explain_reason(word: Option<&str>) -> String {
     match word {
         Some("iterations") => {

@@ -1,14 +1,14 @@
-//! Numbers of runs, as `--only` takes them.
+//! Run numbers in the syntax of `--only`.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Ranges of numbers from 1, both ends included.
+/// Ranges of run numbers from 1, inclusive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RunNumbers(Vec<[usize; 2]>);
 
 impl RunNumbers {
-    /// The numbers in rising order, counted from 0; `None` if one is above `most`.
+    /// Sorted run indices, counted from 0; `None` if a number exceeds `most`.
     pub fn indices(&self, most: usize) -> Option<Vec<usize>> {
         if self.0.iter().any(|[_, last]| *last > most) {
             return None;

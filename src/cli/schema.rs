@@ -1,4 +1,4 @@
-//! `orthowear schema`.
+//! The command `orthowear schema`.
 
 use super::{CommandResult, exit, to_stdout};
 use crate::scene::schema::{json_schema, json_schema_of};

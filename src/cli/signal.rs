@@ -1,7 +1,7 @@
-//! Ctrl-C: the run stops within about a second and keeps its results; one more after that stops it at once.
+//! Interruption by Ctrl-C. The run stops within about a second and keeps its results; a further signal after that stops it at once.
 //!
-//! The signals are blocked in all threads and waited for in one of their own. A handler would not do: METIS sets its own
-//! while it works, which jumps to a place that only the thread that called METIS has.
+//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own
+//! handlers while it runs, with a jump that is valid only in the thread that called METIS.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,21 +10,21 @@ use std::time::{Duration, Instant};
 use super::{exit, to_stderr};
 use crate::cancel;
 
-/// What is said at once.
+/// Message on the first signal.
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
-/// Signals within this time after the first are the same wish: programs that stop others send theirs to the process and to its group.
+/// Signals within this time after the first are duplicates, for example when a program signals a process and its group.
 const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();
 
-/// Catches interrupt and termination; the flag they set. To be called before other threads are started, which would not
-/// leave the signals to the one that waits.
+/// Starts catching interrupt and termination signals. Returns the flag that they set. Must be called before other threads start,
+/// because these inherit the blocked signals.
 pub(super) fn install() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         let signals = block();
-        // Without a thread the signals end the program, as they do by default.
+        // If the thread cannot be started, the signals end the program, as by default.
         if std::thread::Builder::new().name("signals".into()).spawn(move || wait(&signals)).is_err() {
             unblock(&signals);
         }
@@ -32,10 +32,10 @@ pub(super) fn install() -> &'static AtomicBool {
     cancel::flag()
 }
 
-/// Blocks the signals in this thread and those that it will start.
+/// Blocks the signals in this thread and in threads that it starts.
 fn block() -> libc::sigset_t {
     let mut signals = std::mem::MaybeUninit::uninit();
-    // SAFETY: sigemptyset initialises the set that the other calls take; no old mask is asked for.
+    // SAFETY: sigemptyset initialises the set that the other calls use; the old mask is not requested.
     unsafe {
         libc::sigemptyset(signals.as_mut_ptr());
         libc::sigaddset(signals.as_mut_ptr(), libc::SIGINT);
@@ -46,11 +46,11 @@ fn block() -> libc::sigset_t {
 }
 
 fn unblock(signals: &libc::sigset_t) {
-    // SAFETY: the set is initialised; no old mask is asked for.
+    // SAFETY: the set is initialised; the old mask is not requested.
     unsafe { libc::pthread_sigmask(libc::SIG_UNBLOCK, signals, std::ptr::null_mut()) };
 }
 
-/// Takes the signals as they come.
+/// Waits for signals and handles them.
 fn wait(signals: &libc::sigset_t) {
     let mut first: Option<Instant> = None;
     loop {
@@ -66,8 +66,7 @@ fn wait(signals: &libc::sigset_t) {
                 to_stderr(INTERRUPT_MESSAGE);
             }
             Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}
-            // Nothing is to be tidied up that could take time.
-            // SAFETY: _exit has no conditions.
+            // No cleanup is needed that could take time. SAFETY: _exit has no preconditions.
             Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },
         }
     }

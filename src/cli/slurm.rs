@@ -1,4 +1,4 @@
-//! The script that runs a study as an array of Slurm jobs.
+//! Script that runs a study as a Slurm job array.
 
 use std::path::Path;
 
@@ -6,24 +6,24 @@ use super::max_memory::MaxMemory;
 use super::study::StudyArgs;
 use crate::sweep::Sweep;
 
-/// Most jobs of an array where none are asked for: one below what Slurm allows by default.
+/// Default limit for the jobs of an array: one below Slurm's default limit.
 const MAX_ARRAY_JOBS: usize = 1000;
 
-/// Threads of a job where none are asked for.
+/// Default number of threads of a job.
 const DEFAULT_THREADS_PER_JOB: u16 = 4;
 
-/// Memory of a job over what `check` expects of its runs, which are estimates.
+/// Memory of a job relative to the estimate of `check` for its runs.
 const MEMORY_MARGIN_FACTOR: f64 = 1.5;
 
-/// Least memory of a job, MiB.
+/// Minimum memory of a job, MiB.
 const MIN_JOB_MEMORY_MIB: f64 = 1024.0;
 
-/// A text as one word of a shell.
+/// Quotes a text as one shell word.
 fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
-/// The script; `bash` submits it, `sbatch` runs the array alone.
+/// Text of the script. `bash SCRIPT` submits the array and the collecting job.
 pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> String {
     let runs = sweep.runs.len();
     let jobs = arguments.jobs.map_or(runs.min(MAX_ARRAY_JOBS), |jobs| runs.min(jobs as usize)).max(1);

@@ -1,4 +1,4 @@
-//! `orthowear study`.
+//! The command `orthowear study`.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -68,10 +68,10 @@ enum ScriptKind {
     Slurm,
 }
 
-/// Most rows of the table that is printed.
+/// Maximum number of rows in the printed table.
 const MAX_TABLE_ROWS: usize = 60;
 
-/// Runs a scene for all combinations of values, side by side; the worst exit code of the runs.
+/// Runs a scene for all combinations of values, in parallel. Returns the worst exit code of the runs.
 pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -146,7 +146,7 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     Ok(code)
 }
 
-/// How runs go side by side.
+/// Description of the parallel runs.
 fn describe_concurrency(shared: Concurrency) -> String {
     match (shared.parallel_runs, shared.threads_per_run) {
         (1, _) => "one after the other".to_owned(),
@@ -155,7 +155,7 @@ fn describe_concurrency(shared: Concurrency) -> String {
     }
 }
 
-/// The runs that are wanted, from 0.
+/// Indices of the selected runs, from 0.
 fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     let n = sweep.runs.len();
     let Some(only) = &arguments.only else { return Ok((0..n).collect()) };
@@ -163,7 +163,7 @@ fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
         .ok_or_else(|| Error::input(format!("--only {only}: no such run; the study has runs 1 to {n}")))
 }
 
-/// A line for each run that did not converge.
+/// One line for each run that did not converge.
 fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
     let line = |run: &StudyRun| {
         let words = run.reason.as_deref();
@@ -179,7 +179,7 @@ fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
     wanted.iter().filter_map(|&number| line(&result.runs[number])).collect()
 }
 
-/// The study as a person reads it: a row for each run, what did not converge, what is to be known.
+/// Text report: one row per run, runs that did not converge, warnings.
 fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
     let heads = sweep.axes.iter().map(|axis| axis.name.clone());
     let paths = result.collect.iter().cloned();

@@ -1,4 +1,4 @@
-//! Tables for people.
+//! Tables for terminal output.
 
 use crate::evolution::records::IncrementRecord;
 use crate::output::body_peaks::Peak;
@@ -6,7 +6,7 @@ pub(super) use crate::output::number_format::five_digits;
 use crate::output::number_format::five_digits_of_small;
 use crate::output::summary::{Status, Summary, Units};
 
-/// Rows of cells with aligned columns; the first column is set left, the others right.
+/// Aligns the columns of a table. The first column is left-aligned, the others right-aligned.
 pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -30,7 +30,7 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// How a run ended, as tables show it; `absent` if it was not computed.
+/// Label of a run's outcome in tables; `absent` if it was not computed.
 pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'static str {
     match status {
         None => absent,
@@ -46,22 +46,22 @@ pub(super) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A component of a force; 0 where it is round-off beside the load.
+/// Force component; 0 if it is rounding relative to the load.
 pub(super) fn without_round_off(force: f64, load: f64) -> f64 {
     if force.abs() < 1e-7 * load { 0.0 } else { force }
 }
 
-/// What the line of a step with cycles shows.
+/// Note on the values in the row of a step with cycles.
 const REVERSAL_NOTE: &str = "steps with cycles: values at the + reversal point of the last cycle (approach: mean of both reversal points)\n";
 
-/// Columns that only some runs have.
+/// Optional columns of the table of results.
 #[derive(Clone, Copy)]
 struct OptionalColumns {
     cycles: bool,
     rotations: bool,
 }
 
-/// The result of each step: its last increment or jump.
+/// Table of the last increment or jump of each step.
 pub(super) fn results(summary: &Summary) -> String {
     let mut last: Vec<&IncrementRecord> = Vec::new();
     for record in &summary.steps {
@@ -83,7 +83,7 @@ pub(super) fn results(summary: &Summary) -> String {
     align_columns(&rows) + note
 }
 
-/// Peaks of each body in its last entry, and where to refine; empty where no stress was recovered.
+/// Peak stresses of each body in its last record, and where to refine. Empty if no stress was recovered.
 pub(super) fn body_peak_lines(summary: &Summary) -> String {
     let mut text = String::new();
     for name in ["body1", "body2"] {
@@ -109,7 +109,7 @@ pub(super) fn body_peak_lines(summary: &Summary) -> String {
     text
 }
 
-/// Two lines: quantities and their units.
+/// Two header rows: quantities and units.
 fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
     let (length, force) = (&units.length, &units.force);
     let mut columns = vec![

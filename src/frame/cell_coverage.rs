@@ -1,4 +1,4 @@
-//! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
+//! Intersections of a cell with the contact faces, seen along its normal, and the cell averages of their shape functions.
 
 use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
 use super::facets::{Facet, facets_of_face};
@@ -10,41 +10,40 @@ use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Largest part of a cell that may be covered twice, and on grids uncovered.
+/// Maximum share of a cell that may be covered twice; on grids also the maximum uncovered share.
 const COVERAGE_TOLERANCE: f64 = 1e-9;
 
-/// Rounding of a cell's area over that of the coordinates of its corners.
+/// Relative rounding error of a cell's area, per rounding error of its corner coordinates relative to its side.
 const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
-/// Largest uncovered part of a cell made from a face. Where two bodies end on one edge or symmetry plane, surfaces that
-/// are a gap apart end a little apart as seen along the inclined normal of the last cell; averages go over the covered
-/// part.
+/// Maximum uncovered share of a cell made from a face. If two bodies end at one edge or symmetry plane, their edges are slightly
+/// offset along an inclined cell normal, because of the gap. Averages refer to the covered part.
 const MAX_UNCOVERED_SHARE: f64 = 0.1;
 
-/// What was found under one cell.
+/// Faces found under one cell.
 pub(super) struct CellCoverage {
-    /// (mesh node or other function, weight), ascending.
+    /// Pairs (mesh node or other function, weight), ascending.
     pub(super) weights: Vec<(usize, f64)>,
-    /// Covered part of the cell.
+    /// Covered share of the cell.
     pub(super) coverage: f64,
-    /// A face that is folded as seen along the cell's normal.
+    /// A face that is folded in the projection along the cell's normal.
     folded: Option<usize>,
 }
 
-/// The facets of the contact faces, and where to search for them.
+/// Facets of the contact faces with a search tree.
 pub(super) struct FacetIndex<'a> {
     faces: &'a [SurfaceFace],
     facets: Vec<Facet>,
     tree: BallTree,
 }
 
-/// A convex part of a cell under one facet.
+/// Convex part of a cell under one facet.
 pub(super) struct CellOverlap {
     facet: usize,
     pub(super) plane: ProjectedFacet,
     pub(super) common: Polygon,
     pub(super) area: f64,
-    /// Height of the facet over the cell.
+    /// Height of the facet above the cell.
     height: f64,
 }
 
@@ -59,12 +58,12 @@ impl<'a> FacetIndex<'a> {
         Self { faces, facets, tree }
     }
 
-    /// Index of the face to which a part of a cell belongs.
+    /// Index of the face of an overlap.
     pub(super) fn face_of(&self, hit: &CellOverlap) -> usize {
         self.facets[hit.facet].face
     }
 
-    /// The parts of a cell under the facets that count, and a face that is folded there.
+    /// Overlaps of a cell with the facets of the nearest sheets, and a folded face, if any.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -81,8 +80,8 @@ impl<'a> FacetIndex<'a> {
         self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
     }
 
-    /// The same of other functions on the faces: `parts` gives the share of each of them in the shape function of a face's local
-    /// node.
+    /// As [`Self::cover`], for other functions on the faces: `parts` gives the share of each in the shape function of a face's
+    /// local node.
     pub(super) fn cover_of(
         &self,
         frame: &ContactFrame,
@@ -92,7 +91,7 @@ impl<'a> FacetIndex<'a> {
         let (hits, folded) = self.overlaps(frame, cell);
         let area = frame.areas[cell];
         let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
-        // A grid's cells are covered to rounding; faces of two meshes may end a little apart.
+        // Cells of a grid are fully covered. Faces of two meshes may end slightly apart.
         let whole = if frame.grid.is_some() { area } else { area * coverage };
         let mut weights = Vec::new();
         for hit in &hits {
@@ -108,7 +107,7 @@ impl<'a> FacetIndex<'a> {
         CellCoverage { weights: merge(weights), coverage, folded }
     }
 
-    /// The facets that look at the cell and lie over it, and a face that is folded there.
+    /// Facets that face the cell and lie over it, and a folded face, if any.
     fn hits(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (triad, center) = (&frame.triads[cell], &frame.centers[cell]);
         let normal = triad.normal();
@@ -147,8 +146,8 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Of several sheets of faces over a cell (connected through their nodes) keeps the nearest, and the next ones as
-    /// long as they do not cover more than the area `most`.
+    /// Of several sheets of faces over a cell (connected through their nodes), keeps the nearest. Further sheets are kept if the
+    /// covered area stays within `most`.
     fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];
@@ -189,14 +188,14 @@ impl<'a> FacetIndex<'a> {
         });
     }
 
-    /// Whether the faces of two hits are the same or share a node.
+    /// Whether the faces of two overlaps are the same or share a node.
     fn joined(&self, a: &CellOverlap, b: &CellOverlap) -> bool {
         let nodes = |hit: &CellOverlap| &self.faces[self.facets[hit.facet].face].nodes;
         nodes(a).iter().any(|node| nodes(b).contains(node))
     }
 }
 
-/// Whether the extents of two polygons overlap.
+/// Whether the bounding boxes of two polygons overlap.
 fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     let ends = |polygon: &[[f64; 2]], k: usize| bounds(polygon.iter().map(|x| x[k]));
     (0..2).all(|k| {
@@ -205,7 +204,7 @@ fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     })
 }
 
-/// Sums the weights of equal nodes, ascending.
+/// Sums the weights of equal nodes, in ascending order.
 fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
     weights.sort_by_key(|w| w.0);
     weights.dedup_by(|later, kept| {
@@ -227,19 +226,19 @@ fn folded(face: &SurfaceFace) -> Error {
     ))
 }
 
-/// Largest part of a cell that may be covered twice, and on grids uncovered: coordinates far from the origin are rounded.
+/// Tolerance of the coverage of a cell, including the rounding of coordinates far from the origin.
 fn coverage_tolerance(frame: &ContactFrame, cell: usize) -> f64 {
     let rounding = f64::EPSILON * frame.centers[cell].amax() / frame.areas[cell].sqrt();
     COVERAGE_TOLERANCE + AREA_PER_COORDINATE_ROUNDING * rounding
 }
 
-/// Whether the faces cover the cell enough to take part in contact.
+/// Whether the faces cover the cell sufficiently for contact.
 pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage) -> bool {
     let missing = if frame.grid.is_some() { coverage_tolerance(frame, cell) } else { MAX_UNCOVERED_SHARE };
     cover.coverage >= 1.0 - missing
 }
 
-/// Refuses cells that hang over the edge of the faces, or lie over two sheets of them.
+/// Refuses cells that the faces cover incompletely or more than once.
 pub(super) fn refuse_uncovered(
     frame: &ContactFrame,
     covers: &[CellCoverage],

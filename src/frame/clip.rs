@@ -8,10 +8,10 @@ pub(super) fn twice_signed_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Signed area and centroid; the first corner where the area vanishes.
+/// Signed area and centroid; the first corner if the area vanishes.
 ///
 /// # Source
-/// Shoelace formula, taken about the first corner to keep rounding relative to the polygon's size.
+/// Shoelace formula about the first corner, which keeps rounding relative to the polygon's size.
 pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     let Some(&first) = polygon.first() else { return (0.0, [0.0, 0.0]) };
     let (mut area, mut moment) = (0.0, [0.0, 0.0]);
@@ -28,16 +28,16 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     (area, [first[0] + moment[0] / area, first[1] + moment[1] / area])
 }
 
-/// Turns below this share of a polygon's squared size are straight on.
+/// Turns below this share of a polygon's squared size count as straight.
 const STRAIGHT: f64 = 1e-12;
 
-/// Twice the area of the triangle that a corner makes with those before and after it.
+/// Twice the signed area of the triangle of a corner and its two neighbours.
 fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {
     let n = polygon.len();
     twice_signed_area(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
 }
 
-/// Convex polygons that make up a simple one: itself where it is convex, triangles otherwise.
+/// Divides a simple polygon into convex parts: itself if it is convex, triangles otherwise.
 ///
 /// # Source
 /// Meisters (1975), Amer. Math. Monthly 82, 648-651: every simple polygon has an ear, a convex corner whose triangle holds
@@ -49,7 +49,7 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
     let mut parts = Vec::new();
     while (0..polygon.len()).any(|i| turn(&polygon, i) < -least) {
         let n = polygon.len();
-        // A polygon without an ear crosses itself; its sharpest corner comes off all the same.
+        // A polygon without an ear intersects itself. Its sharpest corner is removed instead.
         let sharpest = (0..n).max_by(|&i, &j| turn(&polygon, i).total_cmp(&turn(&polygon, j)));
         let ear = (0..n).find(|&i| turn(&polygon, i) > least && is_ear(&polygon, i)).or(sharpest);
         let Some(i) = ear else { break };
@@ -61,7 +61,7 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
     parts
 }
 
-/// Whether the triangle at a corner holds no other corner.
+/// Whether the triangle at a corner contains no other corner.
 fn is_ear(polygon: &[[f64; 2]], i: usize) -> bool {
     let n = polygon.len();
     let (before, after) = ((i + n - 1) % n, (i + 1) % n);
@@ -70,7 +70,7 @@ fn is_ear(polygon: &[[f64; 2]], i: usize) -> bool {
     (0..n).filter(|k| ![before, i, after].contains(k)).all(|k| !holds(polygon[k]))
 }
 
-/// Intersection of two convex polygons, left in `result` (empty if they do not overlap); `spare` is scratch.
+/// Intersection of two convex polygons, written to `result` (empty if they do not overlap); `spare` is a work buffer.
 ///
 /// # Source
 /// Sutherland and Hodgman (1974): the subject is cut by one half-plane per edge of `window`.
@@ -134,8 +134,8 @@ mod tests {
         assert!((overlap(&triangle, &SQUARE) - 1.0).abs() < 1e-15);
     }
 
-    /// Truth: by hand. An L of area 3 and its mirror image; a dart; a square with a corner in the middle of a side, and
-    /// one with that corner off by rounding, stay whole. Each part is convex, and the parts have the area of the whole.
+    /// Truth: by hand. An L of area 3 and its mirror image; a dart; a square with a corner in the middle of a side, also shifted by
+    /// rounding, stays whole. Each part is convex, and the parts have the area of the whole.
     #[test]
     fn parts_of_a_polygon_are_convex() {
         let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];

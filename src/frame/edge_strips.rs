@@ -1,16 +1,16 @@
-//! Strips just beyond the edges of a frame, on which it can be looked up whether bodies continue.
+//! Narrow strips beyond the edges of a frame, to check whether bodies continue there.
 
 use super::ContactFrame;
 use super::edges::{edge_key, owner_counts};
 use super::faces::FrameBuilder;
 use crate::geometry::Point;
 
-/// Width of the strips beyond the edges of a frame, over the size of the cell.
+/// Width of the strips, relative to the size of the cell.
 const STRIP_WIDTH: f64 = 1e-3;
 
 impl ContactFrame {
-    /// Narrow strips just beyond the edges of the frame, as cells of a frame of their own, and the neighbouring cell of each strip. An outline and the sides
-    /// of periodic directions are no edges.
+    /// Narrow strips beyond the edges of the frame, as cells of a separate frame, and the neighbouring cell of each strip. Outlines
+    /// and periodic sides are no edges.
     pub fn strips_beyond_edges(&self) -> (Self, Vec<usize>) {
         let (mut strips, mut cells) = (FrameBuilder::default(), Vec::new());
         for (cell, [a, b]) in self.outer_edges() {
@@ -25,13 +25,13 @@ impl ContactFrame {
         (strips.frame([0.0; 2], self.azimuth), cells)
     }
 
-    /// The edges of cells that are edges of the frame: the cell, and the ends of its edge, counter-clockwise.
+    /// Edges of the frame: the cell, and the end points of its edge, counter-clockwise.
     fn outer_edges(&self) -> Vec<(usize, [Point; 2])> {
         let mut found = Vec::new();
         if let Some(grid) = self.grid {
             for cell in 0..self.n_cells() {
                 let at = grid.cell_indices(self.grid_index(cell));
-                // Sides between corners k and k + 1: their axis, and whether they are at its upper end.
+                // Sides between corners k and k + 1: the axis, and whether the side is at its upper end.
                 for (k, (axis, upper)) in
                     [(1, false), (0, true), (1, true), (0, false)].into_iter().enumerate()
                 {

@@ -1,21 +1,21 @@
-//! Edges shared between cells of a frame, found by the positions of their ends.
+//! Edges that cells of a frame share, identified by the coordinates of their ends.
 
 use std::collections::HashMap;
 
 use crate::geometry::Point;
 
-/// Whether some edge of a cell belongs to no other cell, `[N]`.
+/// Whether each cell has an edge that no other cell shares, `[N]`.
 ///
-/// Cells made from faces of one mesh repeat the coordinates of a shared node to the last bit, so bits compare.
+/// Cells from faces of one mesh have bitwise equal coordinates of shared nodes, so bits are compared.
 pub(super) fn edge_cells(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
     let owners = owner_counts(corners);
     corners.iter().map(|cell| edges(cell.as_ref()).any(|edge| owners[&edge] == 1)).collect()
 }
 
-/// An edge by the bits of its ends, in either direction.
+/// Edge as the bits of its end points, independent of direction.
 type EdgeKey = [[u64; 3]; 2];
 
-/// Number of cells that have each edge.
+/// Number of cells that share each edge.
 pub(super) fn owner_counts(corners: &[impl AsRef<[Point]>]) -> HashMap<EdgeKey, usize> {
     let mut owners = HashMap::new();
     for edge in corners.iter().flat_map(|cell| edges(cell.as_ref())) {
@@ -34,6 +34,6 @@ pub(super) fn edge_key(a: &Point, b: &Point) -> EdgeKey {
 }
 
 fn bits(point: &Point) -> [u64; 3] {
-    // Adding zero turns -0 into +0, so that both compare equal.
+    // Adding zero turns -0 into +0, so that both are equal.
     [(point.x + 0.0).to_bits(), (point.y + 0.0).to_bits(), (point.z + 0.0).to_bits()]
 }

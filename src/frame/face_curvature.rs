@@ -1,9 +1,8 @@
-//! How far a curved surface lies outside its flat faces, from the nodes around, and the faces bowed by as much.
+//! Curvature correction of flat faces: estimates the distance of a curved surface from its flat faces from neighbouring nodes.
 //!
-//! Faces of first order have their nodes on the surface and cut off what bulges between them, h^2 / 8R along an edge of
-//! length h. A quadratic surface through the nodes around each node gives the curvature there; an edge is bowed by the
-//! smaller of the curvatures at its ends, and not at all where they differ in sign, so that a crease between plane
-//! faces stays one.
+//! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / 8R. A
+//! quadratic fit through the nodes around each node gives the curvature there. An edge is corrected by the smaller of the
+//! curvatures at its ends. If their signs differ, it is not corrected, so that creases between plane faces stay.
 
 use std::collections::HashMap;
 
@@ -21,26 +20,26 @@ use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Faces whose normals turn by more than this from that of a node (cosine) meet there in an edge of the body.
+/// Faces whose normals deviate more than this (cosine) from the nodal normal form an edge of the body at the node.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// Fewer neighbours than this do not determine a quadratic surface.
+/// Layers of faces are added until a node has at least this many neighbours for the quadratic fit.
 const MIN_FIT_NEIGHBOURS: usize = 8;
 
-/// Layers of faces around a node that are looked at to find them.
+/// Maximum number of layers of faces around a node that are searched for neighbours.
 const MAX_NEIGHBOUR_LAYERS: usize = 3;
 
-/// Singular values below this share of the largest belong to shapes that the nodes around do not determine: a single row of faces.
+/// Singular values below this share of the largest are undetermined shapes, for example on a single row of faces.
 const RANK_TOLERANCE: f64 = 1e-6;
 
-/// An edge of a flat face, and what it cuts off of the surface.
+/// Edge of a flat face, and its distance from the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeSagitta {
     /// Length of the edge, mm.
     pub length: f64,
-    /// Height of the surface over its middle by the curvatures at its ends, outward, mm.
+    /// Height of the surface over the midpoint by the curvature at each end, outward, mm.
     pub sagittas_at_ends: [f64; 2],
-    /// Offset of its middle that is taken for the surface's, global, mm.
+    /// Offset of the midpoint that the correction applies, global, mm.
     midpoint_offset: Point,
 }
 
@@ -50,25 +49,25 @@ impl EdgeSagitta {
         self.sagittas_at_ends[0].abs().max(self.sagittas_at_ends[1].abs())
     }
 
-    /// The height by which it is bowed, mm.
+    /// Height that the correction applies, mm.
     pub fn applied(&self) -> f64 {
         self.midpoint_offset.norm()
     }
 
-    /// What the ends do not agree on, mm: nothing where the curvature is the same at both.
+    /// Disagreement of the two ends: difference of the larger height and the applied one, mm. It vanishes for equal curvatures.
     pub fn disagreement(&self) -> f64 {
         self.largest() - self.applied()
     }
 }
 
-/// The second derivatives of the surface at a node, over the plane of two unit vectors.
+/// Second derivatives of the surface at a node, in its tangent plane.
 struct Curvature {
     axes: Triad,
     second: Matrix2<f64>,
 }
 
-/// What the edges of `faces` cut off, one list per face in the order of its edges; nothing for faces of second order, whose
-/// middle nodes say where they are, and for edges between two creases.
+/// Sagittas of the edges of `faces`, one list per face in the order of its edges. `None` for second-order faces, whose middle nodes
+/// lie on the surface, and for edges between two creases.
 pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagitta>; 4]> {
     let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
     let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
@@ -86,7 +85,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
             }
             _ => Point::zeros(),
         };
-        // A crease does not know the curvature beside it.
+        // At a crease the curvature is unknown, so the other end is used.
         let known = ends[0].or(ends[1])?;
         Some(EdgeSagitta {
             length: chord.norm(),
@@ -104,8 +103,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
     faces.iter().map(of_face).collect()
 }
 
-/// Offsets of the middles of the edges of `faces` from their chords, global, mm, likewise; zero where nothing is known to be cut
-/// off.
+/// Offsets of the edge midpoints of `faces` from their chords, in the same order, global, mm; zero without a correction.
 pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
     let bows = |cuts: [Option<EdgeSagitta>; 4]| {
         cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset))
@@ -113,21 +111,21 @@ pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[
     edge_sagittas(mesh, faces).into_iter().map(bows).collect()
 }
 
-/// The kind of face that a flat one is when its edges are bowed.
+/// Kind of a flat face with quadratic edges.
 pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
     if flat.n_corners() == 3 { Tri6 } else { Quad8 }
 }
 
-/// Height along `normal` over the middle of a chord of a surface that lies `bow` beyond it, across itself.
+/// Height along `normal` above the midpoint of a chord, for a surface offset by `bow` perpendicular to itself.
 fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     let along = normal.dot(bow);
-    // Nearly edge-on the chord is not seen to be straight.
+    // Beyond 60 degrees between offset and normal, the plain component is used.
     if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
 }
 
 impl MeshedSurface {
-    /// Its mean heights over the cells with the flat faces bowed as the surface they stand for, `[N]`, mm: the shape functions
-    /// of the middles of the edges times their offsets are added.
+    /// Mean heights over the cells with curvature-corrected faces, `[N]`, mm. Adds the shape functions of the edge midpoints times
+    /// their offsets.
     pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
         let bows = edge_midpoint_offsets(&self.mesh, &self.faces);
         if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
@@ -158,7 +156,7 @@ impl MeshedSurface {
 }
 
 impl Curvature {
-    /// d^T C d for a chord d.
+    /// d^T C d for a chord d, C the second derivatives.
     fn along(&self, chord: &Point) -> f64 {
         let local = self.axes.to_local(chord);
         let flat = Vector2::new(local.x, local.y);
@@ -166,7 +164,7 @@ impl Curvature {
     }
 }
 
-/// The quadratic surface through a node that fits the nodes around best; `None` at an edge of the body.
+/// Least-squares quadratic surface through a node, fitted to its neighbours. `None` at an edge of the body.
 fn curvature(
     mesh: &Mesh,
     faces: &[SurfaceFace],
@@ -194,13 +192,13 @@ fn curvature(
     };
     let matrix = DMatrix::from_fn(near.len(), 5, terms);
     let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
-    // Of several surfaces that fit (a single row of faces) the smallest coefficients.
+    // If several surfaces fit (a single row of faces), the one with the smallest coefficients is used.
     let found = pseudo_inverse(&matrix, RANK_TOLERANCE).ok()? * heights;
     let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
     Some(Curvature { axes, second })
 }
 
-/// The nodes around a node, in as many layers of faces as it takes, ascending.
+/// Neighbours of a node from as many layers of faces as necessary, ascending.
 fn neighbours(faces: &[SurfaceFace], around: &HashMap<usize, Vec<usize>>, node: usize) -> Vec<usize> {
     let mut found = vec![node];
     for _ in 0..MAX_NEIGHBOUR_LAYERS {

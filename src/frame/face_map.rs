@@ -1,8 +1,8 @@
-//! Maps from the nodes of a body's contact faces to the cells of the frame, consistent with the patch test.
+//! Maps from the nodes of a body's contact faces to the cells of the frame. They pass the patch test.
 //!
-//! Row I of the map is the average of the face shape functions over cell I,
-//! I_Ij = (1 / A_I) int_{cell I} N_j dS, integrated exactly on the intersections of the cell with the faces, all
-//! seen along the cell's normal; so sum_I A_I I_Ij = int N_j dS wherever the cells tile the faces.
+//! Row I of the map is the average of the face shape functions over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It is integrated
+//! exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij = int N_j dS
+//! wherever the cells tile the faces.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -32,7 +32,7 @@ pub struct FaceMap {
     areas: Vec<f64>,
 }
 
-/// Rows of weights as a matrix with `n_columns` columns.
+/// Sparse matrix with `n_columns` columns from rows of weights.
 fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
     let mut starts = vec![0];
     let (mut indices, mut weights) = (Vec::new(), Vec::new());
@@ -50,8 +50,8 @@ fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)
     matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
 }
 
-/// Whether the faces (of body `side`) cover each cell enough for it to take part in contact, `[N]`: to rounding on
-/// grids, nine tenths where the cells are faces themselves.
+/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely to rounding on grids, by nine
+/// tenths for cells that are faces.
 pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
     let faces = FacetIndex::new(mesh, faces, side);
     let cover = |cell: usize| is_covered(frame, cell, &faces.cover(frame, cell));
@@ -59,17 +59,17 @@ pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], s
 }
 
 impl FaceMap {
-    /// The map between `frame` and `faces` (of `mesh`, the contact faces of body `side`, outward).
+    /// Map between `frame` and the outward contact `faces` of body `side` in `mesh`.
     ///
     /// # Errors
-    /// If a face is folded as seen along a cell's normal, or a cell is not covered exactly once by the faces.
+    /// If a face is folded in the projection along a cell's normal, or a cell is not covered exactly once by the faces.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
         let own_node = |face: usize, local: usize| vec![(faces[face].nodes[local], 1.0)];
         Self::with_basis(frame, mesh, (side, faces), own_node)
     }
 
-    /// The same for functions on the faces other than their shape functions, which are numbered in place of nodes: `parts` gives the
-    /// share of each in the shape function of a face's local node, so that they sum up to the same space.
+    /// The same for basis functions other than the shape functions, with indices in place of node numbers. `parts` gives the share
+    /// of each function in the shape function of a face's local node. Both bases span the same space.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -96,7 +96,7 @@ impl FaceMap {
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
-    /// The map of the cells for which `cells` holds, to the nodes that they touch; the rows of the others are empty.
+    /// Map restricted to the selected `cells` and their nodes. The rows of other cells are empty.
     pub fn restrict(&self, cells: &[bool]) -> Self {
         let mut used = vec![false; self.nodes.len()];
         for cell in (0..self.n_cells()).filter(|&cell| cells[cell]) {
@@ -114,7 +114,7 @@ impl FaceMap {
         Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
     }
 
-    /// Mesh nodes that the cells touch (the contact nodes), ascending, `[n_c]`.
+    /// Contact nodes: mesh nodes with a nonzero weight in a cell, ascending, `[n_c]`.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }
@@ -144,7 +144,7 @@ impl FaceMap {
         entries(&self.rows, cell)
     }
 
-    /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes; overwrites.
+    /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes. Overwrites `local`.
     pub fn apply(&self, nodal: &[f64], local: &mut [f64]) {
         let n = self.n_cells();
         for cell in 0..n {
@@ -157,7 +157,7 @@ impl FaceMap {
         }
     }
 
-    /// As [`Self::apply`], of a displacement given by mesh nodes.
+    /// As [`Self::apply`], for a displacement given at mesh nodes.
     pub fn mean_displacement(&self, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let nodal: Vec<f64> = self.nodes.iter().flat_map(|&node| of_node(node)).collect();
         let mut local = vec![0.0; 3 * self.n_cells()];
@@ -165,15 +165,15 @@ impl FaceMap {
         local
     }
 
-    /// Gap, `[3, N]` by planes (mm), that the displacement of the nodes of the body at `side` causes.
+    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` by planes, mm.
     pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let mut gap = self.mean_displacement(of_node);
         gap.iter_mut().for_each(|g| *g *= side.gap_sign());
         gap
     }
 
-    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes
-    /// (MPa); overwrites.
+    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes (MPa). Overwrites
+    /// `forces`.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {
@@ -186,14 +186,14 @@ impl FaceMap {
         }
     }
 
-    /// Cell averages `[N]` of nodal scalars `[n_c]`; overwrites.
+    /// Cell averages `[N]` of nodal scalars `[n_c]`. Overwrites `cells`.
     pub fn average(&self, nodal: &[f64], cells: &mut [f64]) {
         for (cell, mean) in cells.iter_mut().enumerate() {
             *mean = entries(&self.rows, cell).map(|(node, weight)| weight * nodal[node]).sum();
         }
     }
 
-    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`; overwrites.
+    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`. Overwrites `nodal`.
     pub fn integrate_to_nodes(&self, cells: &[f64], nodal: &mut [f64]) {
         for (node, sum) in nodal.iter_mut().enumerate() {
             *sum = entries(&self.columns, node)

@@ -1,4 +1,4 @@
-//! Frames whose cells are the faces of a meshed body.
+//! Contact frames with one cell per face of a meshed body.
 
 use std::borrow::Cow;
 
@@ -15,14 +15,14 @@ use crate::mesh::faces::group_faces;
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
-    /// A cell is its face seen along its mean normal (the direction of its vector area): area, centroid and
-    /// corners are those of the face itself where it is plane; a curved edge of order 2 is two straight ones through
-    /// its middle node. The normal is the outward one on body 1 and its opposite on body 2; the local x follows the
-    /// direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y;
-    /// its z is the mean height of the cells. The frame's own n is vertical ([`ContactFrame::with_normal`]).
+    /// A cell is its face projected along its mean normal (the direction of its vector area). Area, centroid and corners of a plane
+    /// face are exact. A curved edge of order 2 becomes two straight ones through its middle node. The normal is the outward one on
+    /// body 1 and its opposite on body 2. The local x follows the direction `azimuth` (radians from global x). `center` is the
+    /// origin of gap shapes and moments in global x, y; its z is the mean height of the cells. The frame's own n is vertical
+    /// ([`ContactFrame::with_normal`]).
     ///
     /// # Errors
-    /// If the group is missing or not made of outer faces, a face has no area, or none is there.
+    /// If the group is missing, empty or not made of outer faces, or a face has no area.
     pub fn from_faces(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
         let mut cells = FrameBuilder::default();
@@ -40,15 +40,15 @@ impl ContactFrame {
         Ok(cells.frame(center, azimuth))
     }
 
-    /// The frame with another direction n of its own (towards body 2): `approach` moves body 2 against it, and resultants
-    /// are given along its x (the azimuth's direction, perpendicular to n), y and n. The cells keep their own axes.
+    /// Replaces the frame's own direction n (towards body 2). `approach` moves body 2 against n. Resultants are given along x (the
+    /// azimuth's direction, perpendicular to n), y and n. The cells keep their own axes.
     pub fn with_normal(mut self, normal: Point) -> Self {
         let toward = Point::new(self.azimuth.cos(), self.azimuth.sin(), 0.0);
         self.axes = Triad::from_normal(normal, toward);
         self
     }
 
-    /// The frame of the cells for which `kept` holds, which is no grid.
+    /// Retains the cells for which `kept` holds. The result is no grid.
     pub fn retain_cells(mut self, kept: &[bool]) -> Self {
         if self.polygons.is_none() {
             self.polygons = Some(self.all_corners().map(Cow::into_owned).collect());
@@ -57,7 +57,7 @@ impl ContactFrame {
         self.select(kept)
     }
 
-    /// As [`Self::retain_cells`], but the grid stays, and with it what has the places of all of its cells.
+    /// As [`Self::retain_cells`], but keeps the grid and all data by grid position.
     pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();
@@ -76,7 +76,7 @@ impl ContactFrame {
     }
 }
 
-/// Cells that become a frame.
+/// Collects cells for a frame.
 #[derive(Default)]
 pub(super) struct FrameBuilder {
     centers: Vec<Point>,
@@ -87,13 +87,13 @@ pub(super) struct FrameBuilder {
 }
 
 impl FrameBuilder {
-    /// Adds the cell with `corners`, counter-clockwise seen against its normal; `None` if it has no area.
+    /// Adds the cell with `corners`, counter-clockwise seen against its normal. `None` if it has no area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         self.push_part(corners, (false, [false; 3]), toward)
     }
 
-    /// Adds the part with `corners` of a cell cut at planes of symmetry ([`reflect_cell`]), with the axes and the centre of the whole cell;
-    /// `None` if it has no area.
+    /// Adds the part with `corners` of a cell that symmetry planes cut ([`reflect_cell`]), with the axes and the centre of the
+    /// whole cell. `None` if it has no area.
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,
@@ -102,7 +102,7 @@ impl FrameBuilder {
     ) -> Option<()> {
         let whole = reflect_cell(&corners, open, planes);
         let mut vector_area = vector_area(&whole.corners);
-        // Rounding is all that the parts leave of components across.
+        // The reflected parts leave components along the plane normals that are rounding only.
         (0..3).filter(|&c| whole.planes[c]).for_each(|c| vector_area[c] = 0.0);
         let size = whole.corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {
@@ -129,7 +129,7 @@ impl FrameBuilder {
         Some(())
     }
 
-    /// The frame of these cells; its origin has their mean height.
+    /// Builds the frame of these cells. The z of its origin is their mean height.
     pub(super) fn frame(self, center: [f64; 2], azimuth: f64) -> ContactFrame {
         let total: f64 = self.areas.iter().sum();
         let on_planes = self.planes.iter().any(|planes| planes.contains(&true));
@@ -153,7 +153,7 @@ impl FrameBuilder {
     }
 }
 
-/// Integral of the normal over the polygon, its corners joined to the first one.
+/// Vector area: integral of the normal over the closed polygon.
 pub(super) fn vector_area(corners: &[Point]) -> Point {
     fan_area_vectors(corners.len(), |i| corners[i]).sum()
 }

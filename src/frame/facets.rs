@@ -1,33 +1,33 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
-//! A face of order 2 whose middle nodes lie in the middle of its edges is one facet; a curved one is divided at its
-//! middle nodes into four. The facets only say which point of the face lies over which point of a cell (an error of
-//! the order of the square of the face's size where it is curved); the shape functions stay those of the whole face.
+//! A second-order face with middle nodes in the middle of its edges is one facet. A curved one is divided at its middle nodes into
+//! four. The facets only map points of the cell to points of the face. On curved faces this has an error of the order of the
+//! squared face size. The shape functions remain those of the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Middle nodes closer to the middle than this share of the edge are taken to lie in it.
+/// Middle nodes within this share of the edge length from the middle count as lying there.
 const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
-/// Corners of the facets among the face's nodes; 8 is the middle of a quadrangle.
+/// Corners of the facets as node numbers of the face; 8 is the centre of a quadrangle.
 const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
 
-/// A part of a face: three or four corners, counter-clockwise seen against n, and their reference coordinates.
+/// Part of a face: three or four corners, counter-clockwise seen against n, with their reference coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Facet {
     /// Index of the face.
     pub(super) face: usize,
     pub(super) corners: Vec<Point>,
     pub(super) reference: Vec<[f64; 2]>,
-    /// Square of its size.
+    /// Squared size.
     pub(super) scale: f64,
 }
 
-/// Reference coordinates of a face's nodes, and of the middle of a quadrangle.
+/// Reference coordinates of a face's nodes, and of the centre of a quadrangle.
 fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
     let n = kind.n_corners();
     let corners = &kind.face_reference_nodes()[..n];
@@ -41,7 +41,7 @@ fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
 }
 
-/// Whether a face is of order 2.
+/// Whether a face has second order.
 pub(super) fn is_quadratic(kind: ElementKind) -> bool {
     matches!(kind, Tri6 | Quad8 | Quad9)
 }
@@ -54,7 +54,7 @@ fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
     (m - 0.5 * (a + b)).norm() > MIDSIDE_TOLERANCE * (b - a).norm()
 }
 
-/// Whether a face is the (bi)linear one of its corners.
+/// Whether a face coincides with the (bi)linear face through its corners.
 fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
     let n = face.kind.n_corners();
     if !is_quadratic(face.kind) {
@@ -68,8 +68,7 @@ fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
     face.kind != Quad9 || (at(8) - mean).norm() <= MIDSIDE_TOLERANCE * (at(2) - at(0)).norm()
 }
 
-/// Outline of a face: its corners, and the middle nodes of bent edges; as its solid orients it, or reversed for the
-/// upper body.
+/// Outline of a face: its corners and the middle nodes of curved edges, in its outward orientation, reversed for the upper body.
 pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point> {
     let n = face.kind.n_corners();
     let mut points = Vec::with_capacity(2 * n);
@@ -85,7 +84,7 @@ pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<P
     points
 }
 
-/// The facets of face number `index`, counter-clockwise seen against the normal of body 1.
+/// Facets of the face with index `index`, counter-clockwise seen against the normal of body 1.
 pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
     let n = face.kind.n_corners();
     let whole: Vec<usize> = (0..n).collect();
@@ -97,7 +96,7 @@ pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side
     let reference = reference_nodes(face.kind);
     let place = |node: usize| match face.nodes.get(node) {
         Some(&node) => Point::from(mesh.points[node]),
-        // The middle of a face without a node there.
+        // Centre of a face without a central node.
         None => {
             let values = face.kind.face_values(reference[node]);
             face.nodes.iter().zip(values).map(|(&node, n)| n * Point::from(mesh.points[node])).sum()

@@ -1,4 +1,4 @@
-//! Initial gaps: the distance of the undeformed surfaces when they first touch.
+//! Initial gap: distance between the undeformed surfaces at first touch.
 
 use super::ContactFrame;
 use super::height_table::HeightTable;
@@ -48,22 +48,22 @@ pub enum GapShape {
         /// Coefficient B, mm^(1 - n).
         coefficient: f64,
     },
-    /// Given heights; their smallest value over the frame becomes the first touch.
+    /// Given heights. Their smallest value over the frame is the first touch.
     Heights(HeightTable),
-    /// A given distance for each cell, `[N]`, mm, as it is.
+    /// Given distance for each cell, `[N]`, mm, used unchanged.
     PerCell(Vec<f64>),
-    /// The distance along n between the meshed surfaces of the bodies (evaluated by the coupling).
+    /// Distance along n between the meshed surfaces of the bodies, which the coupling evaluates.
     Mesh,
 }
 
-/// An initial gap: a shape and where its lowest point lies.
+/// Initial gap: a shape and its position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialGap {
     /// The shape.
     pub shape: GapShape,
     /// Position of the shape's origin along the frame's x and y, from the frame's origin, mm.
     pub offset: [f64; 2],
-    /// The true surface instead of the parabola that touches it.
+    /// Uses the exact surface instead of the osculating paraboloid.
     pub exact: bool,
 }
 
@@ -74,11 +74,11 @@ impl From<GapShape> for InitialGap {
 }
 
 impl InitialGap {
-    /// The gap at the centre of each cell, `[N]`, mm; zero where the undeformed surfaces first touch.
+    /// Gap at the centre of each cell, `[N]`, mm. It vanishes where the undeformed surfaces first touch.
     ///
     /// # Errors
-    /// If a parameter is not admissible, the frame reaches beyond an exact surface, heights do not match the
-    /// frame, or the shape is [`GapShape::Mesh`] (which needs the bodies).
+    /// If a parameter is not admissible, the frame reaches beyond an exact surface, or heights do not match the frame. Also for
+    /// [`GapShape::Mesh`], which needs the bodies.
     pub fn evaluate(&self, frame: &ContactFrame) -> Result<Vec<f64>> {
         self.check()?;
         if let GapShape::Heights(heights) = &self.shape {
@@ -103,7 +103,7 @@ impl InitialGap {
             .collect()
     }
 
-    /// The gap of a closed-form shape at (x, y) from its origin.
+    /// Gap of a closed-form shape at the position (x, y) relative to its origin.
     fn at(&self, x: f64, y: f64) -> Result<f64> {
         let along = |angle: f64| {
             let (s, c) = angle.sin_cos();
@@ -118,7 +118,7 @@ impl InitialGap {
             }
             GapShape::SemiAxes { semi_axes: [a, b, c], angle } => {
                 let [x, y] = along(angle);
-                // In units of c it is a unit sphere.
+                // Scaled by the semi-axes, it is a unit sphere.
                 c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
                     Error::input(format!(
                         "the frame reaches beyond an exact ellipsoid of semi-axes {a} and {b} in its plane: make the \
@@ -235,7 +235,7 @@ mod tests {
             gap_of(GapShape::Ellipsoid { radii: [2.0, 7.0], angle: quarter }, [0.0, -1.0], false),
             1.0 / 14.0,
         );
-        // The same curvature and, with equal axes, the same sphere.
+        // The same curvature; with equal axes, the same sphere.
         let ball = GapShape::SemiAxes { semi_axes: [5.0; 3], angle: 0.3 };
         check(gap_of(ball.clone(), [0.0; 2], true), 5.0 - 23f64.sqrt());
         check(gap_of(ball, [0.0; 2], false), 2.0 / 10.0);
@@ -247,7 +247,7 @@ mod tests {
         check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);
     }
 
-    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y; heights per cell are taken as they are.
+    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y; heights per cell are used unchanged.
     #[test]
     fn heights_are_interpolated() {
         let f = |x: f64, y: f64| 1.0 + 0.2 * x - 0.3 * y + 0.1 * x * y;
@@ -266,7 +266,7 @@ mod tests {
         for (g, e) in gap.iter().zip(&expected) {
             assert!((g - (e - lowest)).abs() < 1e-14);
         }
-        // A plane that rises along the table's x, turned by the angle about its middle.
+        // A plane that rises along the table's x, rotated by the angle about its middle.
         let values: Vec<f64> = (0..63).map(|i| f64::from(i / 7)).collect();
         let plane = HeightTable { values, shape: [9, 7], spacing: Some([1.0, 1.0]), angle: 0.7 };
         let gap = gap_of(GapShape::Heights(plane), [0.1, -0.2], false);
@@ -283,7 +283,7 @@ mod tests {
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
     }
 
-    /// Truth: lengths are in the unit of the scene, which a frame does not know: its messages name none.
+    /// Truth: lengths are in the unit of the scene, which a frame does not know, so messages name no unit.
     #[test]
     fn messages_name_no_unit() {
         let ball = GapShape::Sphere { radius: 1.0 };
@@ -297,7 +297,7 @@ mod tests {
         }
     }
 
-    /// Truth: the documented refusals; each message names the key or the mend.
+    /// Truth: the documented refusals; each message names the key or the remedy.
     #[test]
     fn nonsense_is_refused() {
         let refused = |shape: GapShape, exact: bool, word: &str| {

@@ -1,4 +1,4 @@
-//! Uniform rectangular frames in the plane z = 0.
+//! Uniform rectangular grid frames in the plane z = 0.
 
 use super::{ContactFrame, Grid};
 use crate::error::{Error, Result};
@@ -10,23 +10,23 @@ use crate::linalg::memory;
 const CELL_BYTES: u128 = 24 + 8;
 
 impl ContactFrame {
-    /// A grid of `cells` equal rectangles of total size 2 `half_width` about `center` (global x, y, mm), its x
-    /// axis turned by `azimuth` (radians) from global x; all normals are +z.
+    /// A grid of `cells` equal rectangles with total size 2 `half_width` and centre `center` (global x, y, mm). Its x axis is
+    /// rotated by `azimuth` (radians) from global x. All normals are +z.
     ///
     /// # Errors
-    /// If a half-width is not positive and finite, a number of cells is zero, the centre or azimuth is not a
-    /// finite number, or the cells do not fit into the memory.
+    /// If a half-width is not positive and finite, a number of cells is zero, or the centre or azimuth is not finite. If the cells
+    /// do not fit into memory.
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
         Ok(Self::of_grid(Grid { cells, spacing, center, azimuth, periodic: [false; 2] }))
     }
 
-    /// The grid with `more` cells on each side along its x and y; the cells so far stay where they are, bit by bit. `None` if the
-    /// frame is a mesh, has an outline or repeats itself.
+    /// The grid with `more` cells on each side along its x and y. Existing cells keep their positions bit by bit. `None` if the
+    /// frame is a mesh, has an outline or is periodic.
     ///
     /// # Errors
-    /// If the cells do not fit into the memory.
+    /// If the cells do not fit into memory.
     pub fn enlarged(&self, more: [usize; 2]) -> Result<Option<Self>> {
         let Some(grid) = self.whole_grid().filter(|grid| grid.periodic == [false; 2]) else {
             return Ok(None);
@@ -64,43 +64,43 @@ impl ContactFrame {
 }
 
 impl Grid {
-    /// Half of the sides along x and y, mm.
+    /// Half the side lengths along x and y, mm.
     pub fn half_width(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.5 * self.cells[axis] as f64 * self.spacing[axis])
     }
 
-    /// Numbers that the cells have in a grid with more of them on each side, `[N]`.
+    /// Indices of the cells in a wider grid, with equal numbers of added cells on opposite sides, `[N]`.
     pub fn indices_in(&self, wider: &Self) -> Vec<usize> {
         let more = [0, 1].map(|axis| (wider.cells[axis] - self.cells[axis]) / 2);
         let place = |ix: usize, iy: usize| (ix + more[0]) * wider.cells[1] + iy + more[1];
         (0..self.cells[0]).flat_map(|ix| (0..self.cells[1]).map(move |iy| place(ix, iy))).collect()
     }
 
-    /// Indices [ix, iy] of the cell at a place.
+    /// Indices [ix, iy] of the cell at a grid position.
     pub fn cell_indices(&self, place: usize) -> [usize; 2] {
         [place / self.cells[1], place % self.cells[1]]
     }
 
-    /// Frame coordinate along `axis` (0, 1) of a grid line or, at half steps, of cell centres; exactly
-    /// antisymmetric about the middle.
+    /// Frame coordinate along `axis` (0, 1) of a grid line, or of a cell centre at half steps. It is exactly antisymmetric about
+    /// the middle.
     fn coordinate(&self, axis: usize, line: f64) -> f64 {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// The point at `lines` along x and y, global; `triad`: the frame's.
+    /// Global point at `lines` along x and y; `triad`: the frame's axes.
     fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
         let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
         Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))
     }
 
-    /// Corners of the cell at a place.
+    /// Corners of the cell at a grid position.
     pub(super) fn corners(&self, place: usize) -> [Point; 4] {
         let (triad, at) = (Triad::horizontal(self.azimuth), self.cell_indices(place));
         [[0, 0], [1, 0], [1, 1], [0, 1]]
             .map(|corner| self.point(&triad, [0, 1].map(|axis| (at[axis] + corner[axis]) as f64)))
     }
 
-    /// Whether each cell lies in the outermost rows of a direction that does not repeat itself, `[N]`.
+    /// Whether each cell lies in the outermost rows of a non-periodic direction, `[N]`.
     pub(super) fn edge_cells(&self) -> Vec<bool> {
         let [nx, ny] = self.cells;
         let outermost = |axis: usize, i: usize| !self.periodic[axis] && (i == 0 || i + 1 == self.cells[axis]);
@@ -112,8 +112,8 @@ impl Grid {
     }
 }
 
-/// A field in the cells of a larger frame of `n` cells, plane by plane: what it has in the cells so far, whose numbers there are
-/// `places`, and `fill` in the others.
+/// Extends a cell field to an enlarged frame of `n` cells, plane by plane. `places[i]` is the new index of cell i. New cells get
+/// the value of `fill` at their index in the result.
 pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
     let mut out: Vec<T> = (0..planes * n).map(fill).collect();
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(frame.edge_cells().iter().filter(|r| !**r).count(), 2);
     }
 
-    /// Truth: the rim of a grid found from its edges is the outermost rows.
+    /// Truth: the edge cells of a grid found from shared edges are the outermost rows.
     #[test]
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
@@ -179,7 +179,7 @@ mod tests {
         );
     }
 
-    /// Truth: the definition: a direction that repeats itself has no rim, and positions beyond half a side have an image.
+    /// Truth: the definition: a periodic direction has no edge cells, and positions beyond half a side have an image.
     #[test]
     fn repeated_frames_have_no_rim() {
         let frame = |periodic| {
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
     }
 
-    /// Truth: the definition: cells of the same bits in other places, the middle stays; the numbers of the outer rows by hand.
+    /// Truth: the definition: cells keep their coordinates bit by bit, and the centre stays; the indices of the outer rows by hand.
     #[test]
     fn wider_grids_keep_their_cells() {
         for (cells, half) in [([5, 4], [1.3, 0.7]), ([6, 3], [0.1, 1.0 / 3.0])] {

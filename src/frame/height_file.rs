@@ -1,4 +1,4 @@
-//! Heights from files: tables of text (CSV) and NumPy arrays (NPY).
+//! Reads gap heights from files: text tables (CSV) and NumPy arrays (NPY).
 
 use std::path::Path;
 
@@ -6,11 +6,10 @@ use crate::csv::{Separators, data_lines, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
-/// The table in a file: NumPy's where it begins as such, else numbers line by line; row = index along x, column = index
-/// along y.
+/// Reads a table from a file: a NumPy array or lines of numbers. Row = index along x, column = index along y.
 ///
 /// # Errors
-/// If the file cannot be read or is no table; a value that is no finite number is named by row and column (from 1).
+/// If the file cannot be read or is no table. A value that is no finite number is reported with its row and column (from 1).
 pub fn read(path: &Path) -> Result<Array2> {
     let bytes = std::fs::read(path).map_err(|error| Error::input(error.to_string()))?;
     let is_npy = bytes.starts_with(b"\x93NUMPY") || path.extension().is_some_and(|end| end == "npy");
@@ -27,7 +26,7 @@ pub fn read(path: &Path) -> Result<Array2> {
     }
 }
 
-/// The numbers of a text, line by line; all lines of one length. Lines that begin with # are left out.
+/// Parses lines of numbers of equal count. Lines that begin with # are skipped.
 fn csv(bytes: &[u8]) -> Result<Array2> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
@@ -81,7 +80,7 @@ mod tests {
         }
     }
 
-    /// Truth: what is wrong is named by line, row and column, and value.
+    /// Truth: messages give the line, row, column and value of a mistake.
     #[test]
     fn mistakes_are_placed() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,24 +1,24 @@
-//! Gaps given point by point.
+//! Gap heights on a table of points.
 
 use super::ContactFrame;
 use crate::error::{Error, Result};
 
-/// Gap heights given point by point.
+/// Gap heights on a table of points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightTable {
     /// Gap heights, mm, first index along the frame's x: `values[ix * shape[1] + iy]`.
     pub values: Vec<f64>,
     /// Number of values along x and y.
     pub shape: [usize; 2],
-    /// Distance of the values along x and y, mm, centred at the frame's origin and interpolated bilinearly;
-    /// `None`: one value per cell.
+    /// Spacing of the values along x and y, mm. The table is centred at the frame's origin and interpolated bilinearly. `None`: one
+    /// value per cell.
     pub spacing: Option<[f64; 2]>,
     /// Angle of the table's x from the frame's, radians; needs a spacing.
     pub angle: f64,
 }
 
 impl HeightTable {
-    /// The gap at the centre of each cell, `[N]`, mm; its smallest value is 0.
+    /// Gap at the centre of each cell, `[N]`, mm; its smallest value is 0.
     ///
     /// # Errors
     /// If the values do not fill the table, are not finite, or do not cover the frame.
@@ -100,7 +100,7 @@ impl HeightTable {
         Ok((0..frame.n_cells()).map(|cell| self.values[frame.grid_index(cell)]).collect())
     }
 
-    /// Whether the table is one period of a frame that repeats itself, along x and y: its first value follows its last.
+    /// Whether the table is one period of a periodic frame, along x and y. Its first value then follows its last.
     fn repeats(&self, frame: &ContactFrame, spacing: [f64; 2]) -> [bool; 2] {
         let Some(grid) = frame.grid else { return [false; 2] };
         [0, 1].map(|axis| {

@@ -1,7 +1,7 @@
-//! Where two surfaces first touch: their smallest distance point by point, not cell by cell.
+//! First touch of two surfaces: their smallest pointwise distance, not that of cell averages.
 //!
-//! Over each cell the distance is looked at on the common refinement of the faces of both bodies, at its corners and
-//! middles; where it may fall further in between, as between curved faces, its least value is searched for.
+//! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners and midpoints. A
+//! search finds the minimum where the distance may be smaller in between, as between curved faces.
 
 use std::sync::Arc;
 
@@ -18,79 +18,79 @@ use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Halvings of the step of a search, from the size of a polygon.
+/// Maximum number of step halvings of a search, from the size of a polygon.
 const MAX_STEP_HALVINGS: usize = 16;
 
-/// Rounds of a search; what is left of it then is rounding.
+/// Maximum number of rounds of a search; the remaining error is rounding.
 const MAX_SEARCH_ROUNDS: usize = 200;
 
-/// A point outside of an edge by less than this share of the part's size lies on it.
+/// A point outside an edge by less than this share of the region's size counts as on the edge.
 const INSIDE_TOLERANCE: f64 = 1e-12;
 
-/// The meshed surface of one body under a frame.
+/// Meshed surface of a body under a frame.
 #[derive(Debug, Clone)]
 pub struct MeshedSurface {
     /// The body's mesh.
     pub mesh: Arc<Mesh>,
-    /// Its contact faces, outward.
+    /// Contact faces of the body, oriented outward.
     pub faces: Vec<SurfaceFace>,
-    /// Which body it is.
+    /// Side of the body.
     pub side: Side,
     /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
     pub mean_heights: Vec<f64>,
-    /// Whether the gap is that of the curved surface its flat faces stand for ([`MeshedSurface::curved_heights`]), not of the faces.
+    /// Whether the gap includes the curvature correction of flat faces ([`MeshedSurface::curved_heights`]).
     pub curved_gap: bool,
 }
 
-/// The faces of a body, bowed as the surface they stand for.
+/// Faces of a body with curvature-corrected edges.
 struct CurvedSurface<'a> {
     surface: &'a MeshedSurface,
     space: FacetIndex<'a>,
     bows: Vec<[Point; 4]>,
 }
 
-/// A convex part of a cell under one face: the face's height over the cell is a sum of shape functions.
+/// Convex part of a cell under one face. The height of the face over the cell is a sum of shape functions.
 struct FacePiece {
     polygon: Polygon,
     plane: ProjectedFacet,
     kind: ElementKind,
     heights: [f64; MAX_FACE_NODES],
-    /// Of the middles of the edges over their chords.
+    /// Offsets of the edge midpoints from the chords.
     bows: [f64; 4],
 }
 
-/// A plane over a cell: height at its centre, and slopes.
+/// Plane over a cell: height at the cell's centre, and slopes.
 struct Plane {
     height: f64,
     slope: [f64; 2],
 }
 
-/// What lies over a part of a cell on one side.
+/// Surface of one body over a part of a cell.
 #[derive(Clone, Copy)]
 enum LocalSurface<'a> {
     Piece(&'a FacePiece),
     Plane(&'a Plane),
 }
 
-/// The distance over one convex polygon of the common refinement.
+/// Convex polygon of the common refinement, with the surfaces of both bodies.
 struct OverlapRegion<'a> {
     polygon: Polygon,
     sides: [LocalSurface<'a>; 2],
 }
 
-/// The least distance found at the points looked at, and by how much it varies between them.
+/// Smallest sampled distance, and the largest variation within a region.
 #[derive(Debug, Clone, Copy)]
 struct DistanceRange {
     least: f64,
     spread: f64,
 }
 
-/// How far body 2 moves against the frame's n until the surfaces first touch, over the cells whose normal has at least
-/// the share `facing` of the largest component along n: the smallest distance along a cell's normal over that component
-/// (infinite without such cells). `None` is the plane through the global origin across n.
+/// Motion of body 2 against the frame's n until first touch. Infinite if no cell counts. `None` is the plane through the global
+/// origin perpendicular to n.
 ///
-/// Faces of first order count as bowed by the curvature of the surface around: it is the surface that touches, not the
-/// corners its faces happen to have.
+/// Only cells count whose normal component along n exceeds the share `facing` of the largest one. The result is the smallest
+/// distance along a cell normal over that component. First-order faces are curvature-corrected, so that their corners do not touch
+/// first.
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
     let n = frame.axes.normal();
@@ -146,7 +146,7 @@ impl FacePiece {
 }
 
 impl Plane {
-    /// The plane through the global origin across the frame's n, over a cell.
+    /// The plane through the global origin perpendicular to the frame's n, over a cell.
     fn over(frame: &ContactFrame, cell: usize) -> Self {
         let n = frame.triads[cell].to_local(&frame.axes.normal());
         let height = -frame.axes.normal().dot(&frame.centers[cell]) / n.z;
@@ -163,7 +163,7 @@ impl OverlapRegion<'_> {
         upper - lower
     }
 
-    /// Corners, middles of edges and the middle.
+    /// Corners, midpoints of edges, and the centroid.
     fn points(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         let n = self.polygon.len();
         let middle =
@@ -172,14 +172,14 @@ impl OverlapRegion<'_> {
         self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
     }
 
-    /// Whether a point lies in the part or on its border: `slack` is what rounding makes of an area there. Edges that are
-    /// themselves no longer than rounding, as clipping leaves them, shut nothing out.
+    /// Whether the point lies inside or on the border. Signed areas above `-slack` count as inside, so that degenerate edges from
+    /// clipping exclude no point.
     fn contains(&self, x: [f64; 2], slack: f64) -> bool {
         let n = self.polygon.len();
         (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)
     }
 
-    /// The edges, and the diagonals over two of them.
+    /// Edges and short diagonals (over two edges).
     fn directions(&self) -> Vec<[f64; 2]> {
         let n = self.polygon.len();
         let over = |i: usize, k: usize| {
@@ -189,8 +189,8 @@ impl OverlapRegion<'_> {
         (0..n).flat_map(|i| [over(i, 1), over(i, 2)]).collect()
     }
 
-    /// The least distance, by steps along the directions of the part, both ways, that are halved where none leads down: along
-    /// a border on which the search stands, too, and however narrow the part.
+    /// Minimum distance by pattern search. Steps run both ways along the edges and diagonals of the region, and are halved when
+    /// none reduces the distance. The search thus also follows a border or a narrow region.
     ///
     /// # Source
     /// Lewis and Torczon (2000), SIAM J. Optim. 10, 917-941: pattern search under linear constraints.
@@ -229,7 +229,7 @@ impl OverlapRegion<'_> {
     }
 }
 
-/// Looks at the distance over a cell, part by part of the common refinement.
+/// Evaluates `look` for the distance over a cell, on all regions of the common refinement.
 fn over_cell<T>(
     frame: &ContactFrame,
     sheets: &[Option<CurvedSurface>; 2],

@@ -1,6 +1,9 @@
-//! The contact frame: cells with areas, local axes and an initial gap, and the maps to the faces of the bodies.
+//! Contact frame: N cells with areas and local axes, initial gaps, and maps to the contact faces of the bodies.
 //!
-//! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
+//! - [`ContactFrame`]: cells from a [`Grid`] or the faces or nodes of a mesh. Each cell carries a constant traction. Its local axes
+//!   are (x, y, n), with n the outward normal of body 1.
+//! - [`InitialGap`]: gap g_n of the undeformed surfaces; [`first_touch`] finds the first touch of [`MeshedSurface`]s.
+//! - [`FaceMap`]: I_Ij = (1 / A_I) int_{cell I} N_j dS, from nodal values to cell averages.
 
 mod cell_coverage;
 mod clip;
@@ -32,10 +35,10 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::{MeshedSurface, first_touch};
 pub use outline::Outline;
 
-/// Cells with a smaller component of their normal along the frame's n are perpendicular to its plane.
+/// Cells whose normal has a smaller component along the frame's n count as perpendicular to its plane.
 const PERPENDICULAR_COSINE: f64 = 1e-6;
 
-/// Layout of a uniform grid frame; cell (ix, iy) has the place `ix * cells[1] + iy`.
+/// Layout of a uniform grid frame; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     /// Number of cells along the frame's x and y.
@@ -46,16 +49,16 @@ pub struct Grid {
     pub center: [f64; 2],
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
-    /// Whether frame and bodies repeat themselves along x, y at the distance of the frame's sides.
+    /// Whether frame and bodies are periodic along x, y with the sides of the frame as periods.
     pub periodic: [bool; 2],
 }
 
-/// Where contact may happen: N cells with constant tractions.
+/// Potential contact area: N cells with constant tractions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFrame {
     /// Cell centres, global.
     pub centers: Vec<Point>,
-    /// Corners of each cell, counter-clockwise seen against its normal, global; `None` where they are those of the grid
+    /// Corners of each cell, counter-clockwise seen against its normal, global; `None` for cells of the grid
     /// ([`ContactFrame::corners`]).
     pub polygons: Option<Vec<Vec<Point>>>,
     /// Areas, mm2.
@@ -66,24 +69,23 @@ pub struct ContactFrame {
     pub origin: Point,
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
-    /// The frame's own axes (x, y, n): of rigid motions of body 2, of resultants and of gap shapes.
+    /// The frame's own axes (x, y, n), used for rigid motions of body 2, resultants and gap shapes.
     pub axes: Triad,
-    /// The grid, if the frame is one or a part of one.
+    /// The grid, if the frame is a grid or a part of one.
     pub grid: Option<Grid>,
-    /// Place in the grid of each cell, ascending, where an outline leaves some of them out ([`ContactFrame::clipped_to`]); `None`
-    /// where all places have their cell.
+    /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]); `None` if the grid
+    /// is complete.
     pub grid_indices: Option<Vec<usize>>,
-    /// Number of cells that were left out ([`ContactFrame::retain_cells`]).
+    /// Number of excluded cells ([`ContactFrame::retain_cells`]).
     pub n_excluded: usize,
-    /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
-    /// others when contact comes there.
+    /// Candidate cells, which may come into contact, `[N]`; `None` stands for all cells. Bodies form their flexibility on these,
+    /// and on other cells when contact reaches them.
     pub candidates: Option<Vec<bool>>,
-    /// Which of the global axes x, y, z are normal to a plane of symmetry that the cell lies on, `[N]`; `None` where no cell lies on
-    /// any.
+    /// Global axes x, y, z that are normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
-    /// Which of the global axes x, y, z are normal to a plane of symmetry of both bodies at which the frame ends.
+    /// Global axes x, y, z that are normal to a symmetry plane of both bodies at which the frame ends.
     pub symmetry_bounds: [bool; 3],
-    /// Cells at edges of the frame at which a body ends, too, so that contact is not cut off there, `[N]`; `None` where there are none.
+    /// Cells at edges of the frame where a body also ends, so that contact is not cut off there, `[N]`; `None` if there are none.
     pub body_ends: Option<Vec<bool>>,
 }
 
@@ -110,17 +112,17 @@ impl ContactFrame {
         }
     }
 
-    /// Those of all cells, `[N]`.
+    /// Corners of all cells, `[N]`.
     pub fn all_corners(&self) -> impl Iterator<Item = Cow<'_, [Point]>> {
         (0..self.n_cells()).map(|cell| self.corners(cell))
     }
 
-    /// A length that measures it: the root of its area, mm.
+    /// Characteristic length: root of the total area, mm.
     pub fn size(&self) -> f64 {
         self.areas.iter().sum::<f64>().sqrt()
     }
 
-    /// Mean side of the cells: the root of their mean area, mm.
+    /// Mean side of the cells, the root of their mean area, mm.
     pub fn mean_cell_side(&self) -> f64 {
         self.mean_cell_area().sqrt()
     }
@@ -131,8 +133,8 @@ impl ContactFrame {
         [local.x, local.y]
     }
 
-    /// The frame as one period of bodies that repeat themselves along its x, y where `periodic` says so; a mesh frame stays
-    /// as it is.
+    /// Makes a grid frame one period of bodies that are periodic along the x, y axes selected by `periodic`. A mesh frame stays
+    /// unchanged.
     pub fn with_periodicity(mut self, periodic: [bool; 2]) -> Self {
         if let Some(grid) = &mut self.grid {
             grid.periodic = periodic;
@@ -140,23 +142,23 @@ impl ContactFrame {
         self
     }
 
-    /// `position` along the frame's x, y, or its image that is nearest to the origin.
+    /// The image of `position` (frame's x, y) that is nearest to the origin.
     pub fn nearest_image(&self, position: [f64; 2]) -> [f64; 2] {
         let Some(grid) = self.grid else { return position };
         [0, 1].map(|axis| {
             let x = position[axis];
             let side = grid.cells[axis] as f64 * grid.spacing[axis];
-            // Half a period away both images are as near: a position within the frame is its own.
+            // At half a period, both images have equal distance. A position within the frame stays unchanged.
             if grid.periodic[axis] && x.abs() > 0.5 * side { x - side * (x / side).round() } else { x }
         })
     }
 
-    /// Whether each cell lies on an edge of the frame beyond which both bodies continue: some edge of it belongs to no other cell, `[N]`;
-    /// where the frame repeats itself, and where a body ends, there is none.
+    /// Whether each cell has a free edge, which no other cell shares, on the frame's edge, `[N]`. Excludes periodic sides, edges of
+    /// an outline, and cells where a body ends.
     pub fn edge_cells(&self) -> Vec<bool> {
         let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),
-            // The edge of the grid; that of an outline is none.
+            // Edges of the grid count; those of an outline do not.
             (Some(grid), Some(places)) => {
                 let all = grid.edge_cells();
                 places.iter().map(|&place| all[place]).collect()
@@ -169,28 +171,28 @@ impl ContactFrame {
         on_edge
     }
 
-    /// The grid, if every place of it has its cell.
+    /// The grid, if the frame contains all of its cells.
     pub fn whole_grid(&self) -> Option<Grid> {
         self.grid.filter(|_| self.grid_indices.is_none())
     }
 
-    /// Place in the grid of a cell; its index where the frame is no grid.
+    /// Grid position of a cell; the cell index if the frame is no grid.
     pub fn grid_index(&self, cell: usize) -> usize {
         self.grid_indices.as_ref().map_or(cell, |places| places[cell])
     }
 
-    /// Whether the frame repeats itself along x or y.
+    /// Whether the frame is periodic along x or y.
     pub fn is_periodic(&self) -> bool {
         self.grid.is_some_and(|grid| grid.periodic != [false; 2])
     }
 
-    /// Whether each point of the frame's plane has one cell at most: all cells look along n, none away from it.
+    /// Whether each point of the frame's plane has at most one cell: all cells face along n.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();
         self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)
     }
 
-    /// Whether the axes of all cells are the frame's own.
+    /// Whether all cells have the frame's own axes.
     pub fn has_uniform_axes(&self) -> bool {
         self.triads.distinct().iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
     }

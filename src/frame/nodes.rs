@@ -1,12 +1,11 @@
-//! Frames whose cells are the parts of a body's contact faces nearest to each node: one cell per node.
+//! Contact frames with one cell per node of a body's contact faces: the part of the faces nearest to the node.
 //!
-//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face (the bilinear
-//! displacement of a quadrangle averages them out), so that one traction per face of the finer mesh leaves a
-//! checkerboard undetermined. One traction per node does not: on a regular mesh a checkerboard of nodal cells keeps a
-//! quarter of its work.
+//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face: the bilinear displacement of a
+//! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined. One traction
+//! per node does not: on a regular mesh, a checkerboard of nodal cells keeps a quarter of its work.
 //!
 //! # Source
-//! What makes the tractions unique: never locally more frame points than displacement nodes of the finer side.
+//! Uniqueness of the tractions: locally never more frame points than displacement nodes of the finer side.
 
 use std::collections::HashMap;
 
@@ -18,7 +17,7 @@ use crate::geometry::{Point, format_point};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// A face around a node: the ends of the edges after and before the node, and the face's middle.
+/// A face at a node: the far nodes of the edges after and before the node, and the face's centre.
 struct FaceCorner {
     after: usize,
     before: usize,
@@ -26,13 +25,12 @@ struct FaceCorner {
 }
 
 impl ContactFrame {
-    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes: the
-    /// polygon through the middles of the edges and faces around it (at the group's border through the node itself).
+    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. The cell is the
+    /// polygon through the midpoints of the edges and faces around the node (at the group's border also through the node itself).
     /// Axes, areas and the other arguments as in [`ContactFrame::from_faces`].
     ///
-    /// The nodes `planes` lie on planes of symmetry at which the body is cut. The cell of such a node is the half (at the corner of two
-    /// planes the quarter) of the cell around it in the full model: its axes and its centre are those of the latter, its area is its
-    /// own part.
+    /// The nodes `planes` lie on symmetry planes at which the body is cut. The cell of such a node is half (a quarter at the corner
+    /// of two planes) of the full model's cell. It has the axes and the centre of the full cell, and its own area.
     ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
@@ -66,7 +64,7 @@ impl ContactFrame {
     }
 }
 
-/// The faces around each node, counter-clockwise seen against the frame's normal.
+/// Faces around each node, counter-clockwise seen against the frame's normal.
 fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<FaceCorner>>> {
     let mut around: HashMap<usize, Vec<FaceCorner>> = HashMap::new();
     for face in faces {
@@ -93,12 +91,12 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
     Ok(around)
 }
 
-/// Takes a connected fan of faces around `node` out of `rest`; the corners of its cell, and whether they begin with the node itself, at
-/// the border of the faces.
+/// Removes a connected fan of faces around `node` from `rest`. Returns the corners of its cell, and whether they start with the
+/// node itself, at the border of the faces.
 fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<FaceCorner>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));
-    // An open fan begins where no face lies before; a closed one anywhere.
+    // An open fan starts at a face without a predecessor; a closed one anywhere.
     let first = rest
         .iter()
         .position(|wedge| rest.iter().all(|other| other.before != wedge.after))

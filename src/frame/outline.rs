@@ -1,4 +1,4 @@
-//! Outlines of flat punches: cells whose centre lies outside never touch, and are no part of the frame.
+//! Outlines of flat punches. Cells whose centre lies outside are no part of the frame.
 
 use std::f64::consts::PI;
 
@@ -8,14 +8,14 @@ use super::ContactFrame;
 use crate::error::{Error, Result};
 use crate::geometry::bounds;
 
-/// A closed line in the frame's plane; lengths in mm along the frame's x and y from its origin, angles in radians from its x.
+/// Closed curve in the frame's plane; lengths in mm along the frame's x and y from its origin, angles in radians from its x.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outline {
     /// Circle.
     Circle {
         /// Radius.
         radius: f64,
-        /// Middle.
+        /// Centre.
         center: [f64; 2],
     },
     /// Ellipse.
@@ -24,28 +24,28 @@ pub enum Outline {
         semi_axes: [f64; 2],
         /// Angle of the first axis.
         angle: f64,
-        /// Middle.
+        /// Centre.
         center: [f64; 2],
     },
-    /// Polygon without holes, its vertices in either sense.
+    /// Polygon without holes, with vertices in either orientation.
     Polygon {
         /// Vertices.
         vertices: Vec<[f64; 2]>,
     },
 }
 
-/// Share of its size by which a point may lie outside and still counts as on the line: cells that are mirror images of each
-/// other are then both in or both out.
+/// Points outside by less than this share of the size count as on the curve. Cells that are mirror images of each other are then
+/// both in or both out.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
-/// Most vertices of a polygon: each pair of its edges is compared.
+/// Maximum number of vertices of a polygon; all pairs of its edges are compared.
 const MAX_VERTICES: usize = 10_000;
 
 impl Outline {
-    /// Whether the outline encloses an area and does not cross itself.
+    /// Checks that the outline encloses an area and does not intersect itself.
     ///
     /// # Errors
-    /// What is wrong with it, by the number of its edges or vertices (from 1).
+    /// If not; the message gives the numbers of edges or vertices (from 1).
     pub fn check(&self) -> Result<()> {
         let positive = |what: &str, value: f64| {
             let fine = value.is_finite() && value > 0.0;
@@ -70,7 +70,7 @@ impl Outline {
         }
     }
 
-    /// Whether the point lies inside, or on the line.
+    /// Whether the point lies inside or on the curve.
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         match self {
             Self::Circle { radius, center } => {
@@ -86,7 +86,7 @@ impl Outline {
         }
     }
 
-    /// The area inside.
+    /// Enclosed area.
     pub fn area(&self) -> f64 {
         match self {
             Self::Circle { radius, .. } => PI * radius * radius,
@@ -112,7 +112,7 @@ impl Outline {
         }
     }
 
-    /// A box that holds all points which [`Self::contains`], rounding included.
+    /// Bounding box of all points for which [`Self::contains`] holds, including rounding.
     fn box_around(&self) -> [[f64; 2]; 2] {
         let [x, y] = self.extent();
         let largest = x.iter().chain(&y).fold(0.0_f64, |most, end| most.max(end.abs()));
@@ -122,8 +122,8 @@ impl Outline {
 }
 
 impl ContactFrame {
-    /// The cells of a grid whose centres lie inside `outline` or on it. They keep their places in the grid, so that operators
-    /// on grids serve them.
+    /// Retains the cells of a grid whose centres lie inside `outline` or on it. They keep their grid positions, so that grid
+    /// operators still apply.
     ///
     /// # Errors
     /// If the outline is not admissible, no cell lies inside, or the frame is no whole grid.
@@ -197,7 +197,7 @@ fn check_polygon(vertices: &[[f64; 2]]) -> Result<()> {
     Ok(())
 }
 
-/// Twice the signed area of the triangle a, b, c; 0 where it is rounding.
+/// Twice the signed area of the triangle a, b, c; 0 within rounding.
 fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let (first, second) = ((b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0]));
     let size = (b[0] - a[0]).hypot(b[1] - a[1]) * (c[0] - a[0]).hypot(c[1] - a[1]);
@@ -220,14 +220,14 @@ fn meet(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
     on(sides[0], p, q[0]) || on(sides[1], p, q[1]) || on(sides[2], q, p[0]) || on(sides[3], q, p[1])
 }
 
-/// Whether two edges with a common vertex lie on each other.
+/// Whether two edges with a common vertex overlap.
 fn folds_back(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
     let (common, a, b) = if p[1] == q[0] { (p[1], p[0], q[1]) } else { (p[0], p[1], q[0]) };
     let along = (a[0] - common[0]) * (b[0] - common[0]) + (a[1] - common[1]) * (b[1] - common[1]);
     turn(common, a, b) == 0.0 && along > 0.0
 }
 
-/// Whether a point lies in a polygon or on its line: an odd number of edges to its right.
+/// Whether a point lies in a polygon or on its border, by the parity of the edges to its right.
 fn in_polygon(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     let n = vertices.len();
     let mut inside = false;
@@ -256,7 +256,8 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the areas; 3e-3 is what counting cells leaves with 75 and 30 along the radii (those cut by the line average out).
+    /// Truth: the areas. 3e-3: error of counting cells with 75 and 30 along the radii (errors of the cells on the border average
+    /// out).
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
@@ -268,7 +269,7 @@ mod tests {
         let letter = Outline::Polygon { vertices };
         assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02 && letter.area() == 4.75);
         assert_eq!(letter.extent(), [[-1.0, 1.5], [-1.0, 1.5]]);
-        // The extent of an ellipse is that of the points on it.
+        // The extent of an ellipse equals that of points on it.
         let [x, y] = ellipse.extent();
         let on = (0..1000).map(|i| {
             let (s, c) = (f64::from(i) * std::f64::consts::TAU / 1000.0).sin_cos();
@@ -279,7 +280,7 @@ mod tests {
         assert!((x[1] - reach[0]).abs() < 1e-4 && (y[1] - reach[1]).abs() < 1e-4, "{x:?} {y:?} {reach:?}");
     }
 
-    /// Truth: mirror images of a cell on the line are in or out together.
+    /// Truth: mirror images of a cell on the border are both in or both out.
     #[test]
     fn lines_through_centres_are_symmetric() {
         let frame = ContactFrame::grid([1.0, 1.0], [10, 10], [0.0, 0.0], 0.0).unwrap();

@@ -1,4 +1,4 @@
-//! Integrals of a face's shape functions over a polygon inside one of its facets, all seen along n.
+//! Integrals of face shape functions over a polygon inside one facet, in the projection along n.
 
 use std::sync::LazyLock;
 
@@ -8,10 +8,10 @@ use crate::element::MAX_FACE_NODES;
 use crate::geometry::bounds;
 use crate::quadrature::gauss_legendre;
 
-/// A facet seen along n: three or four corners in the plane, counter-clockwise, and where they lie in the reference
-/// triangle or square of the face.
+/// Projection of a facet along n: three or four corners in the plane, counter-clockwise, with their reference coordinates in the
+/// face.
 ///
-/// Its own coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
+/// Facet coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ProjectedFacet {
     kind: ElementKind,
@@ -19,25 +19,25 @@ pub(super) struct ProjectedFacet {
     n: usize,
     /// x = c0 + c1 xi + c2 eta + c3 xi eta.
     map: [[f64; 2]; 4],
-    /// The face's reference coordinates, likewise.
+    /// Reference coordinates of the face, with the same terms.
     reference: [[f64; 2]; 4],
 }
 
 /// Signs (xi, eta) of the corners of the square.
 const SQUARE_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// How a facet appears along n.
+/// Orientation of a facet seen along n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Facing {
     /// Convex, counter-clockwise.
     Towards,
-    /// Seen from behind or edge-on.
+    /// Seen from the back or edge-on.
     Away,
-    /// Neither: a corner is folded over.
+    /// Neither: folded at a corner.
     Folded,
 }
 
-/// Coefficients of the (bi)linear map that takes the corners of the triangle or square to `values`.
+/// Coefficients of the (bi)linear map from the corners of the triangle or square to `values`.
 fn coefficients(values: &[[f64; 2]]) -> [[f64; 2]; 4] {
     let mut map = [[0.0; 2]; 4];
     for k in 0..2 {
@@ -64,7 +64,7 @@ fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl ProjectedFacet {
-    /// A facet of a face of the given kind with `corners` in the plane and `reference` in the face.
+    /// Facet of a face of the given kind, with `corners` in the plane and `reference` coordinates in the face.
     pub(super) fn new(kind: ElementKind, corners: &[[f64; 2]], reference: &[[f64; 2]]) -> Self {
         let mut all = [[0.0; 2]; 4];
         all[..corners.len()].copy_from_slice(corners);
@@ -72,7 +72,7 @@ impl ProjectedFacet {
         Self { kind, corners: all, n: corners.len(), map, reference }
     }
 
-    /// The same facet of a face of another kind over the same reference triangle or square.
+    /// The same facet with another kind of face over the same reference triangle or square.
     pub(super) fn of_kind(self, kind: ElementKind) -> Self {
         Self { kind, ..self }
     }
@@ -81,12 +81,12 @@ impl ProjectedFacet {
         &self.corners[..self.n]
     }
 
-    /// The face's reference coordinates at a point of the facet.
+    /// Reference coordinates of the face at a point of the facet.
     pub(super) fn reference_at(&self, x: [f64; 2]) -> [f64; 2] {
         at(&self.reference, self.invert(x))
     }
 
-    /// Which side is seen; `scale` is the square of the facet's size in space.
+    /// Orientation of the facet; `scale` is the square of its size in space.
     pub(super) fn facing(&self, scale: f64) -> Facing {
         let corners = self.corners();
         let turns = (0..self.n).map(|i| {
@@ -101,14 +101,14 @@ impl ProjectedFacet {
         }
     }
 
-    /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node; `scale` is the area
-    /// to which the error (1e-15) is relative.
+    /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node. `scale` is the area to which the
+    /// error (1e-15) is relative.
     ///
-    /// The integral goes to the facet's own coordinates and, by Green's theorem, to the polygon's boundary: the
-    /// integral of N_j J is the boundary integral of F_j d(eta), dF_j/d(xi) = N_j J, where F_j follows from two Gauss
-    /// points (N_j J has degree 3 in xi at most). Along straight edges F_j is a smooth function of one variable; on
-    /// triangles and parallelograms a polynomial of degree 5 at most, for which three Gauss points are exact. Inner
-    /// edges of neighbouring polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
+    /// The integral is transformed to facet coordinates and, by Green's theorem, to the boundary of the polygon: the integral of
+    /// N_j J is the boundary integral of F_j d(eta), with dF_j/d(xi) = N_j J. Two Gauss points give F_j, because N_j J has degree 3
+    /// in xi at most. Along straight edges F_j is a smooth function of one variable. On triangles and parallelograms it is a
+    /// polynomial of degree 5 at most, for which three Gauss points are exact. Inner edges of neighbouring polygons cancel, so that
+    /// sums over a partition of the face are exact on any quadrangle.
     pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
@@ -149,7 +149,7 @@ impl ProjectedFacet {
         [[p[0] + r[0] * eta, p[1] + r[1] * eta], [q[0] + r[0] * xi, q[1] + r[1] * xi]]
     }
 
-    /// Own coordinates of a point in the facet, by Newton's method (one step on triangles and parallelograms).
+    /// Facet coordinates of a point in the facet, by Newton's method (one step on triangles and parallelograms).
     fn invert(&self, x: [f64; 2]) -> [f64; 2] {
         let mut own = [0.0, 0.0];
         for _ in 0..50 {
@@ -158,7 +158,7 @@ impl ProjectedFacet {
             let [a, b] = self.tangents(own);
             let jacobian = cross_2d(a, b);
             let step = [cross_2d(miss, b) / jacobian, cross_2d(a, miss) / jacobian];
-            // Points of the facet lie in the square; staying near it keeps the Jacobian positive.
+            // Points of the facet lie in the square. The limits keep the Jacobian positive.
             own = [
                 (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
                 (own[1] + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
@@ -171,7 +171,7 @@ impl ProjectedFacet {
         own
     }
 
-    /// F_j = integral of N_j J over xi from 0.
+    /// F_j: integral of N_j J over xi from 0.
     fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MAX_FACE_NODES] {
         let mut total = [0.0; MAX_FACE_NODES];
         for side in [-1.0, 1.0] {
@@ -185,7 +185,7 @@ impl ProjectedFacet {
     }
 }
 
-/// Gauss rules on [0, 1] as pairs (point, weight), of growing order.
+/// Gauss rules on [0, 1] of increasing order, as pairs (point, weight).
 static GAUSS_RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| {
     let halved = |(x, weight): (f64, f64)| [0.5 * (1.0 + x), 0.5 * weight];
     [3, 6, 12, 24, 48].map(|n| gauss_legendre(n).into_iter().map(halved).collect()).to_vec()
@@ -205,8 +205,8 @@ mod tests {
         ProjectedFacet::new(kind, corners, reference)
     }
 
-    /// Truth: N_j of a parallelogram is a product of linear functions; over the whole face its integral is A / 4,
-    /// over a quarter of it (1/64)(3,1)x(3,1) of A.
+    /// Truth: N_j of a parallelogram is a product of linear functions. Its integral is A / 4 over the whole face, and
+    /// (1/64)(3,1)x(3,1) of A over a quarter of it.
     #[test]
     fn parallelogram() {
         let face = whole(Quad4, &[[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);
@@ -247,9 +247,9 @@ mod tests {
         check(Quad9, &quadrangle, [1.0 / 36.0, 1.0 / 9.0, 4.0 / 9.0]);
     }
 
-    /// Truth: on any triangle or convex quadrangle the shape functions of every order sum to one and reproduce x
-    /// (middle nodes in the middle): over any inner polygon sum_j int N_j = area and sum_j x_j int N_j = first
-    /// moment (polygon formulas). 1e-14: rounding.
+    /// Truth: on any triangle or convex quadrangle the shape functions of every order sum to one and reproduce x (middle nodes in
+    /// the middle). Over any inner polygon, sum_j int N_j = area and sum_j x_j int N_j = first moment (polygon formulas). 1e-14:
+    /// rounding.
     #[test]
     fn linear_fields_are_reproduced() {
         let polygon = [[0.3, 0.3], [1.4, 0.5], [1.3, 0.7], [0.9, 1.0], [0.35, 0.9]];
@@ -278,8 +278,8 @@ mod tests {
         }
     }
 
-    /// Truth: the integral over a facet of a face is the sum over its parts: four facets with their own maps give what
-    /// the whole parallelogram gives. 1e-14: rounding.
+    /// Truth: the integral over a face is the sum over its parts. Four facets with their own maps give the integral over the whole
+    /// parallelogram. 1e-14: rounding.
     #[test]
     fn parts_sum_to_the_whole() {
         for kind in [Quad8, Quad9] {
@@ -298,7 +298,7 @@ mod tests {
         }
     }
 
-    /// Truth: what faces away or is folded is told apart by the turns at its corners.
+    /// Truth: the signs of the turns at the corners identify facets that face away or are folded.
     #[test]
     fn facing() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

@@ -1,4 +1,4 @@
-//! Cells of a frame that lie on planes of symmetry: their shape is half (a quarter) of that of the full model.
+//! Cells on symmetry planes: each is half (at two planes, a quarter) of the cell in the full model.
 
 use std::collections::HashMap;
 
@@ -7,23 +7,23 @@ use nalgebra::Matrix3;
 use super::ContactFrame;
 use crate::geometry::Point;
 
-/// Mesh nodes on planes of symmetry: which of the global axes x, y, z are normal to a plane that the node lies on.
+/// Mesh nodes on symmetry planes, with the global axes x, y, z that are normal to a plane on which the node lies.
 pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 
-/// Largest distance of a cell's corner from a plane on which it lies, over the size of the cell.
+/// Maximum distance of a cell's corner from a plane on which it lies, relative to the size of the cell.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Smallest part of a plane's normal in the surface of a cell on it.
+/// Minimum tangential component of a plane's normal in a cell on the plane.
 const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 
 /// Components of a unit vector below this are rounding.
 const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
-    /// The cells on planes of symmetry, ascending, with the projector P on the components (x, y, n) in these planes: P = 1 - m m^T
-    /// with the tangent m of the cell that is normal to its plane, and both tangents where two planes meet.
+    /// Cells on symmetry planes, ascending, with the projector P onto the components (x, y, n) in these planes. P = 1 - m m^T, with
+    /// the tangent m of the cell normal to its plane; both tangents where two planes meet.
     ///
-    /// Across a plane of symmetry the traction and the relative tangential displacement vanish.
+    /// The traction and the relative tangential displacement across a symmetry plane vanish.
     pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
         let Some(planes) = &self.symmetry_planes else { return Vec::new() };
         planes
@@ -37,7 +37,7 @@ impl ContactFrame {
         let tangent = |c: usize| {
             let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
             m.z = 0.0;
-            // On axes the projector is diagonal, so that what it removes vanishes to the last bit.
+            // With m along a local axis the projector is diagonal, so that the removed component vanishes exactly.
             let m = m
                 .try_normalize(MIN_TANGENT_COMPONENT)?
                 .map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
@@ -51,7 +51,7 @@ impl ContactFrame {
         }
     }
 
-    /// Directions normal to planes of symmetry that cells lie on or the frame ends at, orthonormal, in the frame's axes (x, y, n).
+    /// Orthonormal normals of the symmetry planes on which cells lie or at which the frame ends, in the frame's axes (x, y, n).
     pub fn symmetry_normals(&self) -> Vec<Point> {
         let on = |c: usize| {
             self.symmetry_bounds[c] || self.symmetry_planes.iter().flatten().any(|planes| planes[c])
@@ -60,25 +60,25 @@ impl ContactFrame {
     }
 }
 
-/// The cell around a node, reflected at the planes of symmetry that it lies on.
+/// Cell around a node, reflected at its symmetry planes.
 pub(super) struct ReflectedCell {
-    /// Its corners, in order.
+    /// Corners, in order.
     pub corners: Vec<Point>,
-    /// Number of images that it consists of: 1, 2 or 4.
+    /// Number of images: 1, 2 or 4.
     pub images: f64,
-    /// Axes normal to planes that the cell lies on.
+    /// Global axes normal to the planes of reflection.
     pub planes: [bool; 3],
 }
 
-/// The whole cell of the part with `corners`; `open`: it begins with the node itself, at the border of the faces. A plane among `planes`
-/// counts if one of the edges of the part that end in the node lies in it.
+/// Completes the part of a cell with `corners` by reflection. `open`: the part starts with the node itself, at the border of the
+/// faces. A plane among `planes` counts if an edge of the part that ends in the node lies in it.
 pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
     let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
         return whole;
     }
     let node = corners[0];
-    // Middles of edges and faces; they close around the node once both ends are joined.
+    // Midpoints of edges and faces. They close around the node when both ends are joined.
     let (mut fan, mut closed) = (corners[1..].to_vec(), false);
     for c in (0..3).filter(|&c| planes[c]) {
         let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);
@@ -112,8 +112,8 @@ mod tests {
     use super::*;
     use crate::frame::faces::vector_area;
 
-    /// Truth: the square of side 2 around the origin, from its quarter, its half on either side of a plane and its half at a free
-    /// border; each counter-clockwise.
+    /// Truth: the square of side 2 around the origin, from its quarter, its half on either side of a plane, or its half at a free
+    /// border. Each is counter-clockwise.
     #[test]
     fn parts_of_a_square_make_it_whole() {
         let point = |x: f64, y: f64| Point::new(x, y, 0.0);

@@ -1,17 +1,17 @@
-//! An error together with the key of the scene that it concerns.
+//! Errors with the key of the scene that causes them.
 
 use crate::error::Error;
 
-/// An error met while a plan was made ready.
+/// Error during the preparation of a plan.
 #[derive(Debug, Clone)]
 pub struct SceneError {
-    /// What went wrong.
+    /// The error.
     pub error: Error,
-    /// The key of the scene that it concerns, dotted.
+    /// Dotted key of the scene that causes it; empty if none.
     pub key: String,
 }
 
-/// An error that concerns no key.
+/// Error without a key.
 impl From<Error> for SceneError {
     fn from(error: Error) -> Self {
         Self { error, key: String::new() }

@@ -1,7 +1,7 @@
-//! Frames that are enlarged when wear brings the contact to their edge.
+//! Enlarges frames when wear brings the contact to their edge.
 //!
-//! A quarter of the cells that the frame began with are added on each side, twice at most, so that the largest frame has four times
-//! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`RunCheckpoint::transfer_to`]).
+//! A quarter of the initial cells is added on each side, at most twice, so that the largest frame has four times the initial cells.
+//! Existing cells keep their positions, and their state is transferred bit by bit ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
@@ -17,29 +17,29 @@ use crate::simulation::build::near_field;
 use crate::simulation::failure::SceneError;
 use crate::simulation::mesh_motion;
 
-/// A frame is enlarged so often at most.
+/// Maximum number of enlargements of a frame.
 pub const MAX_GROWTHS: usize = 2;
 
-/// Difference of the gaps of a cell on two frames over the largest gap that counts as none: averages over the faces of a mesh
-/// are rounded.
+/// Gap differences of a cell between two frames below this share of the largest gap are rounding of averages over mesh faces.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// The same of what own loads of a body with a half-space do to it, over the largest of that: polynomials and quadrature are those of the frame.
+/// The same for the gap due to applied loads of half-space near-field bodies, relative to its maximum. Polynomials and quadrature
+/// depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
-/// What the study on the larger frame goes on from.
+/// State from which a run continues on a larger frame.
 pub struct FrameGrowth {
-    /// The frame that contact has outgrown.
+    /// Frame before the enlargement.
     pub frame: ContactFrame,
-    /// Initial gap there, `[3, N]` by planes, mm.
+    /// Initial gap on that frame, `[3, N]` by planes, mm.
     pub gap: Vec<f64>,
-    /// Whether the near fields of the bodies there are those of half-spaces under their meshes.
+    /// Whether the near field of each body on that frame is a half-space.
     pub half_spaces: [bool; 2],
-    /// The state before the jump in which it did.
+    /// State before the jump in which the contact reached the edge.
     pub checkpoint: RunCheckpoint,
 }
 
-/// Why the frame of a plan, enlarged `growths` times so far, is not enlarged (once more); `None` if it is.
+/// Reason why the frame of a plan is not enlarged again after `growths` enlargements; `None` if it can be.
 pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
     let why = match &plan.frame {
         FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and go on with --resume",
@@ -56,10 +56,10 @@ pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
     Some(why.to_owned())
 }
 
-/// The frame of a plan after it was enlarged `growths` times.
+/// Frame of a plan after `growths` enlargements.
 ///
 /// # Errors
-/// If it is none that can be enlarged, or the cells do not fit into the memory.
+/// If the frame cannot be enlarged, or the cells do not fit into memory.
 pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFrame, SceneError> {
     let start = bodies::contact_frame(plan)?;
     if growths == 0 {
@@ -71,7 +71,7 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
     bodies::with_ends(plan, frame)
 }
 
-/// The frame of `start` with more cells along the `axes` along which the bodies continue.
+/// The frame `start` with more cells along the `axes` along which the bodies continue.
 fn enlarged(plan: &Plan, (start, axes): (&ContactFrame, [bool; 2]), growths: usize) -> Result<ContactFrame> {
     let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
     let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
@@ -88,10 +88,10 @@ fn no_grid() -> Error {
 }
 
 impl FrameGrowth {
-    /// Refuses a larger `frame` under which a body has no place for the half-space that it has had so far.
+    /// Refuses a larger `frame` on which a body no longer admits its half-space near field.
     ///
     /// # Errors
-    /// If that is so, or the body is not sound.
+    /// If a body admits no half-space there, or its mesh is invalid.
     pub fn ensure_half_spaces_fit(
         &self,
         plan: &Plan,
@@ -109,11 +109,11 @@ impl FrameGrowth {
         Ok(())
     }
 
-    /// The same state on the larger frame of `study`, with a note, and the numbers of the cells there, `[N]`.
+    /// Transfers the state to the larger frame of `study` and adds a note. Also returns the new indices of the old cells, `[N]`.
     ///
     /// # Errors
-    /// If a near field is no longer that of a half-space, or has become that; if the surfaces have another gap in the cells so
-    /// far, or come nearer beyond them; if a body cannot be solved.
+    /// If the near field of a body changes to or from a half-space, or the gap in the old cells changes. If the surfaces are closer
+    /// outside the old cells than within, or a body cannot be solved.
     pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
         let model = study.model();
         for (index, key) in BODY_KEYS.into_iter().enumerate() {
@@ -139,7 +139,7 @@ impl FrameGrowth {
     }
 }
 
-/// That a body would have another near field on a larger frame, where the state would be none of its.
+/// Error for a body whose near field would change on a larger frame, which would invalidate the state.
 fn other_near_field(key: &str, why: &str) -> Error {
     Error::input(format!(
         "the larger frame would change the near field of {key}, {why}; begin with a frame of the final size, or mesh a larger body"
@@ -150,7 +150,7 @@ fn no_place(why: &str) -> String {
     format!("which has no place for that of a half-space there: {why}")
 }
 
-/// Whether gaps are the same to rounding and an `uncertainty`, mm.
+/// Refuses gaps that differ by more than rounding and `uncertainty` (mm), and new cells with a smaller gap than all old ones.
 fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> Result<()> {
     let [n_before, n] = [before.len() / 3, now.len() / 3];
     let largest = before.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));
@@ -172,7 +172,7 @@ fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f
     Ok(())
 }
 
-/// Says when the frame grew, and to what.
+/// Note on when and to which size the frame was enlarged.
 fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> String {
     let after = mesh_motion::position_in_run(plan, snapshot);
     let [x, y] = now.half_width().map(format_number);
@@ -183,7 +183,7 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
     )
 }
 
-/// The entry of the ledger for the cells that a frame may get.
+/// Omitted work for the cells that frame growth may add.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let wears = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step));
     (wears && why_not_growable(plan, 0).is_none()).then(|| {

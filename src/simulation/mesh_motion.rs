@@ -1,7 +1,7 @@
-//! Meshes that move with wear: what stiffness loses as a body gets thinner.
+//! Moves meshes with wear, so that the stiffness follows the decreasing thickness of the bodies.
 //!
-//! The worn gap enters through the frame at all times; `wear.move_mesh` also makes the worn bodies anew, with the surface of their
-//! meshes moved by what they have lost, whenever that is deep by a share of their elements ([`WearBudget`]).
+//! The worn gap always enters through the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
+//! meshes moved by the wear depth. This happens whenever the wear depth exceeds a share of the element height ([`WearBudget`]).
 
 use std::sync::Arc;
 
@@ -19,20 +19,20 @@ use crate::simulation::build::Simulation;
 use crate::simulation::build::bodies::{self, BODY_KEYS, SIDES};
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// Meshes of the two bodies, where they have moved.
+/// Worn meshes of the two bodies; `None` for meshes that have not moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 
-/// How deep the bodies may wear until their meshes move.
+/// Wear depth until the next mesh motion.
 #[derive(Debug, Clone)]
 pub struct WearBudget {
-    /// Worn depth of both bodies at the last move, `[N]`, mm.
+    /// Wear depth of both bodies at the last mesh motion, `[N]`, mm.
     worn_at_last_move: Vec<f64>,
-    /// Depth of both bodies since then beyond which the meshes move, `[N]`, mm.
+    /// Additional wear depth of both bodies beyond which the meshes move, `[N]`, mm.
     allowed_depth: Vec<f64>,
 }
 
 impl WearBudget {
-    /// That of a study of `plan` after its moves so far; `None` if its meshes do not move (any more).
+    /// Budget of `study` after the mesh motions so far; `None` if its meshes do not move or no longer move.
     ///
     /// # Errors
     /// If the contact group of a body is wrong.
@@ -56,7 +56,7 @@ impl WearBudget {
         Ok(Some(Self { worn_at_last_move, allowed_depth }))
     }
 
-    /// Whether the bodies have worn deeper, `worn` being the depth of both, `[N]`, mm.
+    /// Whether the wear depth `worn` of both bodies (`[N]`, mm) exceeds the budget in a cell.
     pub fn is_exceeded(&self, worn: &[f64]) -> bool {
         worn.iter()
             .zip(&self.worn_at_last_move)
@@ -65,7 +65,7 @@ impl WearBudget {
     }
 }
 
-/// The meshed bodies of a plan that wear: index, body, part of the worn depth.
+/// Meshed bodies of a plan that wear: index, body, share of the wear depth.
 pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
     let parts = [plan.wear_share, 1.0 - plan.wear_share];
     let bodies = plan.bodies.iter().zip(parts).enumerate();
@@ -74,16 +74,16 @@ pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBo
         .filter(|(.., part)| *part > 0.0)
 }
 
-/// Whether some meshed body of a plan wears.
+/// Whether a meshed body of a plan wears.
 pub(crate) fn wears(plan: &Plan) -> bool {
     plan.wear.specific_rate(plan.friction.ellipse()).is_some() && worn_bodies(plan).next().is_some()
 }
 
-/// The meshes of the bodies that wear, after both have lost `worn` (`[N]`, mm) on `frame` (that of the plan if none is given); none
-/// where nothing is worn.
+/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). All
+/// are `None` without wear.
 ///
 /// # Errors
-/// If an element would turn over or get too flat; if memory does not suffice.
+/// If an element would invert or become too flat, or memory does not suffice.
 pub fn worn_meshes(
     plan: &Plan,
     frame: Option<&ContactFrame>,
@@ -104,21 +104,21 @@ pub fn worn_meshes(
     Ok(meshes)
 }
 
-/// What a study on moved meshes goes on from.
+/// State from which a run continues with moved meshes.
 pub struct StiffnessUpdate {
     previous: PreviousModel,
     snapshot: RunCheckpoint,
 }
 
 impl Simulation<'_> {
-    /// What is left of it for a study on moved meshes, which goes on from `snapshot`; the bodies and operators are dropped.
+    /// Keeps what a simulation with moved meshes needs to continue from `snapshot`; bodies and operators are dropped.
     pub fn into_stiffness_update(self, snapshot: RunCheckpoint) -> StiffnessUpdate {
         StiffnessUpdate { previous: PreviousModel::of(self.model()), snapshot }
     }
 }
 
 impl StiffnessUpdate {
-    /// The same state with the bodies of `study`, with a note.
+    /// Transfers the state to the bodies of `study` and adds a note.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -140,7 +140,7 @@ impl StiffnessUpdate {
     }
 }
 
-/// The note of meshes that do not move.
+/// Warning that meshes do not move.
 pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Error) -> String {
     format!(
         "the mesh is not moved with wear{} and from there on: {}; the run goes on with the stiffness that the bodies had",
@@ -149,7 +149,7 @@ pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Err
     )
 }
 
-/// The last entry before, for notes.
+/// Text for the position of the last increment, for notes.
 pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
     snapshot.records().last().map_or_else(String::new, |last| {
         format!(
@@ -163,7 +163,7 @@ pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
     })
 }
 
-/// The entry of the ledger for meshes that do not move.
+/// Omitted work for meshes that do not move.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let steps = plan.steps.iter().any(|step| step.wear);
     (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {

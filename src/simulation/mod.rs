@@ -1,4 +1,5 @@
-//! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
+//! Simulation of a plan: builds bodies, frame and flexibility, runs the history, and rebuilds the model when frame or meshes
+//! change.
 
 pub(crate) mod build;
 pub(crate) mod failure;
@@ -14,7 +15,7 @@ pub(crate) mod validate;
 pub use crate::simulation::build::{Simulation, build, build_with};
 pub use crate::simulation::failure::SceneError;
 
-/// What the user should know of how bodies and frame of a plan fit.
+/// Warnings about the fit of bodies and frame of a plan.
 ///
 /// # Errors
 /// If they do not fit.

@@ -1,4 +1,4 @@
-//! The skips of a run, known before its operators are made.
+//! Predicts the omitted work of a run before its operators are built.
 
 use crate::bem::half_space::plane::compressed::MAX_DENSE_CELLS;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -23,7 +23,7 @@ use crate::simulation::failure::SceneError;
 use crate::simulation::growth;
 use crate::simulation::mesh_motion;
 
-/// The ledger that the run of `plan` on `frame` will have, in its order.
+/// Omitted work that the run of `plan` on `frame` will report, in the same order.
 ///
 /// # Errors
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.
@@ -58,7 +58,7 @@ pub(crate) fn expected_omitted_work(
     Ok(skipped)
 }
 
-/// What plan and frame omit, whatever the operators are, in the order of the ledger.
+/// Work that plan and frame omit for any operators, in the order of the report.
 pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedWork> {
     let mut skipped: Vec<OmittedWork> = candidate_cells::omitted_work(frame).into_iter().collect();
     skipped.extend(omitted_distant_entries(plan, frame));
@@ -68,8 +68,8 @@ pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedW
     skipped
 }
 
-/// Whether the flexibility of both bodies is one operator on a grid: finite and boundary elements, periodic frames, sums of two operators and the
-/// block path have none.
+/// Whether one grid operator represents the flexibility of both bodies. Condensed meshes, boundary elements, periodic frames, sums
+/// of two operators and the block system exclude it.
 pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> bool {
     let elastic = || plan.bodies.iter().zip(near).filter(|(body, _)| !matches!(body, BodyPlan::Rigid));
     let one =
@@ -81,7 +81,7 @@ pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel;
         && one
 }
 
-/// Matrices of half-spaces that are compressed.
+/// Omitted work of compressed half-space matrices.
 fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
     let tolerance = plan.solver.compression_tolerance;
@@ -96,7 +96,7 @@ fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedW
     })
 }
 
-/// Fields that nobody asked for.
+/// Fields that are not requested.
 fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
@@ -118,7 +118,7 @@ fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     skipped
 }
 
-/// Stresses of meshed bodies that nobody asked for.
+/// Stresses of meshed bodies that are not requested.
 fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     let wanted = &plan.output.fields;
     let (what, why) = if !FieldKind::require_stress(wanted) {
@@ -132,12 +132,12 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     meshed.map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why)).collect()
 }
 
-/// Whether meshed bodies are solved with after they are condensed, though they have no loads.
+/// Whether meshed bodies are solved again after condensation, even without applied loads.
 pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame) -> bool {
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
-/// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs it.
+/// Omitted work for a flexibility of body `index` from the cache. With `solves`, the cache has the factor too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) =
@@ -145,7 +145,7 @@ pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     OmittedWork::new(None, what, why)
 }
 
-/// Whether the flexibility of both bodies together multiplies normal with tangential components.
+/// Whether the combined flexibility of both bodies couples normal and tangential components.
 fn bodies_couple_normal_tangential(
     plan: &Plan,
     frame: &ContactFrame,
@@ -155,7 +155,7 @@ fn bodies_couple_normal_tangential(
         .bodies
         .iter()
         .any(|body| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_)));
-    // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
+    // Grid operators that keep vanishing blocks multiply them. Dense operators detect vanishing blocks themselves.
     if meshed || (frame.grid.is_some() && cross_blocks(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);
     }
@@ -168,7 +168,7 @@ fn bodies_couple_normal_tangential(
     })
 }
 
-/// Those of the half-spaces.
+/// Surface Green's functions of the half-spaces.
 fn greens(plan: &Plan, frame: &ContactFrame) -> Result<Vec<SurfaceGreen>, SceneError> {
     let mut greens = Vec::new();
     for index in 0..SIDES.len() {

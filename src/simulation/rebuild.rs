@@ -1,4 +1,4 @@
-//! Between two parts of a run: a larger frame, or meshes that have moved.
+//! Transition between two run segments: a larger frame, or meshes moved with wear.
 
 use std::sync::atomic::AtomicBool;
 
@@ -13,16 +13,16 @@ use crate::simulation::growth;
 use crate::simulation::mesh_motion::{self, WornMeshes};
 use crate::simulation::{self, SceneError, Simulation};
 
-/// What has become of frame and meshes.
+/// Changes of frame and meshes so far.
 #[derive(Clone, Default)]
 pub(super) struct RebuildState {
-    /// How often the frame was enlarged.
+    /// Number of frame enlargements.
     pub frame_growths: usize,
-    /// How the meshes moved with wear.
+    /// Mesh motions with wear.
     pub mesh_updates: MeshUpdates,
 }
 
-/// How a run goes on.
+/// Continuation of a run after a segment.
 pub(super) enum Continuation {
     /// On a larger frame.
     GrownFrame(RunCheckpoint),
@@ -30,31 +30,31 @@ pub(super) enum Continuation {
     MovedMeshes(RunCheckpoint, WornMeshes),
     /// With the same operators.
     SameOperators(RunCheckpoint),
-    /// Not at all, with what the user should know.
+    /// The run ends, with a warning.
     Stop(String),
 }
 
-/// The next part of a run.
+/// Next segment of a run.
 pub(super) struct NextSegment<'p> {
     pub study: Simulation<'p>,
     pub snapshot: RunCheckpoint,
     pub stage: RebuildState,
-    /// Numbers there of the cells so far, where the frame is another one.
+    /// Indices of the old cells on the new frame, if the frame changed.
     pub cell_map: Option<Vec<usize>>,
 }
 
-/// A study on frame and meshes that are given, or the plan's.
+/// Builds simulations on a given frame or the plan's frame.
 pub(super) struct SimulationBuilder<'a> {
-    /// The frame, if it was made for another plan.
+    /// Frame made for another plan, if it is shared.
     pub frame: Option<&'a ContactFrame>,
-    /// Shows how far it is.
+    /// Receives progress events.
     pub show: &'a mut (dyn FnMut(ProgressEvent) + Send),
-    /// Whether to stop.
+    /// Cancellation flag.
     pub stop: &'a AtomicBool,
 }
 
 impl SimulationBuilder<'_> {
-    /// Makes the plan ready on its frame as it has grown, or that of the job, with the meshes as they have moved.
+    /// Builds the plan on its frame as enlarged so far, or on the shared frame, with the meshes as moved so far.
     pub fn build<'p>(
         &mut self,
         plan: &'p Plan,
@@ -105,10 +105,10 @@ impl SimulationBuilder<'_> {
         Ok(NextSegment { study, snapshot, stage, cell_map: None })
     }
 
-    /// Takes the way of a study that has ended there and goes on.
+    /// Builds the next segment after a simulation that continues.
     ///
     /// # Errors
-    /// If the next study cannot be made, or a signal came meanwhile.
+    /// If the next simulation cannot be built, or the run was cancelled meanwhile.
     pub fn build_next<'p>(
         &mut self,
         plan: &'p Plan,
@@ -130,16 +130,16 @@ impl SimulationBuilder<'_> {
     }
 }
 
-/// The frame of `stage`, if it has grown.
+/// Enlarged frame of `stage`; `None` if it has not grown.
 fn grown_frame(plan: &Plan, stage: &RebuildState) -> std::result::Result<Option<ContactFrame>, SceneError> {
     (stage.frame_growths > 0).then(|| growth::grown_frame(plan, stage.frame_growths)).transpose()
 }
 
 impl Continuation {
-    /// How the run of `study` goes on from its end; `None` if that was the end of all. `shared`: the frame is that of several runs.
+    /// Decides after a segment how the run continues; `None` if it is finished. A frame of several runs (`shared`) never grows.
     ///
     /// # Errors
-    /// If a signal came meanwhile.
+    /// If the run was cancelled meanwhile.
     pub fn after(
         result: &mut RunResult,
         (plan, study): (&Plan, &Simulation),

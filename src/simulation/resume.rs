@@ -1,4 +1,4 @@
-//! Whether a run goes on, and from where.
+//! Decides whether a run resumes, and from which checkpoint.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,49 +16,49 @@ use crate::output::provenance::{NamedFile, Provenance};
 use crate::output::summary::{Status, Summary};
 use crate::scene::Plan;
 
-/// Missing files listed at most.
+/// Maximum number of missing files that a warning lists.
 const LISTED: usize = 6;
 
-/// How a run begins.
+/// Start of a run.
 pub enum ResumeDecision {
-    /// At the start.
+    /// From the beginning.
     FromStart,
-    /// With the state of a checkpoint.
+    /// From a checkpoint.
     FromCheckpoint(Box<ResumePoint>),
-    /// Not at all: it has ended.
+    /// No run: its results are complete.
     AlreadyDone,
 }
 
-/// A checkpoint that a run goes on from.
+/// Checkpoint from which a run resumes.
 pub struct ResumePoint {
     /// Number of the checkpoint.
     pub number: u64,
-    /// What it keeps.
+    /// Content of the checkpoint.
     pub checkpoint_data: CheckpointData<RunCheckpoint>,
 }
 
 impl ResumePoint {
-    /// The keeper that goes on after this checkpoint.
+    /// Continues the numbering and the completed work of `keeper` after this checkpoint.
     pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
         keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }
 }
 
-/// The checkpoints of a run: what they say of its origin, how often, and the one it goes on from.
+/// Checkpoint settings of a run.
 pub struct CheckpointSettings {
-    /// Scene and files that the run is of.
+    /// Scene and input files of the run.
     pub origin: Provenance,
-    /// How often they are written.
+    /// Interval between checkpoints.
     pub interval: CheckpointInterval,
-    /// The one that the run goes on from.
+    /// Checkpoint from which the run resumes.
     pub from: Option<Box<ResumePoint>>,
 }
 
 impl CheckpointSettings {
-    /// Those of a run of `plan` that begins at the start.
+    /// Settings for a run of `plan` from the beginning.
     ///
     /// # Errors
-    /// Resources, if a file that the scene names cannot be read any more.
+    /// Resources, if a file that the scene names can no longer be read.
     pub fn for_new_run(plan: &Plan) -> Result<Self> {
         let mut known: BTreeMap<&PathBuf, String> = BTreeMap::new();
         let mut files = Vec::with_capacity(plan.files.len());
@@ -78,10 +78,10 @@ impl CheckpointSettings {
     }
 }
 
-/// How the run of `plan` into `output` begins; says on the way what the user should know.
+/// Decides how the run of `plan` into `output` starts. `say` receives messages for the user.
 ///
 /// # Errors
-/// Input, if the checkpoint there is of another run or damaged; resources, if files cannot be read or moved.
+/// Input, if the checkpoint belongs to another run or is damaged; resources, if files cannot be read or moved.
 pub fn decide_resume(
     plan: &Plan,
     origin: &Provenance,
@@ -122,8 +122,8 @@ pub fn decide_resume(
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }
 
-/// Takes over from the summary in `directory` what a table needs, how it ended, entries, warnings and times, where the results there are
-/// those of `plan` and it ended in one of these ways; whether they are.
+/// Loads the results in `directory` into `summary`: outcome, increments, warnings and timings. Returns whether they belong to
+/// `plan` and have one of the outcomes `ways`; otherwise `summary` is unchanged.
 pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
     let Some(mut found) = matching_summary(plan, directory) else { return false };
     let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
@@ -144,13 +144,12 @@ pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary
     true
 }
 
-/// Whether the results in `directory` are those of `plan`.
+/// Whether `directory` contains converged results of `plan`.
 fn is_finished(plan: &Plan, directory: &Path) -> bool {
     matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
-/// The summary in `directory` if it is that of `plan`: of the same scene and version, and not older than the files that
-/// the scene names.
+/// Summary in `directory` if it belongs to `plan`: same scene and version, and not older than the files that the scene names.
 fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY_FILE);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
@@ -163,12 +162,12 @@ fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     is_of_plan.then_some(summary)
 }
 
-/// Whether a summary is of a run with the same target accuracy, which an option may set: with another one it is of other cells.
+/// Whether a summary belongs to a run with the same target accuracy. An option may set the accuracy, which determines the cells.
 fn has_accuracy_of(plan: &Plan, summary: &Value) -> bool {
     match (summary["accuracy"]["requested"].as_f64(), &plan.accuracy) {
         (Some(requested), Some(accuracy)) => requested == accuracy.relative,
         (Some(_), None) => false,
-        // A run that failed before its first estimate has no record.
+        // A run that failed before its first error estimate has no record of the accuracy.
         (None, Some(_)) => summary["status"] != "converged",
         (None, None) => true,
     }

@@ -1,5 +1,5 @@
-//! Runs a plan into a directory of results, on a larger frame where contact outgrows the first one, and on moved meshes where
-//! bodies wear.
+//! Runs a plan segment by segment and writes its results. A new segment starts when the frame is enlarged or the meshes move with
+//! wear.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -22,28 +22,28 @@ use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
 use crate::simulation::resume::CheckpointSettings;
 use crate::simulation::{SceneError, Simulation};
 
-/// How a plan is run.
+/// Options of a run.
 pub struct RunOptions<'a> {
-    /// The frame, if it was made for another plan.
+    /// Frame made for another plan, if it is shared.
     pub frame: Option<&'a ContactFrame>,
-    /// Shows how far the run is.
+    /// Receives progress events.
     pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
-    /// Hears of each increment.
+    /// Receives each increment.
     pub observer: &'a mut dyn Observer,
-    /// Whether to stop.
+    /// Cancellation flag.
     pub stop: &'a AtomicBool,
-    /// Its checkpoints; `None` if it has none.
+    /// Checkpoint settings; `None` disables checkpoints.
     pub checkpoints: Option<CheckpointSettings>,
-    /// Called once with the entries when the run ends, before its summary is written. Returns whether to keep the run's files;
+    /// Called once when the run ends, with its increments, before the summary is written. Returns whether to keep the run's files;
     /// `None` keeps them.
     pub on_end: Option<OnEnd<'a>>,
 }
 
-/// What is done when a run ends: [`RunOptions::on_end`].
+/// Type of [`RunOptions::on_end`].
 type OnEnd<'a> = &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool;
 
 impl<'a> RunOptions<'a> {
-    /// A run on its own frame, without checkpoints, whose files are kept.
+    /// Options for a run on its own frame, without checkpoints, that keeps its files.
     pub fn new(
         on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
         observer: &'a mut dyn Observer,
@@ -57,7 +57,7 @@ impl<'a> RunOptions<'a> {
     }
 }
 
-/// Hears nothing.
+/// Observer that ignores all events.
 pub struct NullObserver;
 
 impl Observer for NullObserver {
@@ -70,7 +70,7 @@ impl Observer for NullObserver {
     }
 }
 
-/// The recorder of a run, and somebody who watches besides.
+/// Forwards events to the recorder of a run and to the user's observer.
 struct RunObserver<'a, 'r> {
     recorder: &'a mut Recorder<'r>,
     user_observer: &'a mut dyn Observer,
@@ -108,15 +108,15 @@ impl Observer for RunObserver<'_, '_> {
     }
 }
 
-/// What a part of a run, on one frame with bodies of one shape, begins with.
+/// Start of a run segment. A segment is computed on one frame with one set of meshes; a rebuild starts the next one.
 struct Segment {
     parts: RecorderParts,
     from: Option<(RunCheckpoint, OperatorHistory)>,
     stage: RebuildState,
 }
 
-/// Runs the plan into `output`, if there is one, and completes `summary`; the exit code, or the failure that ended it, which is in the
-/// summary too.
+/// Runs the plan into `output`, if given, and completes `summary`. Returns the exit code, or the failure that ended the run, which
+/// the summary contains as well.
 pub fn run_simulation(
     plan: &Plan,
     output: Option<OutputDir>,
@@ -150,7 +150,7 @@ pub fn run_simulation(
     run_segments(plan, study, Segment { parts, from, stage }, summary, &mut job)
 }
 
-/// Leaves a summary of what stood in the way before anything was computed.
+/// Writes the summary of a run that was refused before it started.
 pub(crate) fn conclude_refused(
     output: Option<OutputDir>,
     summary: &mut Summary,
@@ -159,7 +159,7 @@ pub(crate) fn conclude_refused(
     conclude_unstarted(Recorder::writing_to(output), summary, failure)
 }
 
-/// Writes what there is of a run that a failure ended before anything was computed.
+/// Writes the output of a run that failed before anything was computed.
 fn conclude_unstarted(
     recorder: Recorder<'_>,
     summary: &mut Summary,
@@ -173,7 +173,7 @@ fn conclude_unstarted(
     }
 }
 
-/// A panic as a failure.
+/// Converts a panic into a failure.
 fn catch_panic<T>(
     plan: &Plan,
     work: impl FnOnce() -> std::result::Result<T, SceneError>,
@@ -181,7 +181,7 @@ fn catch_panic<T>(
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(internal(plan, &*panic).into()))
 }
 
-/// Runs the plan to its end, from frame to frame.
+/// Runs the plan to its end, segment by segment.
 fn run_segments<'p>(
     plan: &'p Plan,
     mut study: Simulation<'p>,
@@ -191,7 +191,7 @@ fn run_segments<'p>(
 ) -> std::result::Result<u8, SceneError> {
     let told = (summary.warnings.clone(), summary.skipped.clone());
     loop {
-        // Of the last frame alone, whether the run was interrupted or not.
+        // Warnings and omitted work of the last segment only, also after an interruption.
         summary.warnings = told.0.iter().chain(&study.warnings).cloned().collect();
         summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
         summary.condensation.clone_from(&study.condensation);
@@ -272,7 +272,7 @@ fn run_segments<'p>(
     }
 }
 
-/// The end of a run whose next part cannot be made; interruption keeps the result so far.
+/// Result of a run whose next segment cannot be built. An interruption keeps the results so far.
 fn failed(result: Result<RunResult>, failure: SceneError) -> Result<RunResult> {
     match failure.error.kind() {
         ErrorKind::Interrupted => result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result }),
@@ -280,7 +280,7 @@ fn failed(result: Result<RunResult>, failure: SceneError) -> Result<RunResult> {
     }
 }
 
-/// The result with one more warning.
+/// Adds a warning to the result.
 fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
     result.map(|mut result| {
         result.warnings.extend(warning);
@@ -288,7 +288,7 @@ fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<Ru
     })
 }
 
-/// Completes the summary and writes what there is.
+/// Completes the summary and writes the remaining output.
 fn conclude(
     recorder: Recorder<'_>,
     on_end: Option<&mut OnEnd<'_>>,
@@ -325,7 +325,7 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
     }
 }
 
-/// The error that a panic is; its message was printed when it happened.
+/// Converts a panic into an error. The panic message was printed when it occurred.
 fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
     let text = panic_message(panic);
     let scene = &plan.document.sha256;
@@ -341,7 +341,7 @@ mod tests {
     use crate::output::summary::Status;
     use crate::scene;
 
-    /// A scene with few cells, no growth and a checkpoint after each entry.
+    /// Scene with few cells, no growth, and a checkpoint after each increment.
     fn small_scene() -> (&'static Path, Vec<String>) {
         let few = ["frame.cells=[4, 4]", "steps.press.increments=4"];
         let output = "output={ fields = [], checkpoint = { seconds = 1e-9 } }";
@@ -349,7 +349,7 @@ mod tests {
         (path, few.into_iter().chain([output]).map(str::to_owned).collect())
     }
 
-    /// Counts the frames it hears of, and the cells of the last one at each entry.
+    /// Records the cell counts of the frames it receives, and of the last frame at each increment.
     #[derive(Default)]
     struct Frames {
         heard: Vec<usize>,
@@ -368,7 +368,7 @@ mod tests {
         }
     }
 
-    /// Truth: the frame of the scene has 16 cells and does not grow; a scene from text is the one from the file.
+    /// Truth: the frame of the scene has 16 cells and does not grow; a scene read from text equals the scene read from the file.
     #[test]
     fn who_watches_hears_of_the_frame_first() {
         let (path, overrides) = small_scene();
@@ -382,7 +382,7 @@ mod tests {
         assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
     }
 
-    /// Breaks down at an entry.
+    /// Panics at the given increment.
     struct Breaks(usize);
 
     impl Observer for Breaks {
@@ -392,8 +392,8 @@ mod tests {
         }
     }
 
-    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic in the middle of a run is an internal error with the fingerprint of
-    /// the scene; the summary says so with the entries before it, and the checkpoint of those is kept.
+    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic during a run is reported as an internal error with the
+    /// fingerprint of the scene. The summary contains it and the increments before it, and the checkpoint of these is kept.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Bodies and frame of a plan.
+//! Builds the bodies and the frame of a plan.
 
 use std::sync::Arc;
 
@@ -34,22 +34,22 @@ pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 /// The two sides of the frame.
 pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 
-/// Checks that a grid frame fits into the memory.
+/// Checks that a grid frame with its operator fits into memory.
 ///
 /// # Errors
-/// If it does not.
+/// If it does not fit.
 pub(in crate::simulation) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
     let bytes = memory::min_grid_bytes(plan, cells);
     let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
     plan.memory_limit.ensure_available(bytes, &what, "use fewer cells (frame.cells)")
 }
 
-/// The contact frame of a plan, with the planes of symmetry at which it ends.
+/// Contact frame of a plan, with the symmetry planes and the body edges at which it ends.
 pub(crate) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
     with_ends(plan, cells(plan)?)
 }
 
-/// `frame` with the planes of symmetry at which it ends, and the cells at which a body ends.
+/// Adds the symmetry planes at which `frame` ends, and the cells at which a body ends.
 ///
 /// # Errors
 /// As [`with_body_ends`].
@@ -58,7 +58,7 @@ pub(in crate::simulation) fn with_ends(plan: &Plan, frame: ContactFrame) -> Resu
     with_body_ends(plan, ContactFrame { symmetry_bounds, ..frame })
 }
 
-/// The cells of the frame of a plan.
+/// Cells of the frame of a plan.
 fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     match plan.frame {
         FramePlan::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
@@ -88,8 +88,8 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// The cells of a frame of body `index`'s faces that lie over faces of the other body, or look at the plane that a body without a mesh is
-/// in a gap of meshes; the others stay open whatever happens.
+/// Retains the cells of a frame from the faces of body `index` that lie over faces of the other body. If the other body has no mesh
+/// and the gap comes from meshes, it retains the cells that face the plane of that body. The others stay open in any case.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {
@@ -124,16 +124,16 @@ fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Resu
     Ok(frame.retain_cells(&covered))
 }
 
-/// A body that is ready to give its flexibility on the frame.
+/// A body that can compute its flexibility on the frame.
 pub(super) struct BuiltBody {
     pub body: Box<dyn ElasticBody>,
-    /// Bytes that it keeps.
+    /// Memory that the body keeps, bytes.
     pub resident_bytes: usize,
-    /// Where its near field is computed, if it has a mesh.
+    /// Near-field model, if the body has a mesh.
     pub near_field: Option<NearFieldRecord>,
-    /// How far a half-space whose surface is meshed is from one.
+    /// Truncation error of a half-space with a meshed surface.
     pub truncation: Option<TruncationRecord>,
-    /// What the user should know of how it was made.
+    /// Warning about the construction of the body.
     pub warning: Option<String>,
 }
 
@@ -147,7 +147,7 @@ impl BuiltBody {
     }
 }
 
-/// The rigid motions that the supports of `body` leave free; `None` if it is held, or has none.
+/// Unconstrained rigid-body modes of `body`. `None` if the supports fix it, or if it is a half-space or rigid.
 pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBodyModes>, SceneError> {
     match body {
         BodyPlan::Fe(fe) => fem::find_rigid_body_modes(&fe.fem_spec(key)).at(key),
@@ -156,14 +156,14 @@ pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBod
     }
 }
 
-/// The half-space of a body that must not be used: why, and its indicators.
+/// Rejected half-space near field: the reason and the indicators.
 pub(super) struct HybridRejected {
     pub reason: String,
     pub indicators: Indicators,
 }
 
-/// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
-/// memory `left` for it; or why its half-space must not be used.
+/// Builds body `index` (0 or 1) with its near-field model and its worn mesh, if any, within the memory `left`. Returns the reason
+/// if the half-space near field is rejected.
 pub(super) fn build_body(
     plan: &Plan,
     (index, worn): (usize, Option<Arc<Mesh>>),
@@ -207,7 +207,7 @@ pub(super) fn build_body(
             BuiltBody { warning: note, ..BuiltBody::new(body, held) }
         }
         BodyPlan::Fe(fe) => {
-            // Made again with the body; here for the key of what is wrong with it.
+            // The body builds this map again. Here it attributes errors to the right key.
             face_map(fe, index, frame)?;
             if let Some(site) = near.half_space_fit() {
                 return build_hybrid(plan, fe, (index, frame, site), left);
@@ -243,7 +243,7 @@ pub(super) fn build_body(
     }))
 }
 
-/// Body `index` as the half-space of `site`, corrected by its mesh.
+/// Builds body `index` with a half-space near field at `site`, corrected by its mesh.
 fn build_hybrid(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -275,7 +275,7 @@ fn build_hybrid(
     })))
 }
 
-/// Body `index` of `elastic` as a half-space with the settings of a plan.
+/// Body `index` of `elastic` as a half-space with the cache and operator settings of the plan.
 pub(crate) fn configured_half_space(
     plan: &Plan,
     elastic: &BodyMaterial,
@@ -288,7 +288,7 @@ pub(crate) fn configured_half_space(
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 
-/// Body `index` of `elastic` as a half-space.
+/// Body `index` of `elastic` as a half-space without settings of the plan.
 pub(in crate::simulation) fn bare_half_space(
     elastic: &BodyMaterial,
     index: usize,
@@ -297,8 +297,8 @@ pub(in crate::simulation) fn bare_half_space(
     HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
-/// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
-/// mistake where it is a grid.
+/// Map between `frame` and the contact faces of body `index`. Uncovered cells are an error of the frame if it is a grid, else of
+/// the contact group.
 pub(crate) fn face_map(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -313,7 +313,7 @@ pub(crate) fn face_map(
     FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| BODY_KEYS[index].to_owned()).at(key)
 }
 
-/// Refuses a contact group none of whose faces look towards the other body over a plane frame.
+/// Refuses a contact group without faces that look towards the other body, relative to the frame's normal.
 fn ensure_faces_other_body(
     fe: &MeshedBodyPlan,
     faces: &[SurfaceFace],
@@ -323,7 +323,7 @@ fn ensure_faces_other_body(
     let towards = frame.axes.normal() * if index == 0 { 1.0 } else { -1.0 };
     let outward = |face: &SurfaceFace| face.area_vector(&fe.mesh).dot(&towards);
     let looking: f64 = faces.iter().map(|face| outward(face).max(0.0)).sum();
-    // A side face of a block looks by rounding only.
+    // A lateral face of a block has a component along the normal by rounding only.
     if looking > 1e-6 * faces.iter().map(|face| face.area(&fe.mesh)).sum::<f64>() {
         return Ok(());
     }
@@ -338,8 +338,8 @@ fn ensure_faces_other_body(
     )))
 }
 
-/// The initial gap between the surfaces that `plan` has meshes of; `heights` of the two bodies over the cells, and how their
-/// near fields are chosen.
+/// Initial gap between the meshed surfaces of `plan`. `heights`: mean heights of both bodies over the cells; `near`: their
+/// near-field models.
 pub(crate) fn surface_distances(
     plan: &Plan,
     frame: &ContactFrame,

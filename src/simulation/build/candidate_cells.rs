@@ -1,8 +1,7 @@
-//! The cells that can come into contact with what the steps prescribe: meshed bodies form their flexibility on these.
+//! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on these first.
 //!
-//! Under a prescribed approach bodies touch where their undeformed surfaces would overlap, and surfaces move away from each
-//! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
-//! it is nearly always right.
+//! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap, and surfaces move apart around a
+//! contact. This estimate is no strict bound. The solver checks each state in the other cells and forms missing rows.
 
 use crate::coupling::Coupling;
 use crate::evolution::step::{Cycles, Normal, Step, Tangential};
@@ -13,16 +12,16 @@ use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surfac
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// A cell whose initial gap is below this multiple of the largest approach is a candidate.
+/// A cell is a candidate if its initial gap is below this multiple of the largest approach.
 const MARGIN: f64 = 1.25;
 
-/// Share of the frame's cells from which on all are formed: the checks cost more than a smaller flexibility saves.
+/// From this share of candidates on, all cells are formed: the checks then cost more than the smaller flexibility saves.
 const MAX_ACTIVE_SHARE: f64 = 0.6;
 
-/// `frame` with its candidates, where they are fewer than its cells.
+/// Adds the candidate cells to `frame`, if they are few enough.
 ///
 /// # Errors
-/// If a support, or a gap, of the plan is wrong.
+/// If a support or a gap of the plan is wrong.
 pub(crate) fn with_active_cells(
     plan: &Plan,
     mut frame: ContactFrame,
@@ -43,7 +42,7 @@ pub(crate) fn with_active_cells(
     Ok(frame)
 }
 
-/// The entry of the ledger for cells that are no candidates.
+/// Omitted work for cells that are no candidates.
 pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
@@ -56,7 +55,7 @@ pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<Omitte
 
 /// Initial gap (mm) up to which cells are candidates; `None` if all are.
 ///
-/// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
+/// It is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
     let condensed =
         |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
@@ -73,14 +72,14 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
         return None;
     }
     let approach = plan.max_prescribed_approach()?;
-    // Where cells are inclined, motion in the frame's plane closes them too.
+    // On inclined cells, motion in the frame's plane closes the gap too.
     let sideways =
         if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
     let needed = MARGIN * approach + sideways;
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// `before` and what `step` moves body 2 along the frame's plane at most, mm: a bound of the way of all steps; `None` if it is
+/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. The sum bounds the motion of all steps; `None` if it is
 /// unknown.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
@@ -91,7 +90,7 @@ fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     Some(before + shift + step.cycles.as_ref().map_or(Some(0.0), Cycles::reach)?)
 }
 
-/// Whether no meshed body floats, or deforms without contact.
+/// Whether every meshed body is constrained, and undeformed without contact.
 fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
     for (body, key) in plan.bodies.iter().zip(BODY_KEYS) {
         let Some(fe) = body.as_meshed() else { continue };

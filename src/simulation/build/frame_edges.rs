@@ -1,4 +1,4 @@
-//! Where the frame ends together with a body, so that contact at its edge is not cut off.
+//! Detects where the frame ends together with a body, so that contact at its edge is not cut off.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,14 +10,15 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::scene::plan::Plan;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// A surface continues over an edge at which its normals turn by less than this angle (cosine): edges of bodies, chamfers and planes of symmetry turn it by more.
+/// Minimum cosine of the angle between face normals at an edge over which a surface continues. Edges of bodies, chamfers and
+/// symmetry planes turn it by more.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// `frame` with the cells at whose edges a meshed body ends: at an edge of the body, a plane of symmetry, a flank of a slice. A surface that continues
-/// beyond the contact group does not end.
+/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. A
+/// surface that continues beyond the contact group does not end.
 ///
 /// # Errors
-/// If a contact group is not sound.
+/// If a contact group is invalid.
 pub(in crate::simulation) fn with_body_ends(
     plan: &Plan,
     frame: ContactFrame,
@@ -30,10 +31,10 @@ pub(in crate::simulation) fn with_body_ends(
     Ok(ContactFrame { body_ends, ..frame })
 }
 
-/// Along which axes of a grid both bodies continue beyond an edge of the frame.
+/// Grid axes along which both bodies continue beyond an edge of the frame.
 ///
 /// # Errors
-/// If a contact group is not sound.
+/// If a contact group is invalid.
 pub(in crate::simulation) fn continuing_axes(
     plan: &Plan,
     frame: &ContactFrame,
@@ -48,16 +49,16 @@ pub(in crate::simulation) fn continuing_axes(
     Ok(found)
 }
 
-/// An edge of a cell that is an edge of the frame.
+/// Edge of a cell on the edge of the frame.
 struct OuterEdge {
     cell: usize,
     /// Outward direction along the frame's x and y.
     outward: [f64; 2],
-    /// Whether both bodies continue beyond it.
+    /// Whether both bodies continue beyond the edge.
     continues: bool,
 }
 
-/// The edges of the frame; none without meshed bodies, whose surfaces end nowhere.
+/// Edges of the frame. Empty without meshed bodies, whose surfaces are unbounded.
 fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
         return Ok(Vec::new());
@@ -81,7 +82,7 @@ fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, Scen
     Ok(edges)
 }
 
-/// The outer faces beside `faces` that continue their surface smoothly.
+/// Outer faces adjacent to `faces` that continue their surface smoothly.
 fn smooth_continuation(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<SurfaceFace> {
     let edges = |face: &SurfaceFace| -> Vec<[usize; 2]> {
         let n = face.kind.n_corners();

@@ -1,4 +1,4 @@
-//! What is taken of the memory that a run may have.
+//! Memory estimates of a run, in bytes, and checks against its limit.
 
 use crate::bem::half_space::plane::compressed::MEMORY_HELP;
 use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
@@ -17,24 +17,24 @@ use crate::scene::plan::{BodyPlan, Plan};
 use crate::simulation::build::bodies::SIDES;
 use crate::simulation::build::settings::{cross_blocks, options};
 
-/// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
+/// Bytes of the program and of the data of every run: pages of the binary (14.0 to 14.5 MB), tables of the scene.
 const PROGRAM: usize = 14_500_000;
 
-/// Pages of the binary that meshed bodies take besides, and their small lists.
+/// Additional bytes for meshed bodies: pages of the binary and small lists.
 const MESHED: usize = 1_200_000;
 
 /// Bytes per cell of the frame, its gap and its areas.
 const PER_CELL: usize = 75;
 
-/// Bytes per cell of what a run has of each cell, counted from the lists that live at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
+/// Bytes per cell of a run, from the arrays alive at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
 struct PerCell {
     /// States before and after an increment, records, predictions.
     history: usize,
-    /// Vectors of the contact solvers, where most of the frame is in contact.
+    /// Vectors of the contact solvers if most of the frame is in contact.
     solver: usize,
     /// Operator on a grid of half-spaces, with its approximate inverse in single precision and those on parts of the grid.
     operator: usize,
-    /// Fields and pictures while they are written, with the operator of a body.
+    /// Fields and pictures during output, with the operator of a body.
     fields: usize,
 }
 
@@ -43,23 +43,23 @@ const BYTES_PER_CELL_FRICTIONLESS: PerCell =
 const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
 const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 1510, operator: 380, fields: 750 };
 
-/// Bytes per cell that Newton's method takes besides, where moments are prescribed without friction: conjugate gradients know no moments.
+/// Additional bytes per cell of Newton's method for prescribed moments without friction, which conjugate gradients do not support.
 const MOMENTS: usize = 520;
 
-/// Bytes of the tables of an operator of an anisotropic material, or of one that repeats itself.
+/// Bytes of the tables of an operator of an anisotropic material, or of a periodic operator.
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
-/// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep, where contact is solved on such parts.
+/// Bytes per cell, and maximum in total, of the operators on windows of the grid that cycles keep.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
-/// Bytes of the table of the field inside an anisotropic half-space: 156 patches for CFRP (E1/E2 = 17.5) out of its planes of symmetry, and the rules of
-/// the integral while the table is made.
+/// Bytes of the table of the field inside an anisotropic half-space: 156 patches for CFRP (E1/E2 = 17.5) out of its planes of
+/// symmetry. Includes the quadrature rules during its construction.
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
-/// What is said of points inside for which there is no memory.
+/// Remedy if interior points do not fit into memory.
 const FEWER_POINTS: &str = "ask for fewer points (output.inside)";
 
-/// What remains of the plan's memory for a body beside the frame and what the bodies before it hold.
+/// Remaining memory of the plan for a body, after the frame and the `held` bytes of the bodies before it.
 pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {
     plan.memory_limit.after_reserving(frame_bytes(plan, frame) + held)
 }
@@ -70,7 +70,7 @@ pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
 }
 
-/// The same without points inside bodies.
+/// The same without interior points.
 fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
     let meshed = plan.bodies.iter().any(|body| body.as_meshed().is_some());
@@ -83,7 +83,7 @@ fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     PROGRAM + meshed + cells * n + of_tables(plan, frame) + field_bytes(plan, frame)
 }
 
-/// Bytes of fields while they are written.
+/// Bytes of fields during output.
 fn field_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     if writes(plan) { per_cell(plan).fields * frame.n_cells() } else { 0 }
 }
@@ -103,7 +103,7 @@ fn per_cell(plan: &Plan) -> PerCell {
     }
 }
 
-/// Whether more than pressures is unknown.
+/// Whether the contact problem has tangential unknowns.
 fn has_tangential_unknowns(plan: &Plan) -> bool {
     plan.friction.ellipse().is_some()
         || plan.steps.iter().any(|step| plan.has_wear(step))
@@ -114,7 +114,7 @@ fn has_cycles(plan: &Plan) -> bool {
     plan.steps.iter().any(|step| step.cycles.is_some())
 }
 
-/// Bytes of what operators on grids have beside their cells.
+/// Bytes of the tables of half-space operators on grids, which do not scale with the cells.
 fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
     let Some(grid) = frame.grid else { return 0 };
     let tabulated = |body: &&BodyPlan| match body {
@@ -124,12 +124,12 @@ fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, plan.bodies.iter().filter(tabulated).count())
 }
 
-/// Bytes of what a mesh that corrects a half-space of an anisotropic material has beside its cells.
+/// Bytes of the tables of an anisotropic half-space near field, which do not scale with the cells.
 pub(crate) fn far_field_table_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, 1) + SUBSURFACE_TABLE_BYTES
 }
 
-/// Bytes of the tables of so many bodies, and of the operators that cycles keep beside them.
+/// Bytes of the operator tables of `bodies` bodies, and of the operators that cycles keep.
 fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
     if bodies == 0 {
         return 0;
@@ -140,7 +140,7 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
         true if windows => [1, WINDOW_OPERATOR_BYTES[1].min(WINDOW_OPERATOR_BYTES[0] * frame.n_cells())],
         cycles => [usize::from(cycles), 0],
     };
-    // Without friction one of the three components is transformed, and pressures alone.
+    // Without friction, only one of the three components is transformed: the pressure.
     let of_each = if has_tangential_unknowns(plan) || has_cycles(plan) {
         OPERATOR_TABLE_BYTES
     } else {
@@ -149,7 +149,7 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
-/// Bytes of the points inside bodies: what lasts, and what their computation takes, which is done before fields are written.
+/// Bytes of interior points: permanent data, and temporary data of their computation, which ends before fields are written.
 fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     let body = |request: &InteriorPointRequest| &plan.bodies[usize::from(request.side == SIDES[1])];
     let half_space = |request: &InteriorPointRequest| match body(request) {
@@ -169,10 +169,10 @@ fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     [tables + states, writing.max(cells)]
 }
 
-/// Checks that points inside bodies fit.
+/// Checks that interior points fit into memory.
 ///
 /// # Errors
-/// If they do not (kind `Resources`).
+/// If they do not fit (kind `Resources`).
 pub(crate) fn ensure_points_fit(plan: &Plan, frame: &ContactFrame) -> Result<()> {
     let bytes: usize = subsurface_bytes(plan, frame).iter().sum();
     let points: usize = plan.interior_requests.iter().map(InteriorPointRequest::n_points).sum();
@@ -181,20 +181,20 @@ pub(crate) fn ensure_points_fit(plan: &Plan, frame: &ContactFrame) -> Result<()>
     plan.memory_limit.after_reserving(without).ensure_available(bytes as u128, &what, FEWER_POINTS)
 }
 
-/// Whether half-spaces on `frame` are compressed.
+/// Whether half-space operators on `frame` are compressed.
 pub(crate) fn is_compressed(plan: &Plan, frame: &ContactFrame) -> bool {
     let eliminated = plan.solver.coupling == Coupling::Schur;
     eliminated && frame.grid.is_none() && uses_compression(frame.n_cells(), cross_blocks(plan, frame))
 }
 
-/// Bytes of a body's share of the operator of half-spaces on the whole grid of `frame`, which two have together; 0 if that is none.
+/// Bytes of a body's share of the half-space operator on the whole grid of `frame`, which two bodies share. 0 without a grid.
 pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodyPlan::Rigid)).count();
     let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
     per_cell(plan).operator * cells / elastic.max(1)
 }
 
-/// Bytes of a grid frame and its operator before it is made, at least.
+/// Lower bound for the bytes of a grid frame and its operator, before it is built.
 pub(super) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
     let per_cell = per_cell(plan);
     let bytes = PER_CELL + per_cell.history + per_cell.solver + per_cell.operator;
@@ -204,18 +204,18 @@ pub(super) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
 /// Bytes of the operator of a half-space on `frame`.
 pub(crate) fn half_space_bytes(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
     match frame.grid {
-        // The block path has the matrix of each.
+        // The block system stores the matrix of each body.
         Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
-        // Of the whole grid, of which the body may have a part.
+        // The body's share of the operator on the whole grid.
         Some(_) => grid_operator_bytes(plan, frame),
         None if is_compressed(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),
     }
 }
-/// Checks that the operator of a half-space fits.
+/// Checks that the operator of a half-space fits into memory.
 ///
 /// # Errors
-/// If it does not (kind `Resources`).
+/// If it does not fit (kind `Resources`).
 pub(crate) fn ensure_half_space_fits(
     plan: &Plan,
     frame: &ContactFrame,

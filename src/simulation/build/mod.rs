@@ -1,4 +1,4 @@
-//! Makes a plan ready for its history: frame, bodies, flexibility, initial gap.
+//! Builds the simulation of a plan: frame, bodies, flexibility and initial gap.
 
 pub(crate) mod bodies;
 pub(crate) mod candidate_cells;
@@ -42,35 +42,35 @@ use crate::simulation::omitted::{needs_factor_after_condensation, omitted_by_pla
 use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces;
 
-/// What to do about a half-space that is not good enough.
+/// Remedies for a half-space near field that is not accurate enough.
 const NEAR_FIELD_REMEDIES: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
 
-/// A plan with everything its history needs.
+/// A plan with the model and bodies for its load history.
 pub struct Simulation<'p> {
     plan: &'p Plan,
     model: Model,
     bodies: [Box<dyn ElasticBody>; 2],
     contact_nodes: [Vec<usize>; 2],
-    /// What the user should know of how bodies and frame fit.
+    /// Warnings about the fit of bodies and frame.
     pub warnings: Vec<String>,
-    /// Work that was not needed so far.
+    /// Work omitted so far.
     pub skipped: Vec<OmittedWork>,
-    /// How the meshed bodies were condensed.
+    /// Condensation of the meshed bodies.
     pub condensation: Vec<CondensationRecord>,
-    /// The bodies of boundary elements.
+    /// The boundary-element bodies.
     pub boundary_elements: Vec<BoundaryElementRecord>,
-    /// The half-spaces whose surfaces are meshed.
+    /// Half-spaces with meshed surfaces.
     pub truncations: Vec<TruncationRecord>,
-    /// Where the near fields of the meshed bodies are computed.
+    /// Near-field models of the meshed bodies.
     pub near_fields: Vec<NearFieldRecord>,
-    /// Seconds by stage so far.
+    /// Elapsed seconds by stage.
     pub timings: Timings,
 }
 
-/// Makes `plan` ready; `progress` hears of each stage.
+/// Builds the simulation of `plan`; `progress` receives each stage.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong, memory does not suffice, or `stop` is set meanwhile (of the kind
+/// If a mesh, support, material or frame of the plan is wrong, memory does not suffice, or `stop` is set meanwhile (kind
 /// `Interrupted`).
 pub fn build<'p>(
     plan: &'p Plan,
@@ -80,8 +80,8 @@ pub fn build<'p>(
     build_with(plan, (None, [None, None]), progress, stop)
 }
 
-/// As [`build`], on a frame that was made for another plan, if one is given, and with the stiffness of worn meshes
-/// ([`crate::simulation::mesh_motion::worn_meshes`]) where there are any.
+/// As [`build`], but on a frame made for another plan, if given, and with the stiffness of worn meshes
+/// ([`crate::simulation::mesh_motion::worn_meshes`]), if any.
 ///
 /// # Errors
 /// As [`build`].
@@ -119,7 +119,7 @@ pub fn build_with<'p>(
                 let why = near_field_fallback_message(key, &given_up);
                 progress(ProgressEvent::Message(&warning(&why)));
                 near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
-                // A mesh is condensed to fewer cells; a meshed body that is made already keeps those that it has.
+                // A mesh is condensed to the candidate cells only. A meshed body that is already built keeps its own set.
                 if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
                     frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
                 }
@@ -186,7 +186,7 @@ pub fn build_with<'p>(
             _ => continue,
         };
         let origin = body.condensed().origin();
-        // Loads and fields need the factor all the same.
+        // Loads and fields need the factor even if the flexibility is cached.
         let condensed = body.condensed();
         let solves = condensed.model().has_own_loads() || needs_factor_after_condensation(plan, &frame);
         let omitted = origin.cached && (!solves || condensed.factor_was_cached());
@@ -221,7 +221,7 @@ pub fn build_with<'p>(
     })
 }
 
-/// That the half-space of body `key` was tried for its near field and given up.
+/// Message that the half-space near field of body `key` was tried and rejected.
 fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
     format!(
         "the near field of {key} is that of its mesh and not of a half-space: {}; {NEAR_FIELD_REMEDIES}",
@@ -229,7 +229,7 @@ fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
     )
 }
 
-/// That the half-space which body `key` asks for must not be used.
+/// Error for a rejected half-space near field that body `key` requests explicitly.
 fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError {
     let error = Error::input(format!(
         "{key} asks for the near field of a half-space, whose correction by the mesh is not good enough: {}; {NEAR_FIELD_REMEDIES}, \"auto\" and \
@@ -239,11 +239,11 @@ fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError
     SceneError { error, key: format!("{key}.near_field") }
 }
 
-/// A note if the finite elements that carry a far field are estimated to err by more than they should.
+/// Warns if the finite elements of a half-space near-field body have a large estimated error.
 fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
     let indicators = record.indicators.filter(|_| record.reason.is_none())?;
     let error = indicators.mesh_error;
-    // Concentrated loads err by more than uniform ones where the mesh carries most of the displacement.
+    // The error for concentrated loads exceeds that for uniform ones if the mesh carries most of the displacement.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         warning(&format!(
             "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: take a finer \
@@ -253,7 +253,7 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
     })
 }
 
-/// Nodes of the contact surface of body `index`; none without a mesh.
+/// Nodes of the contact surface of body `index`; empty without a mesh.
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, SceneError> {
     let Some(fe) = plan.bodies[index].as_meshed() else { return Ok(Vec::new()) };
     Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(BODY_KEYS[index])?))
@@ -268,7 +268,7 @@ impl Simulation<'_> {
         self.run_from(None, observer)
     }
 
-    /// The same, or what is left of them: goes on from a state, with what the operators held there.
+    /// Runs the remaining steps from a checkpoint, after it replays the history of the operators; all steps if `from` is `None`.
     ///
     /// # Errors
     /// As [`evolution::run`].
@@ -310,12 +310,12 @@ impl Simulation<'_> {
         Ok(result)
     }
 
-    /// Whether the near field of meshed body 1 or 2 is that of a half-space.
+    /// Whether meshed body 1 or 2 has a half-space near field.
     pub(super) fn has_half_space_near_field(&self, body: usize) -> bool {
         self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
     }
 
-    /// The most that loads of bodies with half-spaces change the gap by, mm.
+    /// Largest gap magnitude caused by applied loads of bodies with half-space near fields, mm.
     pub(super) fn max_gap_of_own_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
@@ -323,13 +323,13 @@ impl Simulation<'_> {
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 
-    /// What is left of it for a study on a larger frame, which resumes from `checkpoint`; the bodies and operators are dropped.
+    /// Keeps what a simulation on a larger frame needs to continue from `checkpoint`; bodies and operators are dropped.
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }
     }
 
-    /// Body `index`, if it is meshed.
+    /// Body `index`, if it is a finite-element body.
     pub(super) fn fe_body(&self, index: usize) -> Option<&FeBody> {
         match self.bodies[index].equations() {
             BodyEquations::FiniteElements(body) => Some(body),
@@ -342,12 +342,12 @@ impl Simulation<'_> {
         &self.model
     }
 
-    /// The same, without the bodies and the plan.
+    /// The model alone, without bodies and plan.
     pub fn into_model(self) -> Model {
         self.model
     }
 
-    /// Axes, fibres and wear of the surface under the frame; a body whose fibres vary has those that the friction law takes.
+    /// Axes, fibres and wear of the surface under the frame. For a body with varying fibres, the fibre of the friction law is used.
     pub fn surface(&self) -> SurfaceProperties {
         let plan = self.plan;
         let azimuth = self.model.frame.azimuth;
@@ -365,7 +365,7 @@ impl Simulation<'_> {
         SurfaceProperties::new(&plan.friction, &plan.wear, plan.wear_share, fibres)
     }
 
-    /// The bodies whose fields can be written; a rigid one has none.
+    /// Bodies whose fields can be written; rigid bodies have none.
     pub fn outputs(&self) -> Vec<BodyOutput<'_>> {
         let sides = [Side::Lower, Side::Upper];
         let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies).zip(&self.contact_nodes);
@@ -376,7 +376,7 @@ impl Simulation<'_> {
                     BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) => RecoveryLocation::FrameCells,
                     BodyPlan::Be(be) => RecoveryLocation::MeshNodes { mesh: &be.meshed.mesh, contact_nodes },
                     BodyPlan::Fe(fe) => {
-                        // It may have moved with wear.
+                        // The mesh may have moved with wear.
                         let now = self
                             .fe_body(usize::from(side == Side::Upper))
                             .map(|body| body.condensed().model().mesh());
@@ -394,8 +394,8 @@ mod tests {
     use super::*;
     use crate::body::hybrid::Indicators;
 
-    /// Truth: docs/theory-hybrid.md: a warning from 0.02 on, over the root of `share` where that exceeds 1, and none of a body whose mesh is
-    /// condensed for another reason.
+    /// Truth: docs/theory-hybrid.md: a warning from 0.02 on, divided by the root of `share` if that exceeds 1. No warning for a
+    /// body whose mesh is condensed for another reason.
     #[test]
     fn meshes_that_are_too_stiff() {
         let told = |mesh_error: f64, share: f64, reason: Option<&str>| {

@@ -1,4 +1,4 @@
-//! Where the near field of each meshed body is computed: in a half-space that the finite elements correct, or in the mesh.
+//! Near-field model of each meshed body: a half-space corrected by finite elements, or the mesh itself.
 
 use crate::body::hybrid::{HalfSpaceFit, Unsuitable};
 use crate::coupling::Coupling;
@@ -10,21 +10,21 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::mesh_motion;
 
-/// How a body comes by its flexibility on the frame.
+/// Source of a body's flexibility on the frame.
 #[derive(Debug, Clone)]
 pub(crate) enum NearFieldModel {
-    /// It has no mesh.
+    /// The body has no mesh.
     Unmeshed,
-    /// Its mesh is condensed, and why no half-space is taken.
+    /// The mesh is condensed. The text gives the reason why no half-space is used.
     Mesh(String),
-    /// Its mesh is condensed, for its half-space was tried and is not good enough: why.
+    /// The mesh is condensed, because the half-space was tried and is not accurate enough. The text gives the reason.
     RejectedHalfSpace(String),
-    /// A half-space, corrected by its mesh.
+    /// A half-space, corrected by the mesh.
     HalfSpace(Box<HalfSpaceFit>),
 }
 
 impl NearFieldModel {
-    /// The half-space, if that is taken.
+    /// The half-space, if one is used.
     pub fn half_space_fit(&self) -> Option<&HalfSpaceFit> {
         match self {
             Self::HalfSpace(site) => Some(site),
@@ -32,7 +32,7 @@ impl NearFieldModel {
         }
     }
 
-    /// Whether its flat faces are bowed in the gap: displacements of a half-space do not follow them.
+    /// Whether the gap includes the curvature correction of flat faces. Half-space displacements do not follow the flat faces.
     pub fn corrects_face_curvature(&self) -> bool {
         self.half_space_fit().is_some()
     }
@@ -43,10 +43,10 @@ impl NearFieldModel {
     }
 }
 
-/// The choice for both bodies of `plan` on `frame`.
+/// Chooses the near-field models of both bodies of `plan` on `frame`.
 ///
 /// # Errors
-/// If a body asks for a half-space that it has no place for, or is not sound.
+/// If a body that requests a half-space does not admit one, or a body is invalid.
 pub(crate) fn choose_near_fields(
     plan: &Plan,
     frame: &ContactFrame,
@@ -95,10 +95,10 @@ fn choose_near_field(
     }
 }
 
-/// The place for a half-space in body `index` under `frame`, or why there is none.
+/// Fits a half-space into body `index` under `frame`, or returns the reason why it is unsuitable.
 ///
 /// # Errors
-/// If the body is not sound.
+/// If the body is invalid.
 pub(in crate::simulation) fn fit_half_space(
     plan: &Plan,
     fe: &MeshedBodyPlan,

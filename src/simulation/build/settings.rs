@@ -1,4 +1,4 @@
-//! The settings of operators and solvers that a plan asks for.
+//! Operator and solver settings of a plan.
 
 use crate::bem::half_space::CrossBlocks;
 use crate::contact::SolverOptions;
@@ -7,20 +7,20 @@ use crate::frame::ContactFrame;
 use crate::omitted::OmittableWork;
 use crate::scene::plan::Plan;
 
-/// How the operators of half-spaces on `frame` are made.
+/// Settings of the half-space operators on `frame`.
 pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
     let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
     HalfSpaceOperators { cross: cross_blocks(plan, frame), summed }
 }
 
-/// Whether half-space operators on `frame` leave out what vanishes or is distant.
+/// Whether half-space operators on `frame` omit vanishing blocks (grids) or distant entries (other frames).
 pub(in crate::simulation) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
     let skip =
         if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
     if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
-/// The solver settings of a plan.
+/// Solver settings of a plan.
 pub(in crate::simulation) fn options(plan: &Plan) -> SolverOptions {
     SolverOptions {
         tolerance: plan.solver.tolerance,

@@ -1,4 +1,4 @@
-//! What the steps may prescribe to bodies that float.
+//! Checks of the controls that steps prescribe to unconstrained bodies.
 
 use nalgebra::Vector3;
 
@@ -13,10 +13,10 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::symmetry_planes;
 
-/// Share of a displacement along a free direction that is rounding.
+/// Components of a displacement along a free direction below this share are rounding.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
+/// Refuses friction on an unconstrained boundary-element body: before contact, the tractions that balance its loads shear it.
 fn refuse_friction_on_unconstrained_be(
     plan: &Plan,
     index: usize,
@@ -34,13 +34,13 @@ fn refuse_friction_on_unconstrained_be(
     Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
 
-/// Refuses moments that no cell can bear, what contradicts planes of symmetry under the contact, displacements along directions in
-/// which a body floats, and bodies that float together.
+/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes at the contact, displacements along
+/// unconstrained directions, and bodies with a common rigid motion.
 ///
-/// Displacements held into later steps need no check of their own, since the step that prescribes them is refused.
+/// Displacements that later steps keep need no separate check, because the step that prescribes them is refused.
 ///
 /// # Errors
-/// At the key of the first one.
+/// With the key of the first one.
 pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
     symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
@@ -99,11 +99,11 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     })
 }
 
-/// Refuses a moment about an axis on which all cells lie: neither pressures nor friction bear it. (On inclined cells others
-/// may; what they do not bear is refused when the step begins.)
+/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. On inclined
+/// cells others may resist it; a moment that they cannot resist is refused when the step begins.
 ///
 /// # Errors
-/// At its key.
+/// With the key of the moment.
 fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if !frame.has_uniform_axes() {
         return Ok(());
@@ -135,7 +135,7 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
     Ok(())
 }
 
-/// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
+/// Key of a step's entry in the scene. All load points of a history share one entry.
 pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;
@@ -143,7 +143,7 @@ pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     format!("steps.{entry}.{key}")
 }
 
-/// The key by which `step` controls a rotation.
+/// Key with which `step` controls a rotation.
 fn rotation_key(step: &Step) -> Option<&'static str> {
     let tilt = step.tilt.map(|tilt| match tilt {
         Tilt::Rotation(_) => "rotation",
@@ -156,7 +156,7 @@ fn rotation_key(step: &Step) -> Option<&'static str> {
     tilt.or(spin)
 }
 
-/// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.
+/// Key of a displacement of `step` along one of the `free` translations, and an alternative control.
 fn displacement_along_free_direction(
     step: &Step,
     free: &[Vector3<f64>],

@@ -1,4 +1,4 @@
-//! Whether frame, contact faces, supports and fibres of a plan fit together.
+//! Checks that the frame, contact faces, supports and fibres of a plan are compatible.
 
 use std::collections::{HashMap, HashSet};
 
@@ -28,50 +28,50 @@ use crate::simulation::validate::symmetry_planes;
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
 
-/// Cells smaller than this share beside a half-space are refused, unless the scene asks for the near field of the mesh.
+/// Beside a half-space, cells smaller than this share are refused, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
-/// Coarse faces are warned of if their body has at least this share of the compliance along the normal. Tried with a flat pin of 8 mm on a plate with faces
-/// of 3.3 cells per node: peaks 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+/// A warning for coarse contact faces needs a body with at least this share of the normal compliance. Measured for a flat pin of 8
+/// mm on a plate with faces of 3.3 cells per node: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
 const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 
-/// Grids coarser than this along a side are no advice.
+/// Minimum number of cells along each side of a grid that a message recommends.
 const MIN_ADVISED_CELLS: usize = 4;
 
-/// Cells smaller than this many such areas put the peak pressure in doubt. Tried with a rigid sphere on 16 and 24 faces
-/// (Hertz): 1 has errors of 1 to 3 % and up to 1800 iterations, 1.19 and more at most 0.5 % up to 2, and fewer than 100.
+/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. Rigid sphere on 16 and 24 faces
+/// (Hertz): errors of 1 to 3 %, up to 1800 iterations at 1; at most 0.5 %, fewer than 100 from 1.19 to 2.
 const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
 
-/// Cells smaller than this many such areas are noted.
+/// Cells smaller than this multiple cause a note.
 const SMOOTH_CELL_AREA_RATIO: f64 = 2.0;
 
-/// Nodes of boundary elements farther apart than this share of the thickness of the body behind them put it in doubt. Tried with a clamped plate under
-/// a sphere: at 2.5 (constant elements) 24 times too stiff, at 1.25 (linear) 40 % off.
+/// Boundary-element nodes farther apart than this share of the body's thickness behind them cause a warning. Measured for a clamped
+/// plate under a sphere: 24 times too stiff at 2.5 (constant elements), 40 % error at 1.25 (linear).
 const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
 
-/// Heights of a surface under a frame that differ by more than this share of the approach are noted.
+/// Height differences of a surface under the frame above this share of the approach cause a note.
 const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
 
-/// Motions to the first touch of less than this share of the frame's size are rounding, and not reported.
+/// Motions to the first touch below this share of the frame's size are rounding and are not reported.
 const MIN_REPORTED_MOTION: f64 = 1e-6;
 
-/// Rounding of coordinates over the side of a cell, at most.
+/// Maximum rounding error of coordinates relative to the side of a cell.
 const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
 
-/// Uncertainty of the distances by the motion to the first touch over the approach, at most.
+/// Maximum uncertainty of the distances due to the motion to the first touch, relative to the approach.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
-/// A node is held along the normal if this share of the normal lies in the components that are held.
+/// A node is fixed along the normal if the fixed components contain this share of the normal vector.
 const FIXED_NORMAL_SHARE: f64 = 0.999;
 
-/// What the user should know of how `plan` and its `frame` fit.
+/// Checks that the bodies and the `frame` of `plan` are compatible. Returns notes and warnings for the user.
 ///
 /// # Errors
-/// If a support holds contact nodes along the normal, the cells are finer than every meshed body although no
-/// half-space takes part, or the meshes overlap.
+/// If a support fixes contact nodes along the normal, or the meshes overlap. If the cells are finer than every meshed body and no
+/// half-space takes part.
 ///
 /// # Source
-/// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
+/// Uniqueness of the pressures: the frame must not have more points than the finer side has degrees of freedom.
 pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
@@ -94,7 +94,7 @@ pub(crate) fn check(
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
-        // Under a half-space supports only have to be far enough from the frame.
+        // With a half-space near field, supports need only be far enough from the frame.
         if let Some(be) = body.as_be() {
             let under = be.bem_spec(key).check(&fe.contact, SIDES[index], frame).at(key)?;
             aligned[index] = under.cells_within_elements;
@@ -135,7 +135,7 @@ pub(crate) fn check(
     Ok(notes)
 }
 
-/// Refuses a frame so far from the global origin that its coordinates are rounded to a noticeable share of a cell.
+/// Refuses a frame so far from the global origin that the rounding of coordinates is significant relative to a cell.
 fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     let distance = frame.origin.amax();
     let side = frame.mean_cell_side();
@@ -153,12 +153,12 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     .at("frame")
 }
 
-/// A warning if body 2 is moved far along a curved frame. Distances are measured along the normals of the cells where body 2 is meshed; on a frame of the radius R
-/// a motion u changes them by about u^2 / R besides. Tried with a pin in a bore of 25 mm, clearance 0.01, approach 0.005: a motion of 0.03 mm costs 1.4 % of the
-/// load, 0.11 mm half of it.
+/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals at the meshed position of
+/// body 2. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
+/// clearance 0.01, approach 0.005: a motion of 0.03 mm costs 1.4 % of the load, 0.11 mm half of it.
 fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<String> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
-    // On a circle of radius R normals differ by their distance over R.
+    // On a circle of radius R, the difference of two normals is their distance over R.
     let curvature = (1..frame.n_cells())
         .map(|cell| (frame.triads[cell].normal() - first).norm() / (frame.centers[cell] - start).norm())
         .fold(0.0, f64::max);
@@ -178,7 +178,7 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
     })
 }
 
-/// A note of the motion along n that brings body 2 from where it is meshed to the first touch.
+/// Note on the motion along n that brings body 2 from its meshed position to the first touch.
 fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> String {
     let unit = &plan.units.length;
     let normal = format_direction(&frame.axes.normal());
@@ -193,8 +193,8 @@ fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> S
     )
 }
 
-/// A note if an element (its number among the outer faces, the distance of its nodes over the thickness behind it) is too large for the body
-/// to bend.
+/// Warns if a boundary element is too large to represent bending of the body. The pair is its index among the outer faces and its
+/// node distance relative to the thickness behind it.
 fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<String> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
@@ -206,7 +206,7 @@ fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> 
     )))
 }
 
-/// The cells of the frame against the contact areas per node of condensed meshes.
+/// Compares the cells of the frame with the contact areas per node of condensed meshes.
 fn check_cell_size(
     plan: &Plan,
     frame: &ContactFrame,
@@ -233,10 +233,10 @@ fn check_cell_size(
         }
         return Ok(warnings);
     }
-    // A cell per node is as many as the nodes can feel.
+    // With a cell per node, cells and nodes correspond one to one.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
-    // Boundary elements feel the tractions of each of their own nodes by themselves, if no cell lies over two elements.
+    // Boundary elements resolve the traction of each of their nodes if no cell covers two elements.
     let cell = frame.mean_cell_area();
     let by_boundary = |face: &f64| {
         let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*face);
@@ -245,7 +245,7 @@ fn check_cell_size(
     let finest = finest.filter(|face| !by_boundary(face));
     let note = finest.map(|face| check_cell_area_ratio(plan, frame, face, &why)).transpose()?.flatten();
     let least = per_node.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    // Cells of nodes at an edge are halves of those inside.
+    // Nodal cells at an edge have half the area of inner ones.
     let cell = match plan.frame {
         FramePlan::Mesh { body, .. } if nodal => per_node[body].unwrap_or(cell),
         _ => cell,
@@ -258,7 +258,7 @@ fn check_cell_size(
     Ok(note.into_iter().chain((0..2).filter_map(coarse)).collect())
 }
 
-/// Share of body `index` in the compliance of both bodies along the frame's n, by the uniaxial moduli of their materials.
+/// Share of body `index` in the compliance of both bodies along the frame's n, from the uniaxial moduli of their materials.
 fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     let n = frame.axes.normal();
     let stress = Vector6::new(n.x * n.x, n.y * n.y, n.z * n.z, n.y * n.z, n.x * n.z, n.x * n.y);
@@ -269,9 +269,9 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     compliances[index] / compliances.iter().sum::<f64>()
 }
 
-/// A warning if the condensed mesh of body `index`, with the area `face` per contact node, is coarser than the cells of the frame, with the area `cell`, which the other body
-/// feels one by one. Tried with a sphere on a block a twentieth as stiff as the other half-space: peaks are 1.7 to 3.3 times too high at 0.16 of the
-/// area per node, a quarter at 0.36, less than 0.01 at 0.92.
+/// Warns if the condensed mesh of body `index` (`face`: area per contact node) is coarser than the cells of the frame (area
+/// `cell`), which the other body resolves. Measured for a sphere on a block a twentieth as stiff as the other half-space: peaks are
+/// 1.7 to 3.3 times too high at 0.16 of the area per node, a quarter at 0.36, less than 0.01 at 0.92.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -296,7 +296,7 @@ fn coarse_faces_warning(
 /// Refuses cells beside a half-space that are far finer than the contact faces of body `index`.
 ///
 /// # Errors
-/// If they are, and the scene does not ask for the near field of the mesh.
+/// If the cells are far finer, unless the scene selects the near field of the mesh.
 fn refuse_far_finer_cells(
     plan: &Plan,
     frame: &ContactFrame,
@@ -319,7 +319,7 @@ fn refuse_far_finer_cells(
     Err(SceneError { error, key: format!("{key}.near_field") })
 }
 
-/// What to do about contact faces of body `index` that are coarser than the cells of the frame.
+/// Recommendation for contact faces of body `index` that are coarser than the cells of the frame.
 fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize, f64)) -> String {
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let side = format_number((face * MIN_CELL_AREA_RATIO).sqrt());
@@ -337,7 +337,7 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
     }
 }
 
-/// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
+/// Note if the gap neglects height differences of the surface of body `key`. `heights`: along n, over the cells.
 fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
     let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
@@ -353,7 +353,7 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
     })
 }
 
-/// A note if cells of a mesh frame have no faces of the other body opposite.
+/// Note if cells of a mesh frame have no opposite faces of the other body.
 fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> {
     let FramePlan::Mesh { body, points, .. } = plan.frame else { return None };
     let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
@@ -372,7 +372,7 @@ fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> 
     })
 }
 
-/// Refuses supports that leave no freedom along the normal to a node under the frame.
+/// Refuses supports that fix a node under the frame along the normal.
 fn refuse_fixed_contact_nodes(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -403,7 +403,7 @@ fn refuse_fixed_contact_nodes(
     Ok(())
 }
 
-/// The mean cell of the frame against the area per contact node of the finest body; `why` no half-space takes part.
+/// Checks the mean cell area against the area per contact node of the finest body. `why`: the reason why no half-space takes part.
 fn check_cell_area_ratio(
     plan: &Plan,
     frame: &ContactFrame,
@@ -459,10 +459,10 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`; nothing if it is too coarse to be of use.
+/// Recommends the finest grid whose cells have `wanted` times the nodal area, given the present `ratio`. Empty if it is too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
-    // A slice keeps its one cell across.
+    // A direction with a single cell keeps it.
     let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;
     let coarser = |n: usize| (n as f64 * (ratio / wanted).powf(1.0 / directions)).floor() as usize;
     let [x, y] = grid.cells.map(|n| if n > 1 { coarser(n) } else { 1 });
@@ -470,7 +470,7 @@ fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     if usable { format!(" (cells = [{x}, {y}] or fewer)") } else { String::new() }
 }
 
-/// A note if a law takes the body's fibre although elements with another one lie under the frame.
+/// Note if a law takes the body's fibre direction, but elements under the frame have another one.
 fn region_fibre_warning(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -501,7 +501,7 @@ fn region_fibre_warning(
     ))
 }
 
-/// Area per node of many faces like `faces`, mm2: a node shared by many faces counts for its part in each.
+/// Mean area per node, mm2. Each node counts with the fraction that belongs to the face in a large regular mesh of such faces.
 fn area_per_node(body: &BodyPlan, mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
     let nodes = |face: &&SurfaceFace| match (face.kind, body.as_be()) {
         (kind, Some(be)) => be.interpolation.n_nodes(kind.n_corners() == 3) as f64,

@@ -1,8 +1,8 @@
-//! What flat faces of a curved surface cut off of a gap that is taken from meshes, against the depth of the contact.
+//! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the approach.
 //!
-//! An edge of length h on a surface of radius R lies up to h^2 / 8R inside it. In the gap of a condensed mesh this is distance; where
-//! the near field is that of a half-space the faces are bowed, and what the curvatures at the two ends of an edge do not agree on
-//! is left.
+//! An edge of length h on a surface of radius R lies up to h^2 / 8R inside the surface. For a condensed mesh, the gap contains this
+//! error in full. With a half-space near field the faces are curvature-corrected. The error that remains is the disagreement of the
+//! curvatures at the two ends of an edge.
 
 use crate::error::warning;
 use crate::evolution::records::IncrementRecord;
@@ -14,17 +14,17 @@ use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::build::bodies::{BODY_KEYS, face_map};
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// More than this share of the approach cut off by flat faces puts loads in doubt. Tried with a cap of R = 20 mm as condensed mesh
-/// (docs/theory-coupling.md): the load errs by one to two times the share.
+/// A faceting error above this share of the approach makes loads unreliable. Measured for a cap of R = 20 mm as condensed mesh
+/// (docs/theory-coupling.md): the load error is one to two times the share.
 const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
 
-/// An overlap of less than this share of the frame's size is rounding.
+/// An overlap below this share of the frame's size is rounding.
 const MIN_OVERLAP_SHARE: f64 = 1e-6;
 
-/// A bow of less than this share of an edge is rounding.
+/// A curvature correction below this share of the edge length is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A warning if flat faces of curved surfaces overlap where the surfaces first touch (`gap`, `[N]`, mm) and the steps prescribe no approach beyond it.
+/// Warns if flat faces overlap at first touch (`gap`, `[N]`, mm) and the steps prescribe no positive approach and no force.
 pub(in crate::simulation) fn preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -37,8 +37,8 @@ pub(in crate::simulation) fn preload_warning(
     certain.then(|| overlap_warning(plan, overlap))
 }
 
-/// A warning if a run under forces reaches an `approach` of no more than that of the first touch, in spite of an overlap of flat faces there: `gap` as in
-/// [`preload_warning`], without loads of the bodies.
+/// Warns if a run under prescribed forces reaches an `approach` (mm) that is smaller than the overlap of flat faces at first touch.
+/// `gap` as in [`preload_warning`], without applied loads of the bodies.
 pub(in crate::simulation) fn reached_preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -60,17 +60,17 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> String {
     ))
 }
 
-/// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.
+/// Largest approach reached by a run whose steps prescribe none, mm. It may be negative due to applied loads of the bodies.
 pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should, or those over the nearest cells if the
-/// gap of all is larger. Bodies that are `bowed` have the rest of it only.
+/// Warns about excessive faceting errors under the contact: over cells whose `gap` (`[N]`, mm) is at most `depth`, or the smallest
+/// gap if that is larger. Curvature-corrected (`bowed`) bodies have the remaining error only.
 ///
 /// # Errors
-/// If frame and faces do not fit.
+/// If frame and faces are incompatible.
 pub(in crate::simulation) fn check(
     plan: &Plan,
     frame: &ContactFrame,
@@ -92,11 +92,11 @@ pub(in crate::simulation) fn check(
     Ok(doubts)
 }
 
-/// The most by which flat faces of body `index` under the frame are bowed in the gap, mm; `None` if they are plane, or the gap is not
-/// that of the meshes.
+/// Largest curvature correction of the flat faces of body `index` under the frame, mm. `None` if the faces are plane or the gap
+/// does not come from the meshes.
 ///
 /// # Errors
-/// If frame and faces do not fit.
+/// If frame and faces are incompatible.
 pub(crate) fn max_curvature_correction(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -111,7 +111,7 @@ pub(crate) fn max_curvature_correction(
     Ok(bowed.map(EdgeSagitta::applied).reduce(f64::max))
 }
 
-/// What the faces of body `index` cut off whose nodes all belong to cells that `counts`.
+/// Faceting errors of the edges of faces of body `index` whose nodes all belong to cells for which `counts` holds.
 fn faceting_errors(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -129,8 +129,8 @@ fn faceting_errors(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// A warning where the `error` of what loads of body `key` do to its surface matters against the overlap of the
-/// undeformed bodies, or what keeps them apart, at an `approach` over a normal `gap` that includes what its loads do to it (`[N]`), mm.
+/// Warns if the `error` of the surface displacement by applied loads of body `key` is significant. The reference is the overlap or
+/// opening of the undeformed bodies at an `approach`. The normal `gap` (`[N]`) includes that displacement. Lengths in mm.
 pub(in crate::simulation) fn own_load_warning(
     plan: &Plan,
     key: &str,

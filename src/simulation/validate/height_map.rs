@@ -1,4 +1,4 @@
-//! Whether the heights of a gap can be meant: their extent, slopes and curvature under the frame.
+//! Plausibility checks of a gap given by heights: range, slopes and curvature under the frame.
 
 use nalgebra::{DMatrix, Matrix2, Vector6};
 
@@ -8,37 +8,37 @@ use crate::geometry::format_short;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::scene::plan::Plan;
 
-/// Slopes between neighbouring cells above this are warned of: half-spaces and small displacements stand for slopes far below 1, and heights in micrometres that
-/// are taken for millimetres rise a thousand times as fast.
+/// Larger slopes between neighbouring cells cause a warning. Half-space theory and small displacements require slopes far below 1.
+/// Heights in micrometres read as millimetres are a thousand times too steep.
 const MAX_SLOPE: f64 = 0.5;
 
 /// Singular values of the normal equations below this share of the largest belong to shapes that the cells do not determine.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Rise of the best paraboloid to the farthest cell over the deviation from it, at least, for its radii to be shown.
+/// Radii are reported if the rise of the best paraboloid to the farthest cell is at least this multiple of the deviation.
 const MIN_SAGITTA_OVER_DEVIATION: f64 = 3.0;
 
-/// A rise of less than this share of the largest height is rounding.
+/// A rise below this share of the largest height is rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// Smaller over larger curvature of a cylinder, at most.
+/// Maximum ratio of the smaller to the larger curvature of a cylinder.
 const CYLINDER_CURVATURE_RATIO: f64 = 1e-2;
 
-/// Difference of the curvatures of a sphere over the larger, at most.
+/// Maximum difference of the two curvatures of a sphere, relative to the larger.
 const SPHERE_CURVATURE_DIFFERENCE: f64 = 0.05;
 
-/// The paraboloid on a tilted plane that fits heights best.
+/// Best-fit paraboloid on a tilted plane.
 struct BestParaboloid {
-    /// Principal curvatures, the larger in magnitude first, positive where the gap opens away from the middle, 1/mm.
+    /// Principal curvatures, the larger in magnitude first, positive if the gap increases away from the middle, 1/mm.
     curvatures: [f64; 2],
-    /// Root mean square of the heights about it, mm.
+    /// Root mean square deviation of the heights from it, mm.
     deviation: f64,
     /// Rise from its middle to the farthest cell along the larger curvature, mm.
     sagitta: f64,
 }
 
 impl BestParaboloid {
-    /// Whether the heights, the largest of which is `highest`, show it.
+    /// Whether the paraboloid is significant for heights up to `highest`.
     fn is_seen(&self, highest: f64) -> bool {
         self.sagitta.abs() >= MIN_SAGITTA_OVER_DEVIATION * self.deviation
             && self.sagitta.abs() > ROUNDING * highest
@@ -61,7 +61,7 @@ impl BestParaboloid {
     }
 }
 
-/// A note of what the heights `gap` (`[N]`, mm) of a file are under the frame, and warnings where they can hardly be meant.
+/// Describes the heights `gap` (`[N]`, mm) from a file under the frame, and warns if they are implausible.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<String> {
     let unit = &plan.units.length;
     let highest = gap.iter().copied().fold(0.0, f64::max);
@@ -93,7 +93,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
     notes
 }
 
-/// Mean over the area.
+/// Area-weighted mean.
 fn mean(frame: &ContactFrame, gap: &[f64]) -> f64 {
     gap.iter().zip(&frame.areas).map(|(g, area)| g * area).sum::<f64>() / frame.areas.iter().sum::<f64>()
 }
@@ -102,13 +102,14 @@ fn mean_square(frame: &ContactFrame, values: impl Iterator<Item = f64>) -> f64 {
     values.zip(&frame.areas).map(|(v, area)| v * v * area).sum::<f64>() / frame.areas.iter().sum::<f64>()
 }
 
-/// Least squares of c + b_x x + b_y y + (k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2 over the cells; `None` of fewer than seven.
+/// Area-weighted least-squares fit of c + b_x x + b_y y + (k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2 over the cells. `None` for fewer
+/// than seven cells.
 fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> {
     let n = gap.len();
     if n < 7 {
         return None;
     }
-    // In lengths of the frame, so that all terms are of one size.
+    // Coordinates relative to the frame's size, so that all terms have similar magnitudes.
     let size = frame.size();
     let places: Vec<[f64; 2]> = (0..n).map(|cell| frame.plane_coordinates(cell).map(|x| x / size)).collect();
     let terms = |cell: usize| {
@@ -137,7 +138,7 @@ fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> 
     })
 }
 
-/// The largest slope between neighbouring cells of a grid; 0 of other frames.
+/// Largest slope between neighbouring cells of a grid; 0 for other frames.
 fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
     let Some(grid) = frame.grid else { return 0.0 };
     let [nx, ny] = grid.cells;
@@ -146,7 +147,7 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
     let mut steepest: f64 = 0.0;
     for place in 0..nx * ny {
         let [ix, iy] = [place / ny, place % ny];
-        // Places outside of an outline have no height, and the largest leaves them out.
+        // Grid positions outside an outline are NaN, which `max` ignores.
         if ix + 1 < nx {
             steepest = steepest.max((at[place + ny] - at[place]).abs() / grid.spacing[0]);
         }
@@ -161,8 +162,8 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and no deviation, on a rectangle, of which a single row shows one of them;
-    /// planes and waves have no radius.
+    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and zero deviation on a rectangle. A single row
+    /// shows one radius. Planes and waves have no radius.
     #[test]
     fn paraboloids() {
         for cells in [[20, 16], [20, 1]] {
@@ -188,7 +189,7 @@ mod tests {
         }
     }
 
-    /// Truth: a plane of the slope 0.3 along x and -0.7 along y.
+    /// Truth: a plane with slopes 0.3 along x and -0.7 along y.
     #[test]
     fn slopes() {
         let frame = ContactFrame::grid([1.0, 0.6], [10, 12], [0.0; 2], 0.0).unwrap();

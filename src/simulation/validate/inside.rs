@@ -1,4 +1,4 @@
-//! Whether the points that `output.inside` asks for lie in their bodies.
+//! Checks that the points of `output.inside` lie in their bodies.
 
 use crate::body::half_space::first_point_above_surface;
 use crate::error::Error;
@@ -10,10 +10,10 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::build::memory;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// Refuses points outside of their bodies.
+/// Refuses points outside their bodies.
 ///
 /// # Errors
-/// If there is one, or there is no memory for them.
+/// If a point lies outside, or memory does not suffice.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     memory::ensure_points_fit(plan, frame).at("output.inside")?;
     plan.interior_requests.iter().enumerate().try_for_each(|(i, request)| {
@@ -26,13 +26,13 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
                 let outside = be.bem_spec(BODY_KEYS[index]).first_point_outside(&points).at(&key)?;
                 outside.map_or(Ok(()), |first| refuse_outside_point(plan, (&key, request), &points[first]))
             }
-            // Refused when the scene is read.
+            // The scene reader refuses these.
             BodyPlan::Fe(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(()),
         }
     })
 }
 
-/// All points of a rectangle lie on a side of a plane if its corners do.
+/// Refuses a rectangle with a corner outside the half-space. Its other points lie inside if the corners do.
 fn below(
     plan: &Plan,
     frame: &ContactFrame,
@@ -70,6 +70,6 @@ fn refuse_outside_point(
         request.name,
         request.side.name(),
     ));
-    // Of a point between the corners no key is at fault.
+    // For a point between the corners, no single key is at fault.
     Err(SceneError { error, key: corner.map_or_else(|| key.to_owned(), |(name, _)| format!("{key}.{name}")) })
 }

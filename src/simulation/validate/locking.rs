@@ -1,4 +1,4 @@
-//! Elements that lock in materials which hardly change their volume.
+//! Detects elements that lock in nearly incompressible materials.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,14 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
-/// Poisson's ratio of the volume from which plain elements of first order are too stiff by more than some percent. Tried with a rigid sphere on a
-/// clamped block, load against that of mean dilatation: `hex8` 2.5, 8, 31, 154 % and ten times too stiff at 0.3, 0.45, 0.49, 0.499 and 0.4999.
+/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Excess load of a
+/// rigid sphere on a clamped block over mean dilatation: `hex8` 2.5, 8, 31, 154 %, ten times at 0.3, 0.45, 0.49, 0.499, 0.4999.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
 /// The same for enhanced hexahedra: 0, 1.2, 5 and 18 % at 0.45, 0.49, 0.499 and 0.4999.
 const LOCKING_RATIO_ENHANCED: f64 = 0.498;
 
-/// The ratio from which elements of a kind lock; `None` for those that do not.
+/// Poisson's ratio from which an element kind locks; `None` for kinds that do not lock.
 fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     match (kind, formulation) {
         (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(LOCKING_RATIO_STANDARD),
@@ -27,12 +27,12 @@ fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     }
 }
 
-/// The kind as scenes name it.
+/// Name of the kind in scenes.
 fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
     if kind == ElementKind::Hex8 { formulation.name() } else { kind.name() }
 }
 
-/// A warning if elements of the body `key` lock in what they are made of.
+/// Warns if elements of the body `key` lock in their material.
 pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
     let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
     if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
@@ -44,19 +44,19 @@ pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> 
     Some(warning(&found.message(key)))
 }
 
-/// The elements of a body that lock.
+/// Locking elements of a body.
 struct Locking {
     elements: usize,
     kinds: BTreeSet<&'static str>,
     only_hexahedra: bool,
     only_enhanced: bool,
-    /// Largest ratio among them, and the name of its material.
+    /// Largest Poisson's ratio among them, and the name of its material.
     worst: (f64, String),
 }
 
 impl Locking {
     fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
-        // Neighbours mostly are of one material.
+        // Neighbours usually have the same material.
         let mut last: Option<(&Stiffness, f64)> = None;
         let mut found = Self {
             elements: 0,

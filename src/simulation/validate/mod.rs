@@ -1,4 +1,4 @@
-//! Checks of a plan against its meshes and its frame, before anything is solved.
+//! Checks of a plan against its meshes and its frame, before any solve.
 
 pub(crate) mod controls;
 pub(crate) mod fit;

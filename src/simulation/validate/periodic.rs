@@ -1,4 +1,4 @@
-//! Whether gap and steps of a plan suit a frame that repeats itself.
+//! Checks that gap and steps of a plan suit a periodic frame.
 
 use crate::error::Error;
 use crate::evolution::step::Normal;
@@ -8,21 +8,21 @@ use crate::scene::plan::Plan;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::validate::controls::step_key;
 
-/// Steps of the gap across the seam that are this many times those between neighbours are noted.
+/// A gap step across the periodic boundary causes a note if it exceeds the largest inner step by this factor.
 const MAX_SEAM_STEP_RATIO: f64 = 5.0;
 
-/// Directions of fewer cells tell nothing of a surface.
+/// Directions with fewer cells are not checked.
 const MIN_CELLS_ALONG_SEAM: usize = 4;
 
-/// What the user should know of a periodic frame.
+/// Checks a periodic frame and returns notes for the user.
 ///
 /// # Errors
-/// If an approach would take the mean planes of surfaces that repeat themselves in both directions through each other: their
-/// mean distance does not change by pressure.
+/// If the frame is periodic in both directions and an approach reaches the mean distance of the surfaces. Pressure does not reduce
+/// that distance.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
-    // Cells outside of an outline stay open: contact need not be complete.
+    // Cells outside an outline stay open, so contact need not be complete.
     let whole = frame.grid_indices.is_none();
     if grid.periodic == [true; 2] && whole {
         refuse_complete_contact(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
@@ -34,7 +34,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Sc
     Ok(seams.filter_map(|axis| seam_warning(plan, &grid, axis, &heights)).collect())
 }
 
-/// Refuses an approach of at least the `mean` distance of the surfaces, before sliding may have worn them.
+/// Refuses an approach of at least the `mean` distance of the surfaces, in steps before any wear.
 fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     let wears = plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     for (index, step) in plan.steps.iter().enumerate() {
@@ -57,8 +57,7 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// A note if the gap does not go on from one side of the frame to the other; `gap` by place in the grid, `None` where there is
-/// no cell.
+/// Note if the gap is discontinuous across the periodic boundary. `gap`: by grid position, `None` where there is no cell.
 fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<String> {
     let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);

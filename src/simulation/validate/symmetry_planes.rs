@@ -1,7 +1,7 @@
-//! Planes of symmetry under a contact whose cells are those of nodes: which cells they constrain, and which scenes contradict them.
+//! Symmetry planes at the contact: which nodal cells they constrain, and which scenes contradict them.
 //!
-//! The supports hold the nodes on a plane across it, so that a traction across moves almost nothing and would stay undetermined; in
-//! the full model it vanishes by symmetry.
+//! The supports fix the nodes on a plane along its normal. A traction along that normal moves almost nothing, so it would be
+//! undetermined. In the full model it vanishes by symmetry.
 
 use nalgebra::Vector3;
 
@@ -18,23 +18,23 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
 
-/// Largest distance of two planes that are one, over the size of the group.
+/// Largest distance of two coincident planes, relative to the size of the group.
 const SAME_PLANE: f64 = 1e-6;
 
-/// Largest angle, radians, between an axis of the friction ellipse and a plane of symmetry that contains it.
+/// Largest angle, radians, between an axis of the friction ellipse and a symmetry plane that contains it.
 const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
 
-/// A plane group of a body whose displacement along the normal is prescribed.
+/// A plane group of a body with prescribed normal displacement.
 struct SupportPlane {
     /// Key of the support in the scene.
     key: String,
-    /// Whether the scene calls it a plane of symmetry.
+    /// Whether the scene declares it a symmetry plane.
     is_symmetry: bool,
-    /// The global axis along its normal.
+    /// Global axis along its normal.
     component: usize,
-    /// Its coordinate along that axis, mm.
+    /// Coordinate of the plane along that axis, mm.
     coordinate: f64,
-    /// Distance within which points lie on it, mm.
+    /// Distance within which points count as lying on the plane, mm.
     tolerance: f64,
     /// Nodes of the group.
     nodes: Vec<usize>,
@@ -53,7 +53,7 @@ impl SupportPlane {
             && (self.coordinate - other.coordinate).abs() <= self.tolerance.max(other.tolerance)
     }
 
-    /// Whether cells of the frame end on the plane.
+    /// Whether the plane contains an edge of a cell, but not the whole cell.
     fn bounds(&self, frame: &ContactFrame) -> bool {
         let on = |x: &Point| (x[self.component] - self.coordinate).abs() <= self.tolerance;
         frame.all_corners().any(|corners| {
@@ -64,17 +64,17 @@ impl SupportPlane {
     }
 }
 
-/// What the other body has at a plane.
+/// Counterpart of a plane on the other body.
 enum OppositePlane {
-    /// The same displacement along the normal; whether the scene calls it a plane of symmetry.
+    /// A plane with the same normal displacement. The flag tells whether the scene declares it a symmetry plane.
     SameDisplacement(bool),
-    /// Another displacement along the normal.
+    /// A plane with another normal displacement.
     OtherDisplacement,
-    /// No plane.
+    /// No coincident plane.
     Missing,
 }
 
-/// The planes among the supports of a body that reach its contact surface; none of a body without a mesh.
+/// Planes among the supports of a body that reach its contact surface. Empty for a body without a mesh.
 fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     let mut planes = Vec::new();
     let Some(body) = body.as_meshed() else { return planes };
@@ -84,7 +84,7 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     };
     let mut touches = vec![false; body.mesh.points.len()];
     nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
-    // Outer faces are looked for in the groups that matter only: it takes time on large meshes.
+    // Outer faces are computed for the relevant groups only, because the search is slow on large meshes.
     let reaches =
         |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
     for support in body.supports.iter().filter(reaches) {
@@ -112,7 +112,7 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     planes
 }
 
-/// What the body `other`, whose planes are `planes`, has at a plane.
+/// Counterpart of `plane` on the body `other` with the planes `planes`.
 fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> OppositePlane {
     if matches!(other, BodyPlan::Rigid) {
         return if plane.displacement == (0.0, [0.0; 3]) {
@@ -129,7 +129,7 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether `plane` of body `own` is a plane of symmetry that the other body has, too, or a rigid one; `planes`: those of both bodies.
+/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes`: those of both bodies.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],
@@ -140,7 +140,7 @@ fn is_shared_symmetry(
     matches!(other, OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry)
 }
 
-/// The body whose nodes are the cells of the frame, with the frame's axes.
+/// Body whose nodes define the cells of the frame, with the frame's axes.
 fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
     match plan.frame {
         FramePlan::Mesh { body, points: FramePoints::Nodes, azimuth, normal, .. } => {
@@ -151,11 +151,10 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
     }
 }
 
-/// The nodes of the frame's body on planes across which tractions and relative displacements vanish.
+/// Nodes of the frame's body on planes across which tractions and relative displacements vanish.
 ///
-/// A plane group that both bodies have with the same displacement along its normal is one, and one that a body has against a rigid
-/// one. Planes that the scene does not call planes of symmetry are walls, and constrain nothing, where steps move the bodies
-/// across them.
+/// Such a plane is a plane group of both bodies with the same normal displacement, or a fixed one opposite a rigid body. If no body
+/// declares it a symmetry plane and a step moves the bodies across it, it is a wall and constrains nothing.
 pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
@@ -174,8 +173,8 @@ pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     found
 }
 
-/// Which of the global axes are normal to a plane at which the frame ends, of any kind, and which both bodies (or one and a rigid one) have
-/// and one at least calls a plane of symmetry.
+/// Global axes normal to a symmetry plane at which the frame ends. Both bodies share the plane (or one of them is rigid), and at
+/// least one declares it a symmetry plane. Applies to every kind of frame.
 pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
@@ -187,16 +186,16 @@ pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &Co
     found
 }
 
-/// The key by which a step presses the bodies together.
+/// Key with which a step presses the bodies together.
 fn pressing_key(step: &Step) -> &'static str {
     if matches!(step.normal, Some(Normal::Force(_))) { "normal_force" } else { "approach" }
 }
 
-/// Refuses a contact that planes of symmetry close to a ring, if body 2 is moved along n across one of them: in the gap (`moves`), or by
-/// the steps.
+/// Refuses a contact that symmetry planes close to a ring, if body 2 moves along n across one of them. The motion comes from the
+/// gap (`moves`) or from the steps.
 ///
 /// # Errors
-/// At the key of the gap, or of the first step.
+/// With the key of the gap, or of the first such step.
 pub(super) fn refuse_closed_contact(
     plan: &Plan,
     frame: &ContactFrame,
@@ -233,11 +232,11 @@ pub(super) fn refuse_closed_contact(
     Err(SceneError { error, key })
 }
 
-/// Refuses what contradicts planes of symmetry under the contact where friction acts: loads and motions across them, friction ellipses
-/// oblique to them; on frames of nodes also planes that one body has alone, or that move past one another.
+/// Refuses scenes with friction that contradict symmetry planes at the contact: loads and motions across them, and friction
+/// ellipses oblique to them. On nodal frames also planes that only one body has, or that move relative to each other.
 ///
 /// # Errors
-/// At the key of the first one.
+/// With the key of the first contradiction.
 pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());
@@ -298,7 +297,7 @@ fn refuse_unmatched_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Re
     Ok(())
 }
 
-/// Whether the friction law is not its own mirror image at a plane with the normal `m` in a cell's axes.
+/// Whether reflection at a plane with normal `m` (cell axes) changes the friction law.
 fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
     let Some(ellipse) = plan.friction.ellipse().filter(|ellipse| ellipse.mu[0] != ellipse.mu[1]) else {
         return false;
@@ -307,7 +306,7 @@ fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
     (2.0 * angle).sin().abs() > 2.0 * MAX_MISALIGNMENT_RAD
 }
 
-/// The first step that moves or loads a body across planes with the normal `component`: its index, its key, what it does.
+/// First step that moves or loads a body across planes with normal `component`: its index, its key, and a description.
 fn first_step_across(
     plan: &Plan,
     axes: &Triad,
@@ -321,13 +320,13 @@ fn first_step_across(
     plan.steps.iter().enumerate().find_map(of_step)
 }
 
-/// The key by which a step moves or loads a body across planes with the given normal (frame's axes), and what it does.
+/// Key with which a step moves or loads a body across planes with the given normal (frame axes), and a description.
 fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static str, &'static str)> {
     let along = |x: f64, y: f64, n: f64| {
         let vector = Vector3::new(x, y, n);
         vector.dot(normal).abs() > ROUNDING_SHARE * vector.norm()
     };
-    // Rotations about the normal alone keep to the plane.
+    // Only rotations about the normal preserve the plane.
     let turns = |x: f64, y: f64, n: f64| {
         let vector = Vector3::new(x, y, n);
         vector.cross(normal).norm() > ROUNDING_SHARE * vector.norm()
@@ -406,7 +405,8 @@ mod tests {
         })
     }
 
-    /// Truth: a motion or force keeps a plane where it has no part along its normal, a rotation or moment where it has no other part.
+    /// Truth: motions and forces without a component along the normal preserve a plane; so do rotations and moments with no other
+    /// one.
     #[test]
     fn controls_across_a_plane() {
         let y = Vector3::y();
