@@ -23,7 +23,7 @@ pub(crate) fn split_fields(line: &str) -> Vec<&str> {
 /// Checks that all lines of a table use the same separator, so that a decimal comma is not read as a separator.
 #[derive(Default)]
 pub(crate) struct Separators {
-    /// Separator of the lines so far: comma or semicolon.
+    /// Separator of the lines so far: comma, semicolon or blank.
     found: Option<char>,
 }
 
@@ -33,35 +33,38 @@ impl Separators {
     /// # Errors
     /// If the line mixes separators, or uses another one than the lines before. The text is the reason, for the end of a message.
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
-        let separator = line.chars().find(|c| [',', ';'].contains(c));
-        let other = if separator.is_some() && line.contains(',') && line.contains(';') {
+        let blank = line.split_whitespace().nth(1).map(|_| ' ');
+        let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);
+        let problem = if line.contains(',') && line.contains(';') {
             Some("commas as well as semicolons")
-        } else if has_decimal_comma_between_blanks(line) {
-            Some("commas between digits as well as blanks between values")
+        } else if may_have_decimal_comma(line) {
+            Some("a comma that may be a decimal comma, and blanks between values")
         } else if separator.zip(self.found).is_some_and(|(here, before)| here != before) {
-            Some("other separators than the lines above")
+            Some("another separator than the lines above")
         } else {
             None
         };
         self.found = self.found.or(separator);
-        match other {
-            Some(other) => Err(format!(
-                "has {other}: decimal commas are not read; write decimal points, and separate all values alike"
+        match problem {
+            Some(problem) => Err(format!(
+                "has {problem}: decimal commas are not read; write decimal points, separate all values alike, and put texts in quotes"
             )),
             None => Ok(()),
         }
     }
 }
 
-/// Whether blanks separate the values of a line and a number contains a comma: "1 100,5".
-fn has_decimal_comma_between_blanks(line: &str) -> bool {
+/// Whether a comma of the line may be a decimal comma between values that blanks separate: "1 100,5", but not "0.1,5 of 10".
+fn may_have_decimal_comma(line: &str) -> bool {
+    let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let cells: Vec<&str> = line.split(',').collect();
     cells.windows(2).any(|cells| {
-        let (left, right) = (cells[0], cells[1]);
-        let last_word = left.rsplit(char::is_whitespace).next().unwrap_or("");
+        let last_word = cells[0].rsplit(char::is_whitespace).next().unwrap_or("");
+        let first_word = cells[1].split(char::is_whitespace).next().unwrap_or("");
+        let decimals = first_word.split_once(['e', 'E']).map_or(first_word, |(decimals, _)| decimals);
         cells.iter().any(|cell| cell.split_whitespace().nth(1).is_some())
-            && last_word.parse::<f64>().is_ok()
-            && right.starts_with(|c: char| c.is_ascii_digit())
+            && is_whole(last_word.trim_start_matches(['+', '-']))
+            && is_whole(decimals)
     })
 }
 
@@ -74,18 +77,32 @@ fn unquoted(cell: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// Truth: docs/scene.md: decimal commas are refused next to semicolons, blanks or tabs. Texts may contain blanks.
+    /// Truth: docs/scene.md: decimal commas beside semicolons, blanks or tabs are refused. Texts, units and dates in other columns may hold blanks.
     #[test]
     fn decimal_commas_are_no_separators() {
-        for wrong in ["1\t100,5", "0,001\t3", "0.5 0,001", "0,5;1,5", "load 1,5", "1 0,5 0,5 0,7"] {
+        for wrong in
+            ["1\t100,5", "0,001\t3", "0.5 0,001", "0,5;1,5", "load 1,5", "1 0,5 0,5 0,7", "1 -0,5e-3"]
+        {
             assert!(Separators::default().check(wrong).is_err(), "{wrong}");
         }
-        for right in
-            ["1,2, 3", "1 , 2", "1 2", "2026-01-02 12:00:00,5", "start of test,1,2", "\"load 1\",5", "1;2"]
-        {
+        for right in [
+            "1,2, 3",
+            "1 , 2",
+            "1 2",
+            "2026-01-02 12:00:00,5",
+            "0.01,2026-01-02 12:00:00",
+            "1,2026-01-02 12:00:00,0.01",
+            "step 1,0.01",
+            "0.01,5 of 10",
+            "start of test,1,2",
+            "\"load 1\",5",
+            "1;2",
+        ] {
             assert_eq!(Separators::default().check(right), Ok(()), "{right}");
         }
-        let mut separators = Separators::default();
-        assert!(separators.check("time;force").is_ok() && separators.check("0,5").is_err());
+        for lines in [["time;force", "0,5"], ["1 2", "0,5"], ["1;2", "0 5"]] {
+            let mut separators = Separators::default();
+            assert!(separators.check(lines[0]).is_ok() && separators.check(lines[1]).is_err(), "{lines:?}");
+        }
     }
 }

@@ -46,20 +46,26 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     let mut lines: Vec<(usize, &str)> = data_lines(&text).collect();
     let before = r.diagnostics.len();
     let mut separators = Separators::default();
-    if let Some((_, line)) = lines.first() {
-        // Separator errors of a row are reported with the rows, those of a header by its names.
-        let _ = separators.check(line);
-    }
     let columns = match &history.columns {
         Some(columns) => {
             // A header is ignored if the scene gives the columns.
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
-            if lines.first().is_some_and(|(_, line)| is_header(line)) {
+            if let Some((_, line)) = lines.first().copied().filter(|(_, line)| is_header(line)) {
                 lines.remove(0);
+                // Commas and blanks may be part of titles, semicolons alone are separators.
+                if line.contains(';') && !line.contains(',') {
+                    let _ = separators.check(line);
+                }
             }
             columns.clone()
         }
-        None => header(r, key, &history.file, &mut lines)?,
+        None => {
+            if let Some((_, line)) = lines.first() {
+                // Errors of a header are reported with its names.
+                let _ = separators.check(line);
+            }
+            header(r, key, &history.file, &mut lines)?
+        }
     };
     check_columns(r, key, &columns);
     if lines.is_empty() {
