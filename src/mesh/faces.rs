@@ -1,6 +1,8 @@
 //! Faces of the solids: the boundary surface, and the faces of a physical surface, with outward normals. In a mesh without solids,
 //! the surface cells with their own orientation are the boundary ([`super::closed_surface::orient_outward`]).
 
+use rustc_hash::FxHashMap;
+
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
@@ -68,40 +70,6 @@ pub(super) fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRe
     }
 }
 
-/// Values by face key. The faces with the same smallest node form a linked list; unlike a hash table, this needs no hashing.
-struct FaceTable<T> {
-    /// Per mesh node the entry of the last face with this smallest node, or `usize::MAX`.
-    last_of_node: Vec<usize>,
-    /// Key, entry before of the same smallest node, and value.
-    entries: Vec<(FaceKey, usize, T)>,
-}
-
-impl<T: Default> FaceTable<T> {
-    fn new(mesh: &Mesh) -> Self {
-        Self { last_of_node: vec![usize::MAX; mesh.n_points()], entries: Vec::new() }
-    }
-
-    fn find(&self, key: FaceKey) -> Option<usize> {
-        let mut i = self.last_of_node[key[0]];
-        while let Some((other, before, _)) = self.entries.get(i) {
-            if *other == key {
-                return Some(i);
-            }
-            i = *before;
-        }
-        None
-    }
-
-    fn get_or_default(&mut self, key: FaceKey) -> &mut T {
-        let i = self.find(key).unwrap_or_else(|| {
-            let before = std::mem::replace(&mut self.last_of_node[key[0]], self.entries.len());
-            self.entries.push((key, before, T::default()));
-            self.entries.len() - 1
-        });
-        &mut self.entries[i].2
-    }
-}
-
 fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> SurfaceFace {
     let (kind, local) = mesh.kind(owner).local_faces()[local_face];
     let nodes = mesh.cell_nodes(owner);
@@ -121,20 +89,20 @@ pub(crate) struct SolidFace {
 
 /// All faces of all solids, in the order of the solids.
 pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
-    let mut owners: FaceTable<[Option<usize>; 2]> = FaceTable::new(mesh);
+    let mut owners: FxHashMap<FaceKey, [usize; 2]> = FxHashMap::default();
     let (mut faces, mut keys) = (Vec::new(), Vec::new());
     let (mut solid, mut last) = (0, None);
     each_solid_face(mesh, |key, owner, local_face| {
         solid += usize::from(last.is_some_and(|last| last != owner));
         last = Some(owner);
-        let pair = owners.get_or_default(key);
-        pair[usize::from(pair[0].is_some())] = Some(solid);
+        owners.entry(key).and_modify(|pair| pair[1] = solid).or_insert([solid, usize::MAX]);
         faces.push(SolidFace { solid, local_face, neighbour: None });
         keys.push(key);
     });
     for (face, key) in faces.iter_mut().zip(keys) {
-        let [first, second] = *owners.get_or_default(key);
-        face.neighbour = if first == Some(face.solid) { second } else { first };
+        let [first, second] = owners[&key];
+        let other = if first == face.solid { second } else { first };
+        face.neighbour = Some(other).filter(|&other| other != usize::MAX);
     }
     faces
 }
@@ -151,14 +119,15 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     if mesh.volume_cells().next().is_none() {
         return mesh.cells(2).map(|cell| surface_cell(mesh, cell)).collect();
     }
-    let mut owners: FaceTable<(u32, Option<(CellRef, usize)>)> = FaceTable::new(mesh);
+    let mut count: FxHashMap<FaceKey, u32> = FxHashMap::default();
+    each_solid_face(mesh, |key, _, _| *count.entry(key).or_insert(0) += 1);
+    let mut faces = Vec::new();
     each_solid_face(mesh, |key, owner, local_face| {
-        let (count, last) = owners.get_or_default(key);
-        (*count, *last) = (*count + 1, Some((owner, local_face)));
+        if count[&key] == 1 {
+            faces.push(surface_face(mesh, owner, local_face, mesh.tag(owner)));
+        }
     });
-    // Entries have the order in which the solids were visited.
-    let faces = owners.entries.into_iter().filter_map(|(_, _, (count, face))| face.filter(|_| count == 1));
-    faces.map(|(owner, local_face)| surface_face(mesh, owner, local_face, mesh.tag(owner))).collect()
+    faces
 }
 
 /// Outer faces under the surface elements of the physical group `name`, in the group's order. They are oriented outward, whatever
@@ -175,23 +144,23 @@ pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
     if mesh.volume_cells().next().is_none() {
         return Ok(group.cells.iter().map(|&cell| surface_cell(mesh, cell)).collect());
     }
-    let mut owners: FaceTable<Vec<(CellRef, usize)>> = FaceTable::new(mesh);
+    let mut owners: FxHashMap<FaceKey, Vec<(CellRef, usize)>> = FxHashMap::default();
     let key_of = |cell| face_key(&mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()]);
     for &cell in &group.cells {
-        owners.get_or_default(key_of(cell));
+        owners.insert(key_of(cell), Vec::new());
     }
     each_solid_face(mesh, |key, owner, local_face| {
-        if let Some(i) = owners.find(key) {
-            owners.entries[i].2.push((owner, local_face));
+        if let Some(found) = owners.get_mut(&key) {
+            found.push((owner, local_face));
         }
     });
-    let mut taken: FaceTable<Option<u64>> = FaceTable::new(mesh);
+    let mut taken: FxHashMap<FaceKey, u64> = FxHashMap::default();
     group
         .cells
         .iter()
         .map(|&cell| {
             let tag = mesh.tag(cell);
-            if let Some(other) = taken.get_or_default(key_of(cell)).replace(tag) {
+            if let Some(other) = taken.insert(key_of(cell), tag) {
                 return Err(group_element_error(
                     mesh,
                     name,
@@ -199,7 +168,7 @@ pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
                     &format!("lies on the same face as element {other}"),
                 ));
             }
-            let face = sole_outer_face(mesh, name, cell, owners.get_or_default(key_of(cell)))?;
+            let face = sole_outer_face(mesh, name, cell, &owners[&key_of(cell)])?;
             same_nodes(mesh, name, cell, &face)?;
             Ok(face)
         })
@@ -259,9 +228,9 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
 
 /// Three solids that share one face; `None` if there are none.
 pub(super) fn face_of_three_solids(mesh: &Mesh) -> Option<[CellRef; 3]> {
-    let mut owners: FaceTable<[Option<CellRef>; 2]> = FaceTable::new(mesh);
+    let mut owners: FxHashMap<FaceKey, [Option<CellRef>; 2]> = FxHashMap::default();
     let mut three = None;
-    each_solid_face(mesh, |key, owner, _| match owners.get_or_default(key) {
+    each_solid_face(mesh, |key, owner, _| match owners.entry(key).or_default() {
         [Some(a), Some(b)] => three = three.or(Some([*a, *b, owner])),
         [Some(_), second] => *second = Some(owner),
         [first, _] => *first = Some(owner),
