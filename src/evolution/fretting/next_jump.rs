@@ -142,17 +142,18 @@ impl Run<'_> {
 
     /// Warns, once per step, that explicit jumps exceed the stability limit.
     fn warn_of_unstable(&mut self, cycling: &WearStepState, length: f64) {
-        if let Some(critical) = cycling.critical_length
-            && length > critical * (1.0 + 1e-9)
-            && cycling.jumps_done == 0
+        let Some(critical) = cycling.critical_length else { return };
+        let begin = format!("step \"{}\": an explicit jump", self.step().name);
+        if length <= critical * (1.0 + 1e-9) || self.result.warnings.iter().any(|note| note.contains(&begin))
         {
-            self.result.warnings.push(warning(&format!(
-                "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear depths oscillate from \
-                 cell to cell and are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
-                self.step().name,
-                cycling.length_unit()
-            )));
+            return;
         }
+        self.result.warnings.push(warning(&format!(
+            "{begin} of {} {} is longer than the stability limit of {critical:.4e}. Pressures and wear depths oscillate from cell to cell and \
+             are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
+            format_short(length),
+            cycling.length_unit()
+        )));
     }
 
     /// Refuses explicit jumps above the stability limit.
@@ -161,22 +162,26 @@ impl Run<'_> {
         let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
             return Ok(());
         };
-        let length = cycles.count / jumps as f64;
-        if length <= critical {
+        // Jumps over closed paths have whole cycles.
+        let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
+        let (mean, limit) = (cycles.count / jumps as f64, critical * (1.0 + 1e-9));
+        let (length, longest) = if whole { (mean.ceil(), limit.floor()) } else { (mean, limit) };
+        if length <= limit {
             return Ok(());
         }
-        let jumps = (cycles.count / critical * (1.0 - 1e-9)).ceil();
-        let shorter = if matches!(cycling.slip_source, SlipSource::ClosedPath(_)) && jumps > cycles.count {
-            "A jump covers at least one cycle, which is too long: take".to_owned()
-        } else {
+        let shorter = if longest > 0.0 {
+            let jumps = (cycles.count / longest).ceil();
             format!(
-                "Take {jumps} jumps or more, or leave `jumps` out (they are then as short as is stable), or take"
+                "Take {jumps} jumps or more, or omit `jumps` (then they are as short as necessary), or take"
             )
+        } else {
+            "A jump covers at least one cycle, which is too long: take".to_owned()
         };
         Err(Error::input(format!(
-            "step \"{}\": explicit jumps of {length:.6} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
-             on, 2 λ_min(S_nn) / D. {shorter} an implicit integrator: wear.integrator = \"sdirk2\"",
+            "step \"{}\": explicit jumps of {} {} are unstable: above {critical:.4e} (2 λ_min(S_nn) / D), pressures oscillate from cell to \
+             cell. {shorter} an implicit integrator: wear.integrator = \"sdirk2\"",
             self.step().name,
+            format_short(length),
             cycling.length_unit()
         )))
     }

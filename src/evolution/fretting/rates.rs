@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::error::Result;
+use crate::error::{Result, warning};
 use crate::evolution::Run;
 use crate::evolution::fretting::wear_step::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
@@ -37,7 +37,7 @@ impl Run<'_> {
         }
         cycling.rates_outdated = false;
         if let Err(unstable) = self.refuse_unstable(cycling) {
-            self.result.warnings.push(unstable.message().to_owned());
+            self.result.warnings.push(warning(unstable.message()));
         }
         Ok(true)
     }
