@@ -72,13 +72,14 @@ enum Command {
 struct SceneArgs {
     /// Scene file (TOML).
     scene: PathBuf,
-    /// Replaces a value of the scene, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01.
+    /// Replaces or adds a value of the scene, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01; may be repeated.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     overrides: Vec<String>,
-    /// Number of threads; results do not depend on it.
+    /// Number of threads; default: all cores. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Memory limit: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
+    /// Memory limit: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`;
+    /// default 80 %.
     #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
     max_memory: Option<MaxMemory>,
 }
@@ -102,10 +103,11 @@ struct RunArgs {
     /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
     no_cache: bool,
-    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until it is reached. Overrides `accuracy` of the scene.
+    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until the estimated error is below it.
+    /// Overrides `accuracy` of the scene.
     #[arg(long, value_name = "ERROR", value_parser = parse_relative_error)]
     accuracy: Option<f64>,
-    /// Resumes from the last checkpoint in the output directory, if there is one.
+    /// Resumes from the last checkpoint in the output directory; without a checkpoint the run starts anew.
     #[arg(long)]
     resume: bool,
     /// Prints errors only.
@@ -137,8 +139,8 @@ fn parse_relative_error(text: &str) -> Result<f64, String> {
 struct CompareArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Variants to run, e.g. FE-FE,BE-BE: the model of body 1 and of body 2, each FE, BE, HS (half-space), THS
-    /// (truncated half-space) or rigid. The first is the reference.
+    /// Models of body 1 and body 2 in each variant, e.g. FE-FE,FE-BE; the first variant is the reference. FE: finite elements, BE:
+    /// boundary elements, HS: half-space, THS: truncated half-space, rigid. Overrides `compare.variants` of the scene.
     #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
     variants: Vec<DiscretisationPair>,
     /// Output directory; default: path of the scene with the extension .compare.
@@ -160,7 +162,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             // Help and version are no errors, and a closed pipe is no failure.
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             let code = u8::try_from(error.exit_code()).unwrap_or(exit::INPUT);
-            return ExitCode::from(if is_lost(&printed) { exit::worse(code, exit::RESOURCES) } else { code });
+            let lost = code == exit::DONE && is_lost(&printed);
+            return ExitCode::from(if lost { exit::RESOURCES } else { code });
         }
     };
     report_large_files_as_errors();

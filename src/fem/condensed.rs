@@ -110,7 +110,7 @@ impl CondensedBody {
                 CacheLookup::Miss => {}
                 CacheLookup::Damaged(how) => {
                     damage = Some(format!(
-                        "the flexibility of {} in the cache was damaged ({how}); it was computed anew",
+                        "the flexibility of {} in the cache was damaged ({how}) and not used",
                         model.name()
                     ));
                 }

@@ -133,7 +133,14 @@ impl<'a> SceneReader<'a> {
         let run = self.n_runs - 1;
         for mistake in std::mem::take(&mut remaining.list) {
             let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
-            let index = known.iter().position(|other| *other == mistake).unwrap_or_else(|| {
+            // The numbers of a message may differ from run to run.
+            let is_same = |(other, (runs, _)): (&Diagnostic, &(Vec<usize>, String))| {
+                *other == mistake
+                    || runs.last() != Some(&run)
+                        && (&other.key, &other.label, &other.location)
+                            == (&mistake.key, &mistake.label, &mistake.location)
+            };
+            let index = known.iter().zip(&self.runs_of_mistakes).position(is_same).unwrap_or_else(|| {
                 let values = axes.iter().zip(choice);
                 let values = values.map(|(axis, &value)| format!("{} = {}", axis.name, axis.label(value)));
                 self.runs_of_mistakes.push((Vec::new(), values.collect::<Vec<_>>().join(", ")));

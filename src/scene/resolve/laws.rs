@@ -102,8 +102,9 @@ fn friction_law(
         let mend =
             "make both coefficients positive (a small value suffices), or both 0 for frictionless contact";
         r.report("friction", message, "0 in one direction only", mend);
-    } else if ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1]
-        || ellipse.mu[1] > MAX_FRICTION_RATIO * ellipse.mu[0]
+    } else if ellipse.mu.iter().all(|mu| *mu > 0.0)
+        && (ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1]
+            || ellipse.mu[1] > MAX_FRICTION_RATIO * ellipse.mu[0])
     {
         let message =
             format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);

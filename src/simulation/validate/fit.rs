@@ -144,13 +144,13 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     }
     let unit = &plan.units.length;
     Err(Error::input(format!(
-        "the frame lies {} {unit} from the global origin, where coordinates are rounded to {} {unit}; its cells have sides of {} {unit}. Move \
-         the bodies to the origin",
+        "the frame lies {} {unit} from the global origin, where coordinates are rounded to {} {unit}; its cells have sides of {} {unit}. Place \
+         frame and bodies near the origin",
         format_short(distance),
         format_short(f64::EPSILON * distance),
         format_short(side)
     )))
-    .at("frame")
+    .at("frame.center")
 }
 
 /// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals at the meshed position of
