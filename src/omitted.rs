@@ -3,27 +3,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Work that can be left out where the answer does not need it.
+/// Kind of work that can be omitted if the result does not need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OmittableWork {
-    /// Unknowns in the surface of steps in which nothing rubs or wears.
+    /// Tangential tractions as unknowns, in steps without friction and wear.
     TangentialUnknowns,
-    /// Normal components in products for tractions in the surface, of bodies in which neither moves the gap of the other.
+    /// Pressures in the iterations for friction: they are solved first, if normal and tangential directions are not coupled.
     NormalComponents,
-    /// The tangential gap of increments in which nothing rubs or wears, where nobody looks at it.
+    /// Tangential gap after a solve, in scenes without friction that write no fields.
     TangentialGap,
-    /// The operator of one of two half-spaces: their Green's functions are summed.
+    /// One of two half-space operators: their Green's functions are summed.
     SecondHalfSpace,
-    /// Blocks of half-space operators that vanish for the two materials.
+    /// Blocks of half-space operators between normal and tangential directions, if they vanish for the materials.
     VanishingBlocks,
-    /// Entries of half-space operators between distant cells of frames that are no grid: they are compressed.
+    /// Entries of half-space operators between distant cells of mesh frames: they are compressed.
     DistantEntries,
-    /// Cells of a grid away from the contact.
+    /// Cells of a grid away from the contact, and fine cells in the first iterations.
     DistantCells,
     /// Columns of the flexibility of meshed bodies for cells that cannot touch.
     OpenCells,
-    /// Starts from nothing of increments that follow another.
+    /// Iterations from zero: an increment starts from the tractions of the previous one.
     ColdStarts,
 }
 

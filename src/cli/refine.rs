@@ -25,22 +25,22 @@ use crate::simulation::{self, Simulation};
 pub(super) struct RefineArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Target relative error of the stress in the energy norm; default half of the current one.
+    /// Target relative error of the stress in the energy norm; default: half of the current one.
     #[arg(long, value_name = "SHARE", value_parser = parse_error_fraction)]
     error: Option<f64>,
-    /// Size field file (.pos); default SCENE_body1.pos next to the scene.
+    /// Size field file (.pos); default: SCENE_body1.pos or SCENE_body2.pos next to the scene.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Body to refine; required with --out if both bodies have meshes.
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
     body: Option<u8>,
-    /// Last step to run; default the last step before the first one with `cycles` or `sliding`.
+    /// Last step to run; default: the last step before the first one with `cycles` or `sliding`.
     #[arg(long, value_name = "NAME")]
     step: Option<String>,
-    /// Smallest element size; default a quarter of the current smallest.
+    /// Smallest element size; default: a quarter of the current smallest.
     #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     min_size: Option<f64>,
-    /// Largest element size; default twice the current largest.
+    /// Largest element size; default: twice the current largest.
     #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     max_size: Option<f64>,
     /// Largest gradient of the element size (change of size per distance).

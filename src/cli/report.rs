@@ -10,9 +10,9 @@ use crate::report::{REPORT, Report, is_report};
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
-    /// Output directory of run, compare or study.
+    /// Output directory of a run, a comparison or a study.
     directory: PathBuf,
-    /// File of the report; default report.html in the directory.
+    /// File of the report; default: report.html in the directory.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

@@ -29,13 +29,14 @@ pub(super) struct StudyArgs {
     /// Output directory; default: path of the study file with the extension .study.
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
-    /// Replaces a value of the scene in all runs, e.g. --set gap.radius=25.0.
+    /// Replaces or adds a value of the scene in all runs, e.g. --set gap.radius=25.0; may be repeated.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub(super) overrides: Vec<String>,
-    /// Number of threads of all runs together; results do not depend on it.
+    /// Number of threads of all runs together; default: all cores. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Memory limit of all runs together: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
+    /// Memory limit of all runs together: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides
+    /// `solver.memory_limit`; default 80 %.
     #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
     pub(super) max_memory: Option<MaxMemory>,
     /// Does not read or write the cache of flexibility matrices of meshed bodies.
@@ -44,16 +45,17 @@ pub(super) struct StudyArgs {
     /// Keeps converged runs and resumes unfinished ones from their last checkpoints.
     #[arg(long)]
     resume: bool,
-    /// Runs only these run numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table); writes no table, see --collect.
+    /// Runs only the runs with these numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table). Writes no table; see
+    /// --collect.
     #[arg(long, value_name = "NUMBERS", conflicts_with_all = ["collect", "emit"])]
     only: Option<RunNumbers>,
-    /// Runs nothing; writes the table from the results of finished runs.
+    /// Runs nothing; writes the table from the results of the runs so far.
     #[arg(long, conflicts_with_all = ["resume", "emit", "jobs"])]
     collect: bool,
     /// Runs nothing; prints a script that runs the study on a cluster as a job array.
     #[arg(long, value_name = "KIND", conflicts_with = "resume")]
     emit: Option<ScriptKind>,
-    /// Number of jobs in the array; default one per run, at most 1000.
+    /// Number of jobs in the array; default: one per run, at most 1000.
     #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) jobs: Option<u32>,
     /// Prints errors only.
@@ -64,7 +66,7 @@ pub(super) struct StudyArgs {
 /// Kinds of scripts.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum ScriptKind {
-    /// For sbatch.
+    /// Job array of Slurm, for sbatch.
     Slurm,
 }
 

@@ -31,14 +31,14 @@ use crate::omitted::{OmittableWork, OmittedWork};
 pub use block::BlockSystem;
 pub use distance::{MIN_STEEP_COSINE, MeshedGap, mesh_distance};
 
-/// Coupling of a finite-element body to the contact frame.
+/// Coupling of finite-element bodies to the contact frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coupling {
-    /// Condensed on the frame once (Schur complement).
+    /// Finite-element bodies condensed to the frame once (Schur complement).
     #[default]
     Schur,
-    /// The assembled block system, solved again for every traction: slow; the reference for checks.
+    /// Assembled block system of bodies and frame, solved again for every traction. Slow; for comparison.
     Block,
 }
 

@@ -52,9 +52,9 @@ pub struct Support {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FoundationStiffness {
-    /// Along the normal of the surface.
+    /// Stiffness along the normal of the surface.
     Normal(f64),
-    /// Along x, y, z.
+    /// Stiffnesses along x, y, z.
     Components([f64; 3]),
 }
 
@@ -80,9 +80,9 @@ impl FoundationStiffness {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Foundation {
-    /// Physical group.
+    /// Physical group of surfaces.
     pub group: String,
-    /// Stiffness as force per area and displacement: one number for the normal direction, or three for x, y, z.
+    /// Stiffness (force per area and displacement): one number along the surface normal, or three along x, y, z.
     pub stiffness: FoundationStiffness,
 }
 

@@ -31,13 +31,13 @@ pub enum FieldKind {
     Vtu,
     /// Displacement, stress and failure indices in the volume of finite-element bodies, with the error estimate.
     Volume,
-    /// Stress on the surfaces of finite bodies, and the peaks in their volume, of boundary elements on their surface.
+    /// Stress on the surfaces of meshed bodies, with peaks in the volume (finite elements) or on the surface (boundary elements).
     Stress,
     /// Estimated error of the stress in finite-element bodies.
     Error,
-    /// Maps, profiles and the course of the resultants, as pictures.
+    /// Figures: maps of pressure, slip and wear, profiles, and the history of forces.
     Svg,
-    /// Fretting loops: cycles at the start and the end of their steps, resolved into force over shift.
+    /// Fretting loops, tangential force over displacement: cycles at the start and the end of each step with cycles.
     Loops,
 }
 

@@ -16,13 +16,13 @@ use crate::output::condensation::CondensationRecord;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
 
-/// Names of the units of length and force; stresses are force per length squared.
+/// Names of the units of length and force; the unit of stress is force per length squared.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Units {
-    /// Unit of length.
+    /// Name of the unit of length.
     pub length: String,
-    /// Unit of force.
+    /// Name of the unit of force.
     pub force: String,
 }
 

@@ -3,62 +3,62 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A study: a scene, the values that vary, and what is collected from the runs.
+/// Study: a scene, the values that vary, and the results collected from the runs.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// What is studied.
+    /// Scene of the study, with title and conditions.
     pub study: StudyKeys,
-    /// The values that vary; every value of one axis is combined with every value of the others, where `require` leaves out none.
+    /// Axes of the study: the values that vary. All combinations are run, except those that `require` omits.
     #[schemars(length(min = 1))]
     pub axes: Vec<AxisKeys>,
-    /// How axes with a `sample` are sampled together.
+    /// Sampling of the axes that have a `sample`.
     pub sample: Option<SampleKeys>,
-    /// What is collected from the runs.
+    /// Results collected from the runs.
     #[serde(default)]
     pub output: OutputKeys,
 }
 
-/// What is studied.
+/// Scene of the study, with title and conditions.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyKeys {
-    /// Title, shown with the results; that of the scene if absent.
+    /// Title, shown with the results; default: that of the scene.
     #[serde(default)]
     pub title: String,
     /// Scene file, relative to the study file.
     pub scene: String,
-    /// Comparisons that each run has to meet, of names of axes and numbers: "tilt + 'sliding angle' <= 120"; others are left out.
+    /// Comparisons of axes and numbers that each run must satisfy, e.g. "tilt + 'sliding angle' <= 120"; others are omitted.
     #[serde(default)]
     pub require: Vec<String>,
-    /// Without effect: every run is computed. Earlier versions obtained symmetry-equivalent runs from each other where this was true.
+    /// Without effect: every run is computed. In earlier versions, `true` obtained symmetry-equivalent runs from each other.
     pub symmetry: Option<bool>,
 }
 
-/// An axis of the study.
+/// Axis of the study.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisKeys {
-    /// Name in tables and plots; the last part of the first key if absent.
+    /// Name in tables, plots and folders; default: the last part of the first key.
     #[serde(default)]
     pub name: String,
     /// Keys of the scene that the axis sets together, dotted as for --set: "body1.fibre.tilt", "steps.indent.approach".
     #[schemars(length(min = 1))]
     pub keys: Vec<String>,
-    /// The values; with several keys each value is a list of one for each key.
+    /// Values of the axis. With several `keys`, each value is a list with one entry per key.
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub values: Vec<serde_json::Value>,
-    /// Evenly spaced numbers in place of values.
+    /// Evenly spaced numbers, instead of `values`; for an axis with one key.
     pub range: Option<Range>,
-    /// A range to take numbers from at random: all axes that are sampled make one axis "sample", whose points `sample` spreads over their ranges.
+    /// Range to sample, instead of `values`. All axes with a `sample` form one axis "sample", spread by the table `sample`.
     pub sample: Option<SampledRange>,
-    /// Axes with the same word here go together, value by value, and are one axis of that name.
+    /// Name shared by axes that vary together, value by value. They form one axis of that name.
     #[serde(default)]
     pub zip: String,
 }
 
-/// Evenly spaced numbers, both ends included; by their number or by the step.
+/// Evenly spaced numbers from `from` to `to`, both included, given by `count` or `step`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
@@ -66,74 +66,77 @@ pub struct Range {
     pub from: f64,
     /// Last number.
     pub to: f64,
-    /// How many numbers.
+    /// Number of values.
     #[schemars(range(min = 2, max = 10_000))]
     pub count: Option<usize>,
-    /// Difference from one to the next.
+    /// Difference between successive numbers.
     pub step: Option<f64>,
-    /// Even differences, or even ratios.
+    /// Spacing of the numbers: "linear" (equal differences, default) or "log" (equal ratios).
     #[serde(default)]
     pub spacing: Spacing,
 }
 
-/// How a sample is taken.
+/// Sampling of the axes that have a `sample`.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampleKeys {
-    /// How its points are spread.
+    /// Sampling method: "sobol" (default) or "latin-hypercube".
     #[serde(default)]
     pub method: SampleMethod,
-    /// Number of points.
+    /// Number of sample points.
     #[schemars(range(min = 1, max = 10_000))]
     pub count: usize,
-    /// Other seeds give other points; the same one the same.
+    /// Seed of the random numbers; the same seed gives the same points.
     #[serde(default)]
     #[schemars(range(max = 4_294_967_295_u32))]
     pub seed: u32,
 }
 
-/// How the points of a sample are spread.
+/// Sampling method.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SampleMethod {
-    /// A Sobol sequence, scrambled by Owen's method: evenly in all ranges together, best with a power of two for `count`; more points with the same seed begin
-    /// with the same ones.
+    /// Sobol sequence, scrambled by Owen's method: evenly in all ranges together, best with a power of two for `count`.
+    ///
+    /// A larger `count` with the same seed begins with the same points.
     #[default]
     Sobol,
-    /// One point in each of `count` equal parts of every range.
+    /// Latin hypercube: one point in each of `count` equal parts of every range.
     LatinHypercube,
 }
 
-/// A range that is sampled.
+/// Range from which numbers are sampled.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampledRange {
-    /// Least number.
+    /// Smallest number.
     pub from: f64,
     /// Largest number.
     pub to: f64,
-    /// Evenly, or evenly by ratios.
+    /// Distribution over the range: "linear" (uniform, default) or "log" (uniform in the logarithm).
     #[serde(default)]
     pub spacing: Spacing,
 }
 
-/// How the numbers of a range are spaced.
+/// Spacing of numbers in a range.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spacing {
-    /// Even differences.
+    /// Equal differences; samples are uniform.
     #[default]
     Linear,
-    /// Even ratios.
+    /// Equal ratios; samples are uniform in the logarithm.
     Log,
 }
 
-/// What is collected from the runs.
+/// Results collected from the runs.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputKeys {
-    /// Numbers of the last entry of a step: "fretting.worn_volume", "shift.tangential_force.0"; some of the last step if absent.
+    /// Results at the end of a step, e.g. "fretting.worn_volume" or "shift.tangential_force.0".
+    ///
+    /// Default: forces, contact area, peak pressure and wear volume of the last step.
     pub collect: Vec<String>,
-    /// Numbers of all entries of a step, over the cycles or, without cycles, the increments.
+    /// Results during a step, over the cycles or, without cycles, over the increments.
     pub curves: Vec<String>,
 }

@@ -18,12 +18,12 @@ const SIX_POINTS: [(f64, f64); 2] =
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "BoundaryElement")]
 pub enum Interpolation {
-    /// One node.
+    /// Constant: one node.
     Constant,
-    /// Three nodes on triangles, 2 x 2 on quadrilaterals.
+    /// Linear: three nodes on triangles, 2 x 2 on quadrilaterals.
     #[default]
     Linear,
-    /// Six nodes on triangles, 3 x 3 on quadrilaterals.
+    /// Quadratic: six nodes on triangles, 3 x 3 on quadrilaterals.
     Quadratic,
 }
 

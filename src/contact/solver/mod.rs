@@ -22,18 +22,18 @@ use crate::omitted::AllowedOmissions;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Selects the fastest suitable method.
+    /// Fastest suitable method: "cg" where only pressures are unknown, else "newton"; "bb" where these stop converging.
     #[default]
     Auto,
     /// Semismooth Newton with a preconditioned Krylov method.
     Newton,
-    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
+    /// Projected conjugate gradients where only pressures are unknown, else as "newton".
     #[serde(rename = "cg")]
     ConjugateGradients,
     /// Barzilai-Borwein projection.
     #[serde(rename = "bb")]
     BarzilaiBorwein,
-    /// Uzawa predictor-corrector with radial return.
+    /// Uzawa predictor-corrector with radial return. Slow; for comparison.
     Uzawa,
 }
 

@@ -18,7 +18,7 @@ pub enum Accuracy {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccuracyTable {
-    /// Relative error.
+    /// Target relative error, e.g. 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))]
     pub relative: f64,
     /// Results that must reach the accuracy at the end of each step; default: all.
@@ -33,11 +33,11 @@ pub struct AccuracyTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyQuantity {
-    /// The contact force; under force control the displacement.
+    /// Contact forces; approach and tangential displacement where forces are prescribed.
     Load,
-    /// The largest pressure.
+    /// Peak pressure.
     PeakPressure,
-    /// The wear volume.
+    /// Wear volume.
     WornVolume,
 }
 
@@ -49,7 +49,7 @@ pub enum RefinementParameter {
     Cells,
     /// Increments of the steps.
     Increments,
-    /// Wear jumps over fretting cycles, or the tolerance that controls their length.
+    /// Wear jumps over fretting cycles or sliding: their number, or the tolerance that controls their length.
     Jumps,
 }
 

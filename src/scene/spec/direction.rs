@@ -5,54 +5,59 @@ use serde::Deserialize;
 
 use super::frame::{Positive, PositiveCount};
 
-/// Direction of material axis 1 in a meshed body: the same everywhere (`tilt`, `azimuth`), by element (`field`,
-/// `file`), or around an axis (`cylindrical`).
+/// Direction of material axis 1 (fibre) in a meshed body.
+///
+/// It is the same everywhere (`tilt`, `azimuth`), given by element (`field`, `file`), or wound around an axis (`cylindrical`).
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreDirection {
-    /// Angle out of the surface, degrees.
+    /// Angle of the fibre out of the surface, degrees: 0 in the surface, 90 along the normal.
     #[schemars(range(min = -90, max = 90))]
     pub tilt: Option<f64>,
-    /// Angle in the surface from +x towards +y, degrees.
+    /// Angle of the fibre's projection on the surface from +x towards +y, degrees.
     pub azimuth: Option<f64>,
-    /// Element field (`$ElementData`) of the mesh file: 3 components (direction of axis 1 in x, y, z) or 9 (directions of axes 1, 2 and 3).
+    /// Name of an element field (`$ElementData`) of the mesh file, or of `file`, that contains the directions.
+    ///
+    /// 3 components are the direction of axis 1 in x, y, z; 9 components are the directions of axes 1, 2 and 3.
     pub field: Option<String>,
-    /// CSV file, relative to the scene file, with lines of element number, fx, fy, fz (direction of axis 1) and
-    /// optionally gx, gy, gz (direction of axis 2); or a .msh file that contains `field`.
+    /// File with the direction of each element, relative to the scene file: CSV or .msh.
+    ///
+    /// A line of a CSV file: element number, fx, fy, fz (direction of axis 1) and optionally gx, gy, gz (direction of axis 2). A
+    /// .msh file contains the element field `field`.
     pub file: Option<String>,
-    /// Fibres wound around an axis (cylindrical fibre directions).
+    /// Fibres wound around an axis.
     pub cylindrical: Option<CylindricalWinding>,
 }
 
-/// Fibres wound around an axis; material axis 3 points outward.
+/// Fibres wound around an axis, with material axis 3 outward.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylindricalWinding {
-    /// Direction of the axis: "x", "y", "z", or a vector; default z.
+    /// Direction of the winding axis: "x", "y", "z", or a vector; default z.
     #[serde(default)]
     pub axis: WindingAxis,
-    /// A point on the axis.
+    /// Point on the winding axis.
     #[serde(default)]
     pub origin: [f64; 3],
     /// Winding angle from the axis, degrees: 0 axial, 90 circumferential, positive for a right-handed helix.
     pub angle: Option<f64>,
-    /// Layers by radius, from the inside to the outside, instead of one `angle`.
+    /// Layers with their own winding angles, from the inside to the outside, instead of one `angle`.
     #[serde(default)]
     pub layers: Vec<WindingLayer>,
 }
 
-/// An axis by its name or as a vector.
+/// Axis by name or as a vector.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum WindingAxis {
-    /// A global axis.
+    /// Global axis.
     Name(AxisName),
-    /// A vector of any length.
+    /// Vector of any length.
     Vector([f64; 3]),
 }
 
-/// A global axis.
+/// Global axis.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(inline)]
@@ -81,13 +86,13 @@ impl Default for WindingAxis {
     }
 }
 
-/// A layer of a winding.
+/// Layer of a winding.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindingLayer {
-    /// Inner and outer radius.
+    /// Inner and outer radius of the layer.
     pub r: [f64; 2],
-    /// Angle of the fibre from the axis, degrees.
+    /// Winding angle from the axis, degrees: 0 axial, 90 circumferential, positive for a right-handed helix.
     pub angle: f64,
 }
 
@@ -95,12 +100,12 @@ pub struct WindingLayer {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layup {
-    /// The plies from the lowest to the highest.
+    /// Plies of one sequence, from the lowest to the highest.
     #[schemars(length(min = 1))]
     pub plies: Vec<LayupPly>,
-    /// z of the lower face of the lowest ply; default: lowest node of the elements.
+    /// Height z of the lower face of the lowest ply; default: the lowest node of the elements.
     pub bottom: Option<f64>,
-    /// Number of repetitions of the sequence `plies`, at most 100000.
+    /// Number of times that `plies` is stacked; default 1. At most 100000 plies before mirroring (`symmetric`).
     #[serde(default = "super::frame::one")]
     #[schemars(range(min = 1, max = 100_000))]
     pub repeat: PositiveCount,
@@ -109,15 +114,15 @@ pub struct Layup {
     pub symmetric: bool,
 }
 
-/// A ply, its fibre in the plane x, y.
+/// Ply with its fibre in the plane x, y.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayupPly {
-    /// Thickness.
+    /// Thickness of the ply.
     pub thickness: Positive,
-    /// Angle of its fibre from +x towards +y, degrees.
+    /// Angle of the fibre from +x towards +y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Name of its material; default the body's.
+    /// Name of the material in `materials`; default that of the region or the body.
     pub material: Option<String>,
 }

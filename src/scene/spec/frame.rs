@@ -3,18 +3,18 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// The contact frame.
+/// Contact frame: the cells on which contact may occur. Tractions are constant on each cell.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
 pub enum Frame {
     /// Uniform rectangular cells in the plane z = 0.
     Grid {
-        /// Half of the frame's sides along its x and y.
+        /// Half side lengths of the frame along its x and y.
         half_width: [Positive; 2],
-        /// Number of cells along its x and y.
+        /// Number of cells along the frame's x and y.
         cells: [PositiveCount; 2],
-        /// Centre in global x, y.
+        /// Centre of the frame in global x, y.
         #[serde(default)]
         center: [f64; 2],
         /// Angle of the frame's x from global x towards y, degrees.
@@ -31,13 +31,14 @@ pub enum Frame {
     },
     /// The contact group of a meshed body, divided into cells by its mesh.
     Mesh {
-        /// Body whose faces are taken, 1 or 2; default the one with more faces.
+        /// Body whose contact faces form the cells, 1 or 2; default: the meshed body with the smaller faces.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
-        /// One cell per face or per node. Default: "nodes" for first-order faces of a finite-element body if neither body is a
-        /// half-space, else "faces".
+        /// One cell per face ("faces") or per node ("nodes") of the contact group.
+        ///
+        /// Default: "nodes" for first-order faces of a finite-element body if neither body is a half-space, else "faces".
         points: Option<FramePoints>,
-        /// Origin of the gap's shape and of moments in global x, y.
+        /// Origin of gap shapes, rotations and moments in global x, y.
         #[serde(default)]
         center: [f64; 2],
         /// Angle of the cells' x from global x towards y, degrees.
@@ -63,21 +64,21 @@ fn upward() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-/// A closed line in the frame's plane.
+/// Edge of a flat punch: a closed line in the frame's plane.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Outline {
-    /// A circle.
+    /// Circle.
     Circle {
-        /// Radius.
+        /// Radius of the circle.
         radius: Positive,
         /// Centre of the outline relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         center: [f64; 2],
     },
-    /// An ellipse.
+    /// Ellipse.
     Ellipse {
-        /// Semi-axes.
+        /// Semi-axes of the ellipse.
         semi_axes: [Positive; 2],
         /// Angle of the first axis from the frame's x towards its y, degrees.
         #[serde(default)]
@@ -86,9 +87,9 @@ pub enum Outline {
         #[serde(default)]
         center: [f64; 2],
     },
-    /// A polygon that does not cross itself.
+    /// Polygon that does not intersect itself.
     Polygon {
-        /// Vertices from the frame's centre, along its x, y; the last joins the first.
+        /// Vertices in order, relative to the frame's centre, along the frame's x, y. The last is joined to the first.
         #[schemars(length(min = 3))]
         vertices: Vec<[f64; 2]>,
     },
@@ -98,29 +99,31 @@ pub enum Outline {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FramePoints {
-    /// A face of the contact group.
+    /// One cell per face of the contact group.
     Faces,
-    /// A node with its tributary area: the parts of the adjacent faces nearest to it.
+    /// One cell per node with its tributary area: the parts of the adjacent faces nearest to the node.
     Nodes,
 }
 
-/// Initial gap between the undeformed surfaces. Shapes belong to body 2, above the plane z = 0, and are parabolic approximations unless `exact = true`.
+/// Initial gap between the undeformed surfaces.
+///
+/// Shapes belong to body 2, above the plane z = 0. Curved surfaces are parabolic approximations unless `exact = true`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
 pub enum Gap {
-    /// r^2 / (2 radius).
+    /// Sphere: gap r^2 / (2 radius).
     Sphere {
-        /// Radius.
+        /// Radius of the sphere.
         radius: Positive,
-        /// The sphere itself instead of its paraboloid.
+        /// Whether the exact sphere is used instead of its paraboloid.
         #[serde(default)]
         exact: bool,
-        /// Position of the lowest point from the frame's centre, along its x, y.
+        /// Position of the lowest point relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
+    /// Ellipsoid: gap `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
     Ellipsoid {
         /// Radii of curvature along the two axes. Excludes `semi_axes`.
         radii: Option<[Positive; 2]>,
@@ -129,71 +132,71 @@ pub enum Gap {
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
-        /// The ellipsoid itself instead of its paraboloid; needs `semi_axes`.
+        /// Whether the exact ellipsoid is used instead of its paraboloid; needs `semi_axes`.
         #[serde(default)]
         exact: bool,
-        /// Position of the lowest point from the frame's centre, along its x, y.
+        /// Position of the lowest point relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// Parabola across the cylinder's axis.
+    /// Cylinder with its axis along the surface: gap y^2 / (2 radius), y across the axis.
     Cylinder {
-        /// Radius.
+        /// Radius of the cylinder.
         radius: Positive,
-        /// Angle of the axis from +x towards +y, degrees.
+        /// Angle of the cylinder's axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
-        /// The circle itself instead of its parabola.
+        /// Whether the exact cylinder is used instead of its parabola.
         #[serde(default)]
         exact: bool,
         /// Position of a point of the lowest line relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// r tan(slope).
+    /// Cone: gap r tan(slope).
     Cone {
         /// Angle between the cone's flank and the surface, degrees.
         #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 90))]
         slope: f64,
-        /// Position of the tip from the frame's centre, along its x, y.
+        /// Position of the tip relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// No gap at all.
+    /// Flat surfaces: no gap.
     Flat {},
-    /// coefficient r^exponent.
+    /// Power law: gap coefficient r^exponent.
     Power {
-        /// Exponent.
+        /// Exponent of r.
         exponent: Positive,
-        /// Coefficient.
+        /// Coefficient of r^exponent.
         coefficient: Positive,
-        /// Position of the lowest point from the frame's centre, along its x, y.
+        /// Position of the lowest point relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// Heights given in a file.
+    /// Gap heights from a file, shifted to the first touch.
     Heights {
-        /// CSV or NPY file of heights, relative to the scene file; row = index along x, column = index along y.
+        /// CSV or NPY file of gap heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
-        /// Spacing of the values along x, y; the values are centred in the frame and interpolated. Default: one value per cell, no interpolation.
+        /// Spacing of the heights along x, y, centred in the frame and interpolated. Default: one height per cell.
         spacing: Option<[Positive; 2]>,
         /// Position of the centre of the height map relative to the frame's centre, along the frame's x, y; needs `spacing`.
         #[serde(default)]
         offset: [f64; 2],
-        /// Angle of the heights' x from +x towards +y, degrees; needs `spacing`. Default the frame's azimuth.
+        /// Angle of the height map's x from +x towards +y, degrees; needs `spacing`. Default: the frame's azimuth.
         angle: Option<f64>,
     },
-    /// The distance of the two meshed surfaces along the normal.
+    /// Distance of the meshed surfaces along the normal at the first touch; a body without a mesh is the plane z = 0.
     Mesh {},
 }
 
-/// A number above zero.
+/// Number above zero.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]
 pub struct Positive(#[schemars(extend("exclusiveMinimum" = 0))] pub f64);
 
-/// A whole number, at least 1.
+/// Whole number, at least 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::body::UniformFibre;
 use crate::evolution::step::Integrator;
 
-/// The friction law.
+/// Friction law.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -14,18 +14,18 @@ pub enum Friction {
     /// No friction.
     #[default]
     None,
-    /// The same coefficient in all directions.
+    /// Coulomb friction: the same coefficient in all directions.
     Coulomb {
-        /// Coefficient.
+        /// Friction coefficient.
         #[schemars(range(min = 0))]
         mu: f64,
     },
-    /// An ellipse of admissible tangential tractions.
+    /// Elliptic friction: tangential tractions are limited by an ellipse with semi-axes mu1 p and mu2 p, p the pressure.
     Elliptic {
-        /// Coefficient along the first axis.
+        /// Friction coefficient along the first axis.
         #[schemars(range(min = 0))]
         mu1: f64,
-        /// Coefficient along the second axis.
+        /// Friction coefficient along the second axis.
         #[schemars(range(min = 0))]
         mu2: f64,
         /// Angle of the first axis from +x towards +y, degrees.
@@ -35,16 +35,16 @@ pub enum Friction {
     /// Fibre-reinforced plastic: friction ellipse aligned with the fibre, coefficients interpolated with the fibre tilt.
     #[allow(non_snake_case)]
     Frp {
-        /// Coefficient along fibres in the surface.
+        /// Friction coefficient along the fibre, for fibres in the surface.
         #[schemars(range(min = 0))]
         mu_L: f64,
-        /// Coefficient across fibres in the surface.
+        /// Friction coefficient across the fibre, for fibres in the surface.
         #[schemars(range(min = 0))]
         mu_T: f64,
-        /// Coefficient for fibres along the normal.
+        /// Friction coefficient for fibres along the normal.
         #[schemars(range(min = 0))]
         mu_N: f64,
-        /// Body whose fibre direction is used, 1 or 2; required if both have one.
+        /// Body whose fibre direction is used, 1 or 2; required if both bodies have one and `fibre` is not given.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
         /// Fibre direction to use instead of a body's.
@@ -52,7 +52,7 @@ pub enum Friction {
     },
 }
 
-/// The wear law with its share and time integration.
+/// Wear law, with the division of wear between the bodies and its time integration.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -68,7 +68,7 @@ pub enum Wear {
         #[serde(flatten)]
         integration: WearIntegration,
     },
-    /// Specific wear rates along two axes.
+    /// Orthotropic law: specific wear rates for sliding along two perpendicular axes.
     Orthotropic {
         /// Specific wear rate along the first axis, 1/stress.
         #[schemars(range(min = 0))]
@@ -85,24 +85,24 @@ pub enum Wear {
     /// Fibre-reinforced plastic: specific wear rates along and across the fibre, interpolated with the fibre tilt.
     #[allow(non_snake_case)]
     Frp {
-        /// Specific wear rate along fibres in the surface, 1/stress.
+        /// Specific wear rate along the fibre, for fibres in the surface, 1/stress.
         #[schemars(range(min = 0))]
         i_L: f64,
-        /// Specific wear rate across fibres in the surface, 1/stress.
+        /// Specific wear rate across the fibre, for fibres in the surface, 1/stress.
         #[schemars(range(min = 0))]
         i_T: f64,
         /// Specific wear rate for fibres along the normal, 1/stress.
         #[schemars(range(min = 0))]
         i_N: f64,
-        /// Body whose fibre direction is used, 1 or 2; default that of the friction law.
+        /// Body whose fibre direction is used, 1 or 2; default: that of friction law "frp", else the only body with a fibre.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction to use instead of a body's; default that of the friction law.
+        /// Fibre direction to use instead of a body's; default: that of friction law "frp".
         fibre: Option<UniformFibre>,
         #[serde(flatten)]
         integration: WearIntegration,
     },
-    /// Wear volume = k x dissipated friction energy.
+    /// Energy law: wear volume = k x dissipated friction energy.
     Energy {
         /// Wear volume per dissipated friction energy, 1/stress.
         #[schemars(range(min = 0))]
@@ -112,18 +112,22 @@ pub enum Wear {
     },
 }
 
-/// How wear is divided between the bodies and integrated over time, the same for all laws.
+/// Division of wear between the bodies and its time integration, the same for all laws.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct WearIntegration {
     /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
     #[schemars(range(min = 0, max = 1))]
     pub share: f64,
-    /// Time integration of wear over a jump of many cycles.
+    /// Time integration of wear over a jump of many cycles; default "sdirk2".
     pub integrator: Integrator,
-    /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
+    /// Tolerance of the estimated wear depth error (root mean square), relative to the largest wear depth; default 1e-3.
+    ///
+    /// It controls the length of wear jumps if `jumps` is not given, and the correction of cycles with few increments.
     pub tolerance: WearTolerance,
-    /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
+    /// Wear depth since the last move, as a fraction of the element height, at which meshes move to the worn surface.
+    ///
+    /// The stiffness is then recomputed. Needs a finite-element body that wears. Default: meshes do not move.
     pub move_mesh: Option<MeshMotionThreshold>,
 }
 
@@ -150,7 +154,7 @@ impl Default for WearTolerance {
     }
 }
 
-/// Wear depth as a fraction of the element size.
+/// Wear depth as a fraction of the element height.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]

@@ -28,11 +28,11 @@ pub enum Material {
         E1: Positive,
         /// Young's modulus across the fibre.
         E2: Positive,
-        /// Shear modulus in the planes that contain the fibre.
+        /// Shear modulus in planes that contain the fibre.
         G12: Positive,
-        /// Poisson's ratio: contraction across under tension along the fibre.
+        /// Poisson's ratio: contraction across the fibre under tension along it.
         nu12: f64,
-        /// Poisson's ratio across the fibre.
+        /// Poisson's ratio in the plane across the fibre.
         nu23: f64,
         /// Strengths, for failure indices.
         strength: Option<Strength>,
@@ -51,11 +51,11 @@ pub enum Material {
         G13: Positive,
         /// Shear modulus of plane 2-3.
         G23: Positive,
-        /// Poisson's ratio 12.
+        /// Poisson's ratio: contraction along axis 2 under tension along axis 1.
         nu12: f64,
-        /// Poisson's ratio 13.
+        /// Poisson's ratio: contraction along axis 3 under tension along axis 1.
         nu13: f64,
-        /// Poisson's ratio 23.
+        /// Poisson's ratio: contraction along axis 3 under tension along axis 2.
         nu23: f64,
         /// Strengths, for failure indices.
         strength: Option<Strength>,

@@ -36,9 +36,9 @@ pub struct Scene {
     pub materials: BTreeMap<String, material::Material>,
     /// Lower body; its contact face has the outward normal n = +z.
     pub body1: body::Body,
-    /// Upper body.
+    /// Upper body; `approach`, `shift` and rotations move it.
     pub body2: body::Body,
-    /// Contact frame: where contact may happen.
+    /// Contact frame: the cells on which contact may occur.
     pub frame: frame::Frame,
     /// Initial gap between the undeformed surfaces.
     pub gap: frame::Gap,
@@ -53,15 +53,15 @@ pub struct Scene {
     /// Load steps, in order.
     #[schemars(length(min = 1))]
     pub steps: Vec<step::Step>,
-    /// How the problem is solved.
+    /// Solver settings: method, tolerances, memory.
     #[serde(default)]
     pub solver: solver::Solver,
-    /// What is written besides summary.json and history.csv.
+    /// Files to write besides summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
-    /// Target relative error, e.g. 1e-3. If given, the program refines cells, increments and wear jumps until the estimated error is below it.
+    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until the estimated error is below it.
     pub accuracy: Option<accuracy::Accuracy>,
-    /// What `orthowear compare` computes.
+    /// Variants of the scene for `orthowear compare`.
     #[serde(default)]
     pub compare: compare::Compare,
 }

@@ -10,7 +10,7 @@ use crate::omitted::{AllowedOmissions, OmittableWork};
 use crate::output::checkpoint_writer::CheckpointInterval;
 use crate::output::field_writer::FieldKind;
 
-/// How the contact problem is solved.
+/// Solver settings: method, tolerances, memory.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
@@ -22,26 +22,28 @@ pub struct Solver {
     /// Largest number of iterations per increment.
     #[schemars(range(min = 1))]
     pub max_iterations: usize,
-    /// How finite-element bodies are coupled to the contact frame.
+    /// Coupling of finite-element bodies to the contact frame.
     pub coupling: Coupling,
-    /// Work that is omitted where the scene does not need it: true (all kinds), false (none) or a list of names. The results do not depend on it.
+    /// Kinds of work to omit if the scene does not need them: true (all kinds), false (none) or a list of names.
+    ///
+    /// The results stay the same within the tolerances of the solution.
     pub skip: SkipSetting,
-    /// Memory limit of the run: bytes, or a text like "4 GiB" or "500 MB"; default 80 % of the available memory.
+    /// Memory limit of the run: bytes, or a size like "4 GiB" or "500 MB"; default 80 % of the available memory.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
-    /// Relative tolerance of compressed half-space operators (used on mesh frames with many cells).
+    /// Relative tolerance of compressed half-space operators, on mesh frames of more than 1000 cells.
     #[schemars(range(min = 1e-12, max = 1e-2))]
     pub compression_tolerance: f64,
 }
 
-/// Work that may be skipped.
+/// Kinds of work that are omitted.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum SkipSetting {
-    /// All of it, or none.
+    /// All kinds, or none.
     All(bool),
-    /// What is named.
+    /// Only the named kinds.
     Named(Vec<OmittableWork>),
 }
 
@@ -118,34 +120,34 @@ impl Default for Solver {
     }
 }
 
-/// What is written besides summary.json and history.csv.
+/// Files to write besides summary.json and history.csv.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Field files to write; [] writes none.
+    /// Field files to write; `[]` writes none.
     pub fields: Vec<FieldKind>,
-    /// Sampling points (lines, rectangles) inside half-spaces and boundary-element bodies at which displacement and stress are written.
+    /// Lines and rectangles of points inside half-spaces and boundary-element bodies, for displacement and stress.
     pub inside: Vec<InteriorPoints>,
     /// How often a checkpoint is written; --resume continues from the last one.
     pub checkpoint: CheckpointInterval,
 }
 
-/// Points inside a body, evenly spread on a line or over a rectangle.
+/// Points inside a body, evenly spaced on a line or over a rectangle.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InteriorPoints {
-    /// Name, also used in file names: letters, digits, "-", "_".
+    /// Name, also used in file names: letters, digits, "-", "_"; each name once.
     pub name: String,
-    /// Number of the body, 1 or 2.
+    /// Number of the body, 1 or 2: a half-space or a body with `kind = "be"`.
     #[schemars(range(min = 1, max = 2))]
     pub body: usize,
-    /// First point, global x, y, z.
+    /// Start of the line, or first corner of the rectangle, global x, y, z.
     pub from: [f64; 3],
-    /// End of the line, or of the first side of a rectangle.
+    /// End of the line, or of the first side of the rectangle, global x, y, z.
     pub to: [f64; 3],
-    /// Third corner of a rectangle: end of its second side, which starts at `from`.
+    /// End of the second side of the rectangle, which starts at `from`, global x, y, z; default: a line.
     pub across: Option<[f64; 3]>,
-    /// Number of points of a line; of a rectangle [along, across].
+    /// Number of points on the line with both ends, or on the sides of the rectangle [along, across].
     pub points: PointCounts,
 }
 
@@ -154,9 +156,9 @@ pub struct InteriorPoints {
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum PointCounts {
-    /// On a line.
+    /// On a line, with both ends.
     Line(#[schemars(range(min = 2))] usize),
-    /// Along a rectangle and across it.
+    /// Along and across a rectangle.
     Rectangle(#[schemars(inner(range(min = 2)))] [usize; 2]),
 }
 

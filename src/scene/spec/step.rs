@@ -5,33 +5,36 @@ use serde::Deserialize;
 
 use super::frame::{Positive, PositiveCount};
 
-/// A load step. Its values are totals at its end, measured from the initial state and reached linearly; quantities that it does not name keep their previous values.
+/// Load step. Its values are totals at its end, measured from the initial state and reached linearly.
+///
+/// Quantities that it does not name keep their previous values.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// Name in the results; default "step N".
     pub name: Option<String>,
-    /// Approach (rigid-body indentation depth): motion of body 2 towards body 1, 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
+    /// Approach (rigid-body indentation depth): motion of body 2 towards body 1. Excludes `normal_force`.
+    ///
+    /// 0 is the first touch of the undeformed surfaces.
     pub approach: Option<f64>,
     /// Normal force, compression positive. Excludes `approach`.
     #[schemars(range(min = 0))]
     pub normal_force: Option<f64>,
     /// Tangential displacement of body 2. Excludes `tangential_force`.
     pub shift: Option<Shift>,
-    /// Tangential force on body 1 along the frame's x, y. Excludes `shift`.
+    /// Tangential force on body 1 along the frame's x, y; needs friction. Excludes `shift`.
     pub tangential_force: Option<[f64; 2]>,
-    /// Rotation of body 2 about the x and y axes through the frame's centre, degrees (small rotations). Excludes `moment`.
+    /// Rotation of body 2 about the frame's x and y through its centre, degrees (small rotations). Excludes `moment`.
     pub rotation: Option<[f64; 2]>,
-    /// Moments on body 1 about the x and y axes through the frame's centre; body 2 rotates freely under them. Excludes
-    /// `rotation`.
+    /// Moments on body 1 about the frame's x and y through its centre; body 2 rotates freely. Excludes `rotation`.
     pub moment: Option<[f64; 2]>,
     /// Rotation of body 2 about the normal through the frame's centre, degrees (small rotations). Excludes `spin_moment`.
     pub twist: Option<f64>,
-    /// Moment on body 1 about n through the frame's centre. Excludes `twist`.
+    /// Moment on body 1 about the normal through the frame's centre. Excludes `twist`.
     pub spin_moment: Option<f64>,
-    /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
+    /// Load history from a CSV file, instead of other loads and motions. Each row is reached linearly from the previous one.
     pub history: Option<LoadHistory>,
-    /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
+    /// Number of equal increments (with `history`: per row), default 1. With friction the result depends on it (load path).
     #[serde(default = "super::frame::one")]
     pub increments: PositiveCount,
     /// Whether friction acts in this step.
@@ -44,7 +47,7 @@ pub struct Step {
     pub cycles: Option<Cycles>,
     /// Steady sliding of body 2 over body 1.
     pub sliding: Option<Sliding>,
-    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a steady state.
+    /// Steady rolling under the loads of the previous steps; each increment is a steady state of linearly growing creepages.
     pub rolling: Option<Rolling>,
 }
 
@@ -55,7 +58,7 @@ pub struct Rolling {
     /// Direction in which the contact moves over the bodies, from the frame's x towards its y: 0, 90, 180 or 270 degrees.
     #[serde(default)]
     pub direction: f64,
-    /// Creepage, the rigid slip of body 2 over body 1 per rolled distance: along the rolling direction, and to its left.
+    /// Creepages: rigid slip of body 2 over body 1 per rolled distance, along the rolling direction and to its left.
     #[serde(default)]
     pub creepage: [f64; 2],
     /// Spin creepage: rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
@@ -67,11 +70,11 @@ pub struct Rolling {
     pub distance: f64,
 }
 
-/// A tangential displacement.
+/// Tangential displacement of body 2.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shift {
-    /// Distance.
+    /// Length of the displacement.
     pub distance: f64,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
@@ -82,13 +85,13 @@ pub struct Shift {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadHistory {
-    /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are ignored.
+    /// CSV file, relative to the scene file: one row per load point, in order. Lines that begin with # are ignored.
     pub file: String,
-    /// What its columns hold; default the names in its first line.
+    /// Quantity in each column, "-" to ignore one; default: the names in the first line of the file.
     pub columns: Option<Vec<LoadColumn>>,
 }
 
-/// What a column of a load history holds, in the units of the scene, angles in degrees.
+/// Quantity in a column of a load history, in the units of the scene, angles in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs)]
@@ -146,7 +149,7 @@ impl LoadColumn {
     }
 }
 
-/// Fretting cycles.
+/// Fretting cycles about the position at the start of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cycles {
@@ -155,42 +158,43 @@ pub struct Cycles {
     pub count: u64,
     /// Displacement amplitude (±) of body 2. Excludes `force_amplitude`.
     pub amplitude: Option<Positive>,
-    /// Amplitude (±) of the tangential force. Excludes `amplitude`.
+    /// Amplitude (±) of the tangential force on body 1; needs friction. Excludes `amplitude`.
     pub force_amplitude: Option<Positive>,
-    /// Second semi-axis of an elliptic path, perpendicular to `angle`; a displacement or a force, as the amplitude. Needs `path = "ellipse"`.
+    /// Semi-axis of an elliptic path perpendicular to `angle`, a displacement or force as the amplitude. Needs `path = "ellipse"`.
     pub amplitude2: Option<Positive>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
     pub jumps: Option<PositiveCount>,
-    /// Increments per stroke (half cycle), a number or "auto". "auto": 1 (8 for an ellipse); the wear is corrected by
-    /// cycles computed with as many increments as `wear.tolerance` requires. Default: as "auto", but without correction
-    /// while the whole contact slips and the wear agrees within the tolerance. A number is used as given; one finely
-    /// resolved cycle at the start of the step measures its error.
+    /// Number of increments per stroke (half cycle), or "auto"; default: as "auto", but with a correction only where needed.
+    ///
+    /// "auto" takes 1 increment (8 for an ellipse) and corrects the wear by cycles with as many increments as `wear.tolerance`
+    /// requires. The default makes no correction while the whole contact slips and the wear agrees within the tolerance. A number
+    /// is used as given; one finely resolved cycle at the start of the step measures its error.
     pub increments: Option<StrokeIncrements>,
-    /// Shape of the path of a cycle.
+    /// Path of a cycle: "line" (default) or "ellipse".
     #[serde(default)]
     pub path: CyclePath,
 }
 
-/// Increments of a stroke.
+/// Increments per stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum StrokeIncrements {
-    /// So many.
+    /// Number of increments.
     Given(PositiveCount),
-    /// As many as the tolerance asks for.
+    /// Increments that `wear.tolerance` requires.
     Automatic(AutoKeyword),
 }
 
-/// Strokes whose increments follow from the tolerance.
+/// Keyword for increments that follow from the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(inline)]
 pub enum AutoKeyword {
-    /// `wear.tolerance`.
+    /// As many increments as `wear.tolerance` requires.
     Auto,
 }
 
@@ -198,7 +202,7 @@ pub enum AutoKeyword {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sliding {
-    /// Distance.
+    /// Sliding distance.
     pub distance: Positive,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
@@ -207,7 +211,7 @@ pub struct Sliding {
     pub jumps: Option<PositiveCount>,
 }
 
-/// Shape of the path of a cycle.
+/// Path of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CyclePath {

@@ -11,23 +11,23 @@ use crate::material::strength::PlyStrength;
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct Strength {
-    /// Tension along axis 1.
+    /// Tensile strength along axis 1.
     pub Xt: Positive,
-    /// Compression along axis 1.
+    /// Compressive strength along axis 1.
     pub Xc: Positive,
-    /// Tension along axis 2.
+    /// Tensile strength along axis 2.
     pub Yt: Positive,
-    /// Compression along axis 2.
+    /// Compressive strength along axis 2.
     pub Yc: Positive,
-    /// Tension along axis 3; default Yt.
+    /// Tensile strength along axis 3; default `Yt`.
     pub Zt: Option<Positive>,
-    /// Compression along axis 3; default Yc.
+    /// Compressive strength along axis 3; default `Yc`.
     pub Zc: Option<Positive>,
-    /// Shear of plane 1-2.
+    /// Shear strength in the plane 1-2.
     pub S12: Positive,
-    /// Shear of plane 1-3; default S12.
+    /// Shear strength in the plane 1-3; default `S12`.
     pub S13: Option<Positive>,
-    /// Shear of plane 2-3.
+    /// Shear strength in the plane 2-3.
     pub S23: Positive,
     /// Normalised Tsai-Wu interaction coefficient of axes 1 and 2; default -0.5.
     #[serde(default = "mises")]
