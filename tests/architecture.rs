@@ -1,4 +1,4 @@
-//! The order of modules: a module may use those before it in `src/lib.rs`, never those after it.
+//! The order of modules: a module may use modules before it in `src/lib.rs`, never modules after it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -36,7 +36,7 @@ const ORDER: [&str; 29] = [
     "cli",
 ];
 
-/// Imports against the order that are left: file, module, why. A line goes when its import goes; none may be added.
+/// Remaining imports against the order: file, module, reason. A line is removed with its import. No line may be added.
 const EXCEPTIONS: [(&str, &str, &str); 2] = [
     ("output/output_dir.rs", "report", "a new run removes the report of the run before"),
     ("sweep/run.rs", "report", "a new study removes the report of the study before"),
@@ -125,8 +125,8 @@ fn declared(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Truth: every source file belongs to the crate: the file of the module around it declares it, by the place where the
-/// language looks for it.
+/// Truth: every source file belongs to the crate. The file of the enclosing module declares it, at the path where the compiler
+/// looks for it.
 #[test]
 fn every_file_is_declared() {
     let files = sources();
@@ -134,7 +134,7 @@ fn every_file_is_declared() {
     for (path, text) in &files {
         let folder = path.parent().expect("a folder");
         let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a UTF-8 file name");
-        // Modules of lib.rs and mod.rs lie beside them, those of name.rs in a folder of that name.
+        // Modules of lib.rs and mod.rs lie beside them, modules of name.rs in a folder of that name.
         let inside =
             if ["lib", "main", "mod"].contains(&stem) { folder.to_owned() } else { folder.join(stem) };
         for name in declared(text) {

@@ -1,4 +1,4 @@
-//! The documents: links lead somewhere, the index is complete, examples do what they say, references are current.
+//! Documentation: links resolve, the index is complete, examples work as described, references are current.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ fn links_between_documents_lead_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
 }
 
-/// Truth: the commands of README.md. The check of a clone runs them in turn, as somebody new does.
+/// Truth: the commands of README.md. The check of a clone runs them in turn, like a new user.
 #[test]
 fn the_check_runs_the_commands_of_the_readme() {
     let read = |name: &str| fs::read_to_string(root().join(name)).expect("readable");
@@ -72,7 +72,7 @@ fn the_index_names_every_page() {
     }
 }
 
-/// Truth: the folder's list of files: the contents of the book name each page once.
+/// Truth: the folder's list of files. The contents of the book name each page once.
 #[test]
 fn the_book_has_every_page() {
     let contents = fs::read_to_string(root().join("mkdocs.yml")).expect("a list of contents");
@@ -84,7 +84,7 @@ fn the_book_has_every_page() {
     }
 }
 
-/// Runs a script of scripts/ with the program as its first argument; panics with what it prints if it fails.
+/// Runs a script of scripts/ with the program as its first argument. Panics with its output if it fails.
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);
@@ -95,13 +95,14 @@ fn script(name: &str, arguments: &[PathBuf]) {
     print!("{}", printed.concat());
 }
 
-/// Truth: the schemas that the program prints, which are made of the types that scenes and studies are read into.
+/// Truth: the schemas that the program prints. They are generated from the types of scenes and studies.
 #[test]
 fn the_reference_of_keys_is_current() {
     script("keys", &[PathBuf::from("--check")]);
 }
 
-/// Truth: the program: commands of the pages of first steps and tasks end with the exit code that the page says, and print what it shows.
+/// Truth: the program. Commands on the pages of first steps and tasks end with the exit code given there, and print what the page
+/// shows.
 #[test]
 fn examples_do_what_the_pages_say() {
     let told = ["install", "first-run", "tutorial", "conventions", "faq"];
@@ -113,7 +114,7 @@ fn examples_do_what_the_pages_say() {
     script("examples", &pages);
 }
 
-/// Members of every object of a value, by name.
+/// Collects the names of all members of objects, except those inside of `scene` and `timings`.
 fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<String>) {
     match value {
         serde_json::Value::Object(object) => {
@@ -129,8 +130,8 @@ fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<Str
     }
 }
 
-/// Truth: the summaries of a run with friction, wear over cycles, loops and estimated errors, of one that rolls and of one with an accuracy:
-/// docs/results.md names every field that they have, as code.
+/// Truth: the summaries of three runs: with friction, wear over cycles, loops and estimated errors; with rolling; with an accuracy.
+/// docs/results.md names each of their fields as code.
 #[test]
 fn every_field_of_a_summary_is_explained() {
     let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
@@ -160,7 +161,7 @@ fn every_field_of_a_summary_is_explained() {
     assert!(missing.is_empty(), "docs/results.md does not name {missing:?}");
 }
 
-/// Truth: Cargo.toml: every dependency has a line that says why, its licence, and how it would be replaced.
+/// Truth: Cargo.toml. Every dependency has a line that gives its reason, its licence, and how it would be replaced.
 #[test]
 fn every_dependency_is_explained() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
@@ -179,7 +180,7 @@ fn every_dependency_is_explained() {
     }
 }
 
-/// Truth: tests/mutants.toml: each mistake of `scripts/mutants` still has its place in the sources, once.
+/// Truth: tests/mutants.toml. Each mistake of `scripts/mutants` matches exactly one place in the sources.
 #[test]
 fn every_mistake_has_its_place() {
     let list = fs::read_to_string(root().join("tests/mutants.toml")).expect("a list of mistakes");
@@ -193,7 +194,7 @@ fn every_mistake_has_its_place() {
     }
 }
 
-/// Paths below tests/ of the sources of tests, and their texts.
+/// Paths of test sources below tests/, and their texts.
 fn test_sources() -> Vec<(String, String)> {
     let (tests, mut found) = (root().join("tests"), Vec::new());
     let mut folders = vec![tests.clone()];
@@ -211,8 +212,8 @@ fn test_sources() -> Vec<(String, String)> {
     found
 }
 
-/// Truth: docs/tests.md says of every file with tests that are smaller than those of `scripts/test --thorough` what that leaves out, and
-/// names every test that only runs there.
+/// Truth: docs/tests.md names every file whose tests are smaller than in `scripts/test --thorough`, with what they leave out. It
+/// also names every test that only runs there.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
@@ -229,12 +230,12 @@ fn what_thorough_tests_add_is_listed() {
     }
 }
 
-/// Truth: tests/quick.txt: its tests exist, and there is one of each area of the verification that has tests.
+/// Truth: tests/quick.txt. Its tests exist, and every area of the verification that has tests is covered.
 #[test]
 fn quick_tests_cover_every_area() {
     let quick = fs::read_to_string(root().join("tests/quick.txt")).expect("a list");
     let sources = test_sources();
-    // Areas: the modules of tests/verification/main.rs, each a file, perhaps with a folder of parts.
+    // Areas are the modules of tests/verification/main.rs, each a file, perhaps with a folder of parts.
     let tests_of = |area: &str| -> Vec<String> {
         let (file, folder) = (format!("verification/{area}.rs"), format!("verification/{area}/"));
         let own = sources.iter().filter(|(path, _)| *path == file || path.starts_with(&folder));

@@ -1,6 +1,6 @@
-"""Opens the book in its folder, as a reader without a network does: its pages ask for their own files only, and its search finds them.
+"""Opens the book in its folder, like a reader without a network. Its pages request only their own files, and its search works.
 
-It looks at a few pages; with a second argument at all, and pictures of them are left there.
+A few pages are tested. With a second argument all pages are tested, and pictures of them are saved there.
 """
 
 import json
@@ -17,7 +17,7 @@ def quiet(browser, name):
 
 
 def found(browser, word):
-    """Titles and places of what the search finds."""
+    """Addresses of the search results."""
     browser.value(f"(e => {{ e.value = {json.dumps(word)}; e.dispatchEvent(new Event('keyup')); }})(document.getElementById('mkdocs-search-query'))")
     return browser.value("[...document.querySelectorAll('#mkdocs-search-results a')].map(a => a.getAttribute('href'))")
 
@@ -27,7 +27,7 @@ def main():
     with Browser(WITHOUT_WEBGL) as browser:
         browser.size(1300, 1000)
         names = [page.name for page in sorted(book.glob("*.html"))] if pictures else ["index.html", "tutorial.html", "keys.html"]
-        for page in [book / name for name in names if name != "404.html"]:  # that one is made for a server
+        for page in [book / name for name in names if name != "404.html"]:  # 404.html is made for a server
             browser.open(page)
             assert browser.value("[...document.images].every(image => image.naturalWidth > 0)"), f"{page.name}: a picture is missing"
             quiet(browser, page.name)

@@ -1,4 +1,4 @@
-"""Headless Chromium through its DevTools protocol: opens a page, tells what it logs and asks for, clicks, moves, prints."""
+"""Headless Chromium through its DevTools protocol: opens a page, records its log and requests, clicks, moves, prints."""
 
 import base64
 import json
@@ -15,8 +15,8 @@ FLAGS = [
     "--disable-sync", "--disable-extensions", "--disable-default-apps", "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 ]
-# Software rendering, so that WebGL draws without a graphics card; and none, as where WebGL is not available. The page itself is drawn without
-# WebGL's renderer, in half of the time.
+# Software rendering, so that WebGL draws without a graphics card, or no WebGL at all. The page itself is drawn without WebGL's
+# renderer, in half of the time.
 WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
@@ -71,7 +71,7 @@ class Browser:
             self.note(answer)
 
     def note(self, event):
-        """Keeps what the page logs and asks for."""
+        """Records what the page logs and requests."""
         what, said = event.get("method"), event.get("params", {})
         if what == "Runtime.consoleAPICalled" and said["type"] in ("error", "warning", "assert"):
             self.logged.append(f"{said['type']}: " + " ".join(str(a.get("value", a.get("description"))) for a in said["args"]))
@@ -79,7 +79,7 @@ class Browser:
             details = said["exceptionDetails"]
             self.logged.append("exception: " + details.get("exception", {}).get("description", details["text"]))
         elif what == "Log.entryAdded" and said["entry"]["level"] in ("error", "warning"):
-            # Software rendering says so where the tests look at the colours of the 3D view.
+            # Software rendering logs this when the tests read the colours of the 3D view.
             if "GPU stall due to ReadPixels" not in said["entry"]["text"]:
                 self.logged.append(f"{said['entry']['level']}: {said['entry']['text']}")
         elif what == "Network.requestWillBeSent":
@@ -89,7 +89,7 @@ class Browser:
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def open(self, path):
-        """Opens a file and waits for it; nothing is left of what was noted before."""
+        """Opens a file and waits for it. Earlier records are deleted."""
         self.logged, self.asked = [], []
         self.call("Page.navigate", url=Path(path).resolve().as_uri())
         deadline = time.monotonic() + 30
@@ -99,7 +99,7 @@ class Browser:
             time.sleep(0.03)
 
     def value(self, expression):
-        """The value of an expression in the page."""
+        """Value of an expression in the page."""
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in result:
             raise RuntimeError(f"{expression}: {result['exceptionDetails']['exception'].get('description')}")

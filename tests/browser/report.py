@@ -1,7 +1,7 @@
-"""Opens the reports in the folders of a directory in headless Chromium and looks at everything that can be chosen on them.
+"""Opens the reports in the folders of a directory in headless Chromium and tests everything that can be chosen on them.
 
-Fails where a page logs an error or a warning, asks for anything, is wider than the window, or shows another number than meshio and
-summary.json. With a second argument pictures of the pages are left there.
+Fails if a page logs an error or a warning, requests anything, is wider than the window, or shows another number than meshio and
+summary.json. With a second argument pictures of the pages are saved there.
 """
 
 import json
@@ -19,12 +19,12 @@ TOLERANCE = 6e-5
 
 
 def number(text):
-    """The first number of a text, its minus as the page writes it."""
+    """First number of a text, with the minus sign of the page."""
     return float(text.replace("\u2212", "-").split()[0])
 
 
 def some(values):
-    """All of them in a thorough test (docs/tests.md), otherwise the first and the last."""
+    """All values in a thorough test (docs/tests.md), otherwise the first and the last."""
     return values if "ORTHOWEAR_THOROUGH" in os.environ or len(values) < 3 else [values[0], values[-1]]
 
 
@@ -52,7 +52,7 @@ def tabs(browser, name, expected):
         assert shown == [tab.removeprefix("tab-")], f"{name}: {tab} shows {shown}"
         wide = browser.value("document.documentElement.scrollWidth - window.innerWidth")
         assert wide <= 0, f"{name}: {tab} is {wide} pixels wider than the window"
-    # With the keyboard from the last tab to the first.
+    # The keyboard moves from the last tab to the first.
     browser.value(f"document.getElementById('{ids[-1]}').focus()")
     browser.key("ArrowRight", 39)
     assert browser.value("document.activeElement.id") == ids[0], name
@@ -74,7 +74,7 @@ def truth(folder, file):
 
 
 def hover(browser, cell):
-    """Points at a cell; the tip's text."""
+    """Points at a cell and returns the text of the tip."""
     browser.value("document.getElementById('map-canvas').scrollIntoView({block: 'nearest'})")
     x, y = browser.value(f"orthowearReport.map.centre({cell})")
     browser.move(x, y)
@@ -82,7 +82,7 @@ def hover(browser, cell):
 
 
 def maps(browser, folder, least):
-    """Hovers cells of each quantity in each entry."""
+    """Points at cells of each quantity in each entry."""
     said = json.loads((folder / "summary.json").read_text())
     browser.value("document.getElementById('tab-maps').click()")
     seen = set()
@@ -108,7 +108,7 @@ def maps(browser, folder, least):
                 assert abs(found - right) <= TOLERANCE * abs(right), f"{folder.name}, {file}: {tip} at {cell}, {right} in the file"
                 same = number(browser.value("document.getElementById('map-value').cells[1].textContent"))
                 assert same == found, f"{folder.name}: {same} beside {found}"
-        # Peaks of jumps are means of both ends of the stroke.
+        # Peaks of jumps are means of both reversal points.
         if "jump" not in said["steps"][record]:
             peak = said["steps"][record]["peak_pressure"]
             choose(browser, "map-field", "pressure")
@@ -122,7 +122,7 @@ def maps(browser, folder, least):
 
 
 def colours(browser):
-    """Number of different colours in the view in space."""
+    """Number of different colours in the 3D view."""
     return browser.value(
         "(() => { const from = document.querySelector('#view-box canvas'), to = document.createElement('canvas'); to.width = to.height = 200;"
         "const c = to.getContext('2d'); c.drawImage(from, 0, 0, 200, 200); return new Set(new Uint32Array(c.getImageData(0, 0, 200, 200).data.buffer)).size; })()"

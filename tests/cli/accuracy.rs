@@ -1,4 +1,4 @@
-//! `accuracy`: results with the error that was asked for, and what is said where it is not reached.
+//! `accuracy`: results with the requested error, and messages if it is not reached.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -44,7 +44,7 @@ radius = 50.0
 fields = []
 "#;
 
-/// A scene of the frame with a material below (and the tilt of its fibres), more text, and an accuracy.
+/// A scene on the frame with a lower material (and the tilt of its fibres), more text, and an accuracy.
 fn scene(below: &str, tilt: f64, more: &str, accuracy: &str) -> String {
     let fibre = if below == "cfrp" { format!("fibre = {{ tilt = {tilt:.1} }}") } else { String::new() };
     let frame = FRAME.replace("BELOW", below).replace("FIBRE", &fibre);
@@ -56,7 +56,7 @@ fn of_folder(folder: &Path, text: &str) -> Value {
     run(folder, &[])
 }
 
-/// The step's value in `summary.accuracy`, and its estimate.
+/// Value of the step in `summary.accuracy`, and its estimated error.
 pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     let results = summary["accuracy"]["results"].as_array().unwrap();
     let found = results.iter().find(|result| result["step"] == step && result["name"] == name);
@@ -64,15 +64,16 @@ pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     ["value", "estimate"].map(|key| found[key].as_f64().unwrap())
 }
 
-/// Truths: the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: shift), the exact ellipses of CFRP without friction and the values
-/// of an independent program with it (tests/data/sphere-on-frp.json). What is asked for is reached in at least 95 of 100 values, none is
-/// off by more than three times of it, and most are not ten times better than needed. The values are those of `steps`.
+/// Truths: the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: tangential displacement). For
+/// CFRP, the exact ellipses without friction, and an independent program with friction (tests/data/sphere-on-frp.json). At least 95
+/// of 100 errors are below the requested one, and none is three times as large. Most are not ten times better than needed. The
+/// values equal those of `steps`.
 #[test]
 fn true_errors_stay_below_what_is_asked_for() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut shares: Vec<(String, f64)> = Vec::new();
-    // Bodies that do not contract across, for which the form of Cattaneo and Mindlin is exact.
+    // Bodies with nu = 0, for which the solution of Cattaneo and Mindlin is exact.
     let modulus = 210e3 / 2.0;
     let (force, radius) = (150.0, 50.0_f64);
     let a = f64::cbrt(0.75 * force * radius / modulus);
@@ -93,7 +94,7 @@ fn true_errors_stay_below_what_is_asked_for() {
         };
         let asked_text = format!("{asked:e}");
         let press = format!("[[steps]]\nname = \"press\"\nnormal_force = {force:.1}\n");
-        // Two equal bodies: nothing couples pressure and friction.
+        // Two equal bodies: pressure and friction are uncoupled.
         let friction = "[friction]\nlaw = \"coulomb\"\nmu = 0.3\n";
         let pull = "[[steps]]\nname = \"pull\"\ntangential_force = [36.0, 0.0]\n";
         let summary = of_folder(
@@ -114,7 +115,7 @@ fn true_errors_stay_below_what_is_asked_for() {
             let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
             compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
             if tilt == 60.0 {
-                // The independent program's peaks are off by 1e-3 there.
+                // The independent program's peak pressures have an error of 1e-3 there.
                 continue;
             }
             let friction = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n";
@@ -138,15 +139,15 @@ fn true_errors_stay_below_what_is_asked_for() {
     println!("{} results, {} above", shares.len(), shares.iter().filter(|(_, share)| *share > 1.0).count());
     let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
-    // Forces across vanish, and loads converge before the peaks that bound the cells: of each run the worst value counts.
+    // Only peaks are counted: transverse forces vanish, and loads converge before the peaks that determine the cells.
     let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
     let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
     println!("{near} of {} peaks above a tenth", peaks.len());
     assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
 }
 
-/// Truth: the independent program's worn volumes after 100 000 cycles of one increment per stroke (tests/data/sphere-on-frp.json, known to 6e-5), at
-/// a hundredth and a thousandth.
+/// Truth: an independent program's wear volumes after 100 000 cycles of one increment per stroke, to 1e-2 and 1e-3
+/// (tests/data/sphere-on-frp.json, known to 6e-5).
 #[test]
 fn worn_volumes() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -178,8 +179,9 @@ fn punch(wanted: &str) -> String {
     text.replace(&text[gap], "[gap]\nkind = \"flat\"\n")
 }
 
-/// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d), so that the peak of cells of the
-/// side h grows like h^-1/2: the search ends after three growing changes, and says what to leave out. The approach converges.
+/// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d). The peak on
+/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes, and the message says what to leave
+/// out. The approach converges.
 #[test]
 fn a_peak_that_does_not_converge() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,12 +206,13 @@ fn a_peak_that_does_not_converge() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// Truth: docs/scene.md: where nothing finer fits into the memory the best results so far are there, with exit code 3 and the reason.
+/// Truth: docs/scene.md: if nothing finer fits into the memory, the best results so far are written, with exit code 3 and the
+/// reason.
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let text = punch("{ relative = 1e-5, of = [\"load\"] }");
-    // What 200 x 200 cells take: of the finer ones none fits.
+    // Memory of 200 x 200 cells. None of the finer grids fits.
     let alone = text.split_once('\n').unwrap().1.replace("cells = [8, 8]", "cells = [200, 200]");
     fs::write(folder.path().join("scene.toml"), alone).unwrap();
     let limit = foretold(&call("check", folder.path(), &[]).1).round();
@@ -228,7 +231,8 @@ fn what_is_not_reached_is_told() {
     assert!(record["results"][0]["relative"].as_f64().unwrap() > 1e-5, "{record}");
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: what is refused, with the key and the mend; a keyword of the command line takes the place of the scene's.
+/// Truth: docs/scene.md, docs/command-line.md: refusals give the key and the fix. An option of the command line replaces the key of
+/// the scene.
 #[test]
 fn what_is_refused() {
     let with = |accuracy: &str| format!("accuracy = {accuracy}\n{SOUND}");
@@ -252,7 +256,7 @@ fn what_is_refused() {
         assert_eq!(code, Some(2), "{accuracy}: {text}");
         assert!(words.iter().all(|word| text.contains(word)), "{accuracy}: {words:?} in\n{text}");
     }
-    // A volume that no law wears away would always be accurate.
+    // A volume without a wear law would always be accurate.
     let unworn = with("{ relative = 1e-3, of = [\"worn_volume\"] }")
         .replace("law = \"energy\"\nk = 1.25e-9", "law = \"none\"");
     let (code, text) = check(&unworn, &[]);
@@ -273,8 +277,8 @@ fn what_is_refused() {
     }
 }
 
-/// Truths: Hertz (Johnson 4.22, 4.24), a rigid sphere on steel. Coarse cells that see no contact past the first touch, frames whose sides have
-/// unlike numbers of cells, and frames of one row do not end with what they happen to show.
+/// Truths: Hertz (Johnson 4.22, 4.24), a rigid sphere on steel. The search does not end on cells without contact after first touch,
+/// on frames of one row, or with unequal numbers of cells per side.
 #[test]
 fn cells_that_are_too_coarse_at_first() {
     let folder = tempfile::tempdir().unwrap();
@@ -289,7 +293,7 @@ fn cells_that_are_too_coarse_at_first() {
     let wide = of_folder(folder.path(), &text.replace("half_width = [1.2, 1.2]", "half_width = [2.0, 2.0]"));
     let [found, _] = value(&wide, "press", "normal_force");
     assert!((found / force - 1.0).abs() < 1e-2, "{found} {force}");
-    // Taken apart by a force that vanishes there is no contact that cells could miss, and no place of the bodies.
+    // Bodies separated by a vanishing force have no contact that cells could miss, and no defined position.
     let parted =
         "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n[[steps]]\nname = \"part\"\nnormal_force = 0.0\n";
     let summary = of_folder(folder.path(), &rigid(scene("steel", 0.0, parted, "1e-2")));
@@ -313,8 +317,9 @@ fn cells_that_are_too_coarse_at_first() {
     }
 }
 
-/// Truth: docs/scene.md: increments matter to friction and to wear without friction, and those of closed paths too; files are written at the
-/// increments of the scene only, with the numbers of their entries in `summary.steps`; no run of the search is set aside as an earlier result.
+/// Truth: docs/scene.md: increments matter to friction, to wear without friction, and on closed paths. Files are written at the
+/// increments of the scene only, with the numbers of their entries in `summary.steps`. No run of the search is set aside as an
+/// earlier result.
 #[test]
 fn increments_and_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -358,7 +363,7 @@ fn increments_and_files() {
     }
 }
 
-/// Truth: a run with another accuracy has other cells: its results are not those of the scene.
+/// Truth: a run with another accuracy has other cells. Its results are not those of the scene.
 #[test]
 fn results_of_another_accuracy_are_not_resumed() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `accuracy` on cases of the catalogue beside spheres: what is asked for against closed forms.
+//! `accuracy` on cases of the catalogue other than spheres: the requested error against closed forms.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -18,15 +18,15 @@ const PRESS: &str = "[[steps]]\nname = \"press\"\nnormal_force = 1000.0\n";
 const LINE: &str = "[[steps]]\nname = \"press\"\nnormal_force = 500.0\n";
 const DEEP: &str = "[[steps]]\nname = \"press\"\napproach = 0.01\n";
 
-/// A value that is known: step, name, value, and what its error is relative to.
+/// A known value: step, name, value, and the scale of its error.
 type Truth = (&'static str, &'static str, f64, f64);
 
 struct Case {
     name: &'static str,
-    /// Poisson's ratio of the half-space below, and whether there is one above.
+    /// Poisson's ratio of the lower half-space, and whether the upper body is a half-space.
     bodies: (f64, bool),
     half_width: [f64; 2],
-    /// The frame's cells and more of it.
+    /// Cells and further keys of the frame.
     frame: &'static str,
     gap: &'static str,
     /// Laws and steps.
@@ -54,7 +54,7 @@ fn known(step: &'static str, name: &'static str, value: f64) -> Truth {
     (step, name, value, value.abs())
 }
 
-/// A rigid indenter of steel on a frame of square cells.
+/// A rigid indenter on a half-space of steel, with 16 x 16 cells.
 fn indenter(
     name: &'static str,
     half_width: [f64; 2],
@@ -66,7 +66,8 @@ fn indenter(
     Case { name, bodies: (0.3, false), half_width, frame: square, gap, rest: rest.to_owned(), of: "", truths }
 }
 
-/// Hertz's ellipse (catalogue: hertz-elliptic-2to1), Sneddon's indenters of r and r^4, Boussinesq's punch and the square one (capacitance 0.3667896).
+/// Hertz's ellipse (catalogue: hertz-elliptic-2to1), Sneddon's indenters of r and r^4, Boussinesq's punch and the square punch
+/// (capacitance 0.3667896).
 fn indenters() -> Vec<Case> {
     let tangent = 5f64.to_radians().tan();
     let cone = (1000.0 * PI * tangent / (2.0 * STAR)).sqrt();
@@ -100,7 +101,7 @@ fn indenters() -> Vec<Case> {
     ]
 }
 
-/// Hertz's line (Johnson 4.2), and Carter's rolling cylinders at shares of what friction carries.
+/// Hertz's line contact (Johnson 4.2), and Carter's rolling cylinders at fractions of the friction limit.
 fn lines() -> Vec<Case> {
     let a = (4.0 * 500.0 * 20.0 / (PI * STAR)).sqrt();
     let line = vec![
@@ -125,8 +126,8 @@ fn lines() -> Vec<Case> {
     vec![still, rolling(0.5), rolling(0.75)]
 }
 
-/// Mindlin and Deresiewicz's loading and unloading (equal bodies that do not contract across), Spence's indentation with friction, and wear in sliding
-/// under a force: Archard's volume, and the approach of the catalogue (wear-sphere-elastic, four digits).
+/// Mindlin and Deresiewicz's loading and unloading (equal bodies with nu = 0), Spence's indentation with friction, and wear in
+/// sliding under a force. The wear has Archard's volume and the approach of the catalogue (wear-sphere-elastic, four digits).
 fn friction_and_wear() -> Vec<Case> {
     let sphere = |star: f64| {
         let a = f64::cbrt(0.75 * 1000.0 * 10.0 / star);
@@ -167,8 +168,8 @@ fn friction_and_wear() -> Vec<Case> {
     ]
 }
 
-/// Truths: those of the groups above. What is asked for is reached in at least 95 of 100 values, none is off by more than twice of it; all
-/// runs say that they have reached it.
+/// Truths: those of the groups above. At least 95 of 100 errors are below the requested one, and none is twice as large. All runs
+/// report that they have reached it.
 #[test]
 fn closed_forms_lie_within_what_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -194,8 +195,8 @@ fn closed_forms_lie_within_what_is_asked_for() {
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 2.0), "{above:?}");
 }
 
-/// Truth: an outline that the contact does not reach (its radius is 0.32) changes no contact: the same cells do, and nothing is made of a force that
-/// vanishes by symmetry.
+/// Truth: an outline that the contact does not reach (its radius is 0.32) does not change the contact. The same cells suffice, and
+/// a force that vanishes by symmetry has no estimated error.
 #[test]
 fn outlines_that_are_not_reached() {
     let outline = "frame.outline={shape=\"circle\", radius=0.39}";

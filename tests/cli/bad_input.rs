@@ -1,10 +1,10 @@
-//! What is refused, and how: exit code 2, the key, the line, what was found and the mend, several mistakes at once.
+//! Refused scenes: exit code 2, with the key, the line, the value found and the fix. Several mistakes are reported together.
 
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// A scene without mistakes that needs no mesh; the table below changes one thing in it.
+/// A valid scene that needs no mesh. The table below changes one entry of it.
 pub const SOUND: &str = r#"title = "sound"
 [materials.steel]
 model = "isotropic"
@@ -75,15 +75,14 @@ fn changed(from: &str, to: &str) -> (String, usize) {
     (SOUND.replacen(from, to, 1), line)
 }
 
-/// Truth: the scene's definition (docs/scene.md); the base of the table is accepted.
+/// Truth: the definition of the scene (docs/scene.md). The unchanged scene is accepted.
 #[test]
 fn the_sound_scene_is_accepted() {
     let (code, text) = check(SOUND, &[]);
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// One row: what is replaced by what, lines below that of the change at which the mistake is shown, words of the
-/// message.
+/// One row: text to replace, replacement, lines from the change to the reported line, words of the message.
 type Row = (&'static str, &'static str, usize, &'static [&'static str]);
 
 const TABLE: &[Row] = &[
@@ -98,7 +97,7 @@ const TABLE: &[Row] = &[
     (
         "[frame]",
         "[frame]\ncenter = [1e13, 0.0]",
-        0,
+        1,
         &["the frame lies 1e13 mm from the global origin, where coordinates are rounded to 0.00222 mm"],
     ),
     // Unknown keys and words.
@@ -157,7 +156,7 @@ const TABLE: &[Row] = &[
     ("amplitude = 0.05", "amplitude = 0.0", 0, &["steps.1.cycles.amplitude", "above 0"]),
     ("tolerance = 1e-8", "tolerance = 0.0", 0, &["solver.tolerance", "above 0 and below 1"]),
     ("E = 210e3", "E = 0", 0, &["materials.steel.E", "above 0"]),
-    // What makes no sense.
+    // Contradictions and values without meaning.
     ("nu = 0.3", "nu = 0.5", 0, &["materials.steel", "not admissible", "between -1 and 0.5"]),
     ("nu12 = 0.272", "nu12 = 9.0", 0, &["materials.cfrp", "not admissible"]),
     ("material = \"steel\"", "material = \"stel\"", 0, &["body2.material", "did you mean `steel`", "`cfrp`"]),
@@ -268,7 +267,7 @@ const TABLE: &[Row] = &[
         1,
         &["gap.file", "no.csv", "cannot be used"],
     ),
-    // What a later version may do.
+    // Misspelt kinds, growing and periodic frames, rolling.
     ("kind = \"half-space\"", "kind = \"bee\"", 0, &["body1.kind", "did you mean \"be\""]),
     ("cells = [16, 16]", "cells = [16, 16]\ngrow = 2", 1, &["frame.grow", "true or false"]),
     (
@@ -291,7 +290,7 @@ const TABLE: &[Row] = &[
     ),
 ];
 
-/// Truth: docs/scene.md and the exit codes of docs/command-line.md; one mistake each.
+/// Truth: docs/scene.md and the exit codes of docs/command-line.md. Each row contains one mistake.
 #[test]
 fn each_mistake_is_refused_with_its_key_and_line() {
     for (from, to, below, words) in TABLE {
@@ -301,7 +300,7 @@ fn each_mistake_is_refused_with_its_key_and_line() {
         for word in *words {
             assert!(text.contains(word), "`{from}` -> `{to}` lacks \"{word}\":\n{text}");
         }
-        // A missing key or a law is shown at its table, not at the line that was changed.
+        // A missing key or a law is reported at its table, not at the changed line.
         let exact = !to.is_empty() && !words[0].contains("law") && !words[0].contains("lacks");
         let place = format!("scene.toml:{}:", line + below);
         let at_table = words[0].starts_with("materials");
@@ -310,7 +309,7 @@ fn each_mistake_is_refused_with_its_key_and_line() {
     }
 }
 
-/// Truth: docs/scene.md: a distance is at least 0; one mistake is told once.
+/// Truth: docs/scene.md: a distance is at least 0. One mistake is reported once.
 #[test]
 fn a_mistake_is_told_once() {
     let roll = "rolling = { creepage = [1e-3, 0.0], distance = -1.0 }";
@@ -349,7 +348,7 @@ fn mistakes_are_reported_together() {
     }
 }
 
-/// Truth: docs/command-line.md; a mistake in an override names the option.
+/// Truth: docs/command-line.md: a mistake in an override is reported with the option.
 #[test]
 fn overrides_are_checked_like_the_file() {
     for (option, words) in [
@@ -371,13 +370,13 @@ fn overrides_are_checked_like_the_file() {
             assert!(text.contains(word), "{option} lacks \"{word}\"\n{text}");
         }
     }
-    // A step named "0" that is not the first one: the option could mean either.
+    // A step named "0" that is not the first one makes the option ambiguous.
     let named = SOUND.replace("name = \"fretting\"", "name = \"0\"");
     let (code, text) = check(&named, &["--set", "steps.0.approach=0.01"]);
     assert!(code == Some(2) && text.contains("`0` is the name of element 1"), "{text}");
     let (code, text) = check(&named.replace("indent", "1"), &["--set", "steps.1.cycles.jumps=3"]);
     assert!(code == Some(2) && text.contains("`1` is the name of element 0"), "{text}");
-    // A list that lacks elements, without an upper bound.
+    // A list with too few elements and without an upper bound.
     let (code, text) = check(SOUND, &["--set", "steps=[]"]);
     assert!(code == Some(2) && text.contains("`steps` has 0 values"), "{text}");
     for option in [
@@ -393,7 +392,7 @@ fn overrides_are_checked_like_the_file() {
     }
 }
 
-/// Truth: TOML 1.1 (byte order mark and either line end are allowed; text is UTF-8).
+/// Truth: TOML 1.1: a byte order mark and both line ends are allowed, and text is UTF-8.
 #[test]
 fn encodings() {
     let folder = tempfile::tempdir().unwrap();
@@ -426,7 +425,7 @@ fn encodings() {
     }
 }
 
-/// Truth: TOML: a bracket that is not closed swallows the lines below it. The user is told of the bracket alone; the hint at decimal commas is for
+/// Truth: TOML: an open bracket extends over the lines below it. Only the bracket is reported. The hint at decimal commas is for
 /// numbers outside of lists.
 #[test]
 fn a_missing_bracket_is_one_mistake() {

@@ -1,17 +1,17 @@
-//! Loads and motions that cannot be prescribed together, or to such bodies.
+//! Loads and motions that exclude each other, or that the bodies do not allow.
 
 use std::fs;
 
 use super::bad_input::{SOUND, check};
 
-/// Truth: docs/scene.md: a body that repeats itself along x cannot turn about y, nor about n, and takes no moments: the gap would
-/// grow from period to period. It may turn about x, and by nothing.
+/// Truth: docs/scene.md: a body periodic along x cannot rotate about y or n and takes no such moments. The gap would grow from
+/// period to period. It may rotate about x, and by zero.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {
         let scene = SOUND
             .replace("cells = [16, 16]", &format!("cells = [16, 16]\nperiodic = {periodic}"))
-            // Less than the mean planes are apart.
+            // Less than the distance of the mean planes.
             .replace("approach = 0.02", &format!("approach = 0.005\n{control}"));
         check(&scene, &[])
     };
@@ -42,8 +42,8 @@ fn repeated_bodies_do_not_turn() {
     }
 }
 
-/// Truth: docs/scene.md: a step keeps the loads before it, but no load is prescribed besides rolling: what `run` would come upon after
-/// computing the steps before, `check` refuses; with the load taken back it says how the step rolls.
+/// Truth: docs/scene.md: a step keeps earlier loads, but no load may act together with rolling. `check` refuses what `run` would
+/// find only after computing the steps before. If the load is removed, `check` reports how the step rolls.
 #[test]
 fn loads_held_into_rolling() {
     let scene = |load: &str, between: &str| {

@@ -1,4 +1,4 @@
-//! Finite bodies of boundary elements as a user meets them: results beside finite elements, surfaces that are wrong.
+//! Finite bodies of boundary elements: results compared with finite elements, and invalid surfaces.
 
 use std::fs;
 use std::path::Path;
@@ -47,7 +47,7 @@ fn place(mesh: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The elements of a mesh that `keep` holds for, changed by `change`.
+/// The mesh with its elements changed by `change`, which removes those it maps to `None`.
 fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
     let (head, rest) = mesh.split_once("$Elements\n").unwrap();
     let list: Vec<String> = rest
@@ -74,8 +74,9 @@ fn grids(folder: &Path) -> Vec<String> {
     all.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".vtu")).collect()
 }
 
-/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md), to 3 % (constant elements,
-/// three across the contact); the surface alone gives the same as the solids whose skin it is to rounding, and says what was turned.
+/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md), to 3 % (constant
+/// elements, three across the contact). The surface alone gives the same result as the solids to rounding, and reports the faces
+/// turned.
 #[test]
 fn the_block_of_finite_elements() {
     let folder = place(&block());
@@ -106,8 +107,8 @@ fn the_block_of_finite_elements() {
     }
 }
 
-/// Truth: a rigid plate on all of a block that floats along z between smooth walls bears its base's pressure, uniform; with
-/// friction it is refused (docs/theory-boundary-elements.md).
+/// Truth: a rigid plate on the whole top of a block, which is free along z between smooth walls, bears the pressure of the base
+/// uniformly. With friction the scene is refused (docs/theory-boundary-elements.md).
 #[test]
 fn a_block_that_floats() {
     let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
@@ -131,7 +132,7 @@ fn a_block_that_floats() {
     assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }
 
-/// Truth: what is wrong with each scene by construction, exit code 2, and the element or key that is meant.
+/// Truth: the mistake built into each scene, exit code 2, and the element or key concerned.
 #[test]
 fn surfaces_and_supports_that_are_wrong() {
     let refused = |mesh: &str, sets: &[&str], words: &[&str]| {
@@ -146,7 +147,7 @@ fn surfaces_and_supports_that_are_wrong() {
     let small = layer([2.0, 2.0], 2.0, [8, 8, 4]);
     let cells = "frame.cells=[4,4]";
     let skin = surface(&small);
-    // The first element, of 64 on top.
+    // Removes the first of the 64 elements on top.
     let open = elements(&skin, |i, line| (i > 0).then(|| line.to_owned()));
     refused(&open, &[cells], &["is open at 4 edges", "body1.mesh"]);
     let turned = elements(&skin, |i, line| {
@@ -167,7 +168,7 @@ fn surfaces_and_supports_that_are_wrong() {
     refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
 }
 
-/// Truth: exit code 4 before anything is allocated, with what would help.
+/// Truth: exit code 4 before any allocation, with possible remedies.
 #[test]
 fn too_little_memory() {
     let folder = place(&block());

@@ -1,4 +1,4 @@
-//! The cache of flexibilities as a user meets it.
+//! Runs with the cache of flexibilities.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ impl Place {
         Self { folder }
     }
 
-    /// Calls the program with `limit` MiB of cache; exit code and both outputs.
+    /// Calls the program with a cache limit of `limit` MiB. Returns the exit code and both outputs.
     fn call(&self, verb: &str, options: &[&str], limit: &str) -> (Option<i32>, String) {
         let mut program = crate::tools::orthowear();
         program.env("XDG_CACHE_HOME", self.folder.path()).env("ORTHOWEAR_CACHE_LIMIT", limit);
@@ -64,7 +64,7 @@ impl Place {
         (output.status.code(), String::from_utf8(text).unwrap())
     }
 
-    /// The summary of a run.
+    /// Summary of a run.
     fn run(&self, options: &[&str]) -> Value {
         let (code, text) = self.call("run", options, "100");
         assert_eq!(code, Some(0), "{text}");
@@ -77,7 +77,7 @@ impl Place {
     }
 }
 
-/// The numbers of the steps without their seconds, and without the check that is made only where the factor is at hand.
+/// Steps without their seconds, and without the operator check, which needs the factor.
 fn steps(summary: &Value) -> Value {
     let mut steps = summary["steps"].clone();
     for step in steps.as_array_mut().unwrap() {
@@ -95,8 +95,8 @@ fn hit(summary: &Value) -> bool {
         .any(|skip| skip["why"].as_str().unwrap().contains("the cache has"))
 }
 
-/// Truth: the same numbers to the last bit with a cache that is empty, filled, damaged, or not used; the ledger and
-/// `check` say what was skipped; another body has another entry.
+/// Truth: the same numbers, bit by bit, with an empty, filled, damaged or unused cache. The list of omitted work and `check` report
+/// the reuse. Another body has another entry.
 #[test]
 fn a_second_run_skips_the_factorisation() {
     let place = Place::new();
@@ -116,7 +116,7 @@ fn a_second_run_skips_the_factorisation() {
     let rebuilt = place.run(&[]);
     assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
     assert!(!hit(&rebuilt) && hit(&place.run(&[])));
-    // Fields need the factor, which is then made after all, and kept for the next run.
+    // Fields need the factor. It is then computed after all, and kept for the next run.
     let volume = || fs::read(place.folder.path().join("scene.out/body1_volume_0001.vtu")).unwrap();
     let wanted = ["--set", "output.fields=[\"volume\"]"];
     let fields = place.run(&wanted);
@@ -126,7 +126,7 @@ fn a_second_run_skips_the_factorisation() {
     assert!(text.contains("the flexibility and the factor for fields or loads"), "{text}");
     let restored = place.run(&wanted);
     assert!(hit(&restored) && volume() == factorised);
-    // A damaged factor is made anew.
+    // A damaged factor is computed again.
     let kept = place.entries().into_iter().find(|path| path.extension().is_some_and(|end| end == "factor"));
     let kept = kept.expect("a kept factor");
     let mut bytes = fs::read(&kept).unwrap();
@@ -138,15 +138,15 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
-    // The body is solved afresh where its factor is at hand: no factorisation is made for that alone.
+    // The body is solved directly only if its factor is available. No factorisation is made for the check alone.
     let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
     assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
     assert_eq!(place.entries().len(), 3);
 }
 
-/// Truth: docs/results.md: the body is solved afresh in the first entry that has its factor at hand. With a flexibility from the cache
-/// there is none until fields are written at the end of a step; the next step is checked.
+/// Truth: docs/results.md: the body is solved directly in the first entry that has its factor. With a flexibility from the cache
+/// there is no factor until fields are written at the end of a step. The next step is then checked.
 #[test]
 fn the_operator_is_checked_once_the_factor_is_there() {
     let place = Place::new();
@@ -162,7 +162,8 @@ fn the_operator_is_checked_once_the_factor_is_there() {
     assert!(defect(1).is_some_and(|defect| defect < 1e-11), "{summary}");
 }
 
-/// Truth: the table of the field inside a half-space is kept and read to the last bit; a damaged one is made anew, and the summary says so.
+/// Truth: the table of the field inside a half-space is stored and read, bit by bit. A damaged table is computed again, and the
+/// summary says so.
 #[test]
 fn the_field_inside_a_half_space() {
     let place = Place::new();
@@ -187,7 +188,7 @@ fn the_field_inside_a_half_space() {
     assert!(points() == made);
 }
 
-/// Truth: docs/command-line.md: 0 is no cache, anything but a number is a mistake.
+/// Truth: docs/command-line.md: 0 means no cache, and anything but a number is a mistake.
 #[test]
 fn the_limit_is_the_users() {
     let place = Place::new();
@@ -199,7 +200,7 @@ fn the_limit_is_the_users() {
     }
 }
 
-/// Truth: a cache that cannot be written costs a note, not the run.
+/// Truth: a cache that cannot be written raises a note. The run continues.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let place = Place::new();

@@ -1,4 +1,4 @@
-//! `orthowear compare`: the variants are the runs they stand for, their differences are named, what cannot be is refused.
+//! `orthowear compare`: variants equal the corresponding runs, their differences are named, impossible variants are refused.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Its near field is that of the mesh, which takes a hundredth of the time.
+/// Fibre with the near field of the mesh, which takes a hundredth of the time.
 const FIBRE: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"";
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";
@@ -20,15 +20,15 @@ fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
-/// The results of the steps of a run, without times.
+/// Results of the steps of a run, without times.
 fn results(summary: &Value) -> Vec<Vec<f64>> {
     let keys = ["normal_force", "contact_area", "stick_area", "peak_pressure", "worn_volume"];
     let numbers = |step: &Value| keys.iter().map(|key| step[key].as_f64().unwrap()).collect::<Vec<f64>>();
     summary["steps"].as_array().unwrap().iter().map(numbers).collect()
 }
 
-/// Truth: each variant is the run of the scene with the body written as what stands for it, to the last bit; percents
-/// are those of the numbers beside them.
+/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant. Percentages belong to the
+/// numbers beside them.
 #[test]
 fn the_variants_are_the_runs_they_stand_for() {
     let folder = folder(STEEL, "", &[]);
@@ -87,13 +87,13 @@ fn the_documents_explain_the_comparison() {
     }
 }
 
-/// Truth: docs/command-line.md: a half-space needs a plane frame and one direction; what cannot be is named in the
+/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. Impossible variants are named in the
 /// table, the others are computed, and the exit code is theirs.
 #[test]
 fn variants_that_cannot_be_do_not_stop_the_others() {
     let curved = folder(FIBRE, "", &[]);
     let mesh = fs::read_to_string(curved.path().join("box.msh")).unwrap();
-    // The top sinks by a tenth at its corners.
+    // The top is lowered by a tenth at two corners.
     let bent = mesh.replace("-1 -1 0\n", "-1 -1 -0.1\n").replace("\n125 1 1 0\n", "\n125 1 1 -0.1\n");
     assert_ne!(bent, mesh);
     fs::write(curved.path().join("box.msh"), bent).unwrap();
@@ -117,8 +117,8 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     );
 }
 
-/// Truth: docs/command-line.md: what has no place in a half-space is named: loads, foundations, displacements, also those
-/// that only vary in space. A support at rest is none of these.
+/// Truth: docs/command-line.md: quantities that a half-space cannot have are named: loads, foundations and prescribed
+/// displacements, also those that only vary in space. A fixed support is none of these.
 #[test]
 fn what_a_half_space_has_no_place_for_is_named() {
     let scene = folder(FIBRE, "", &[]);
@@ -143,7 +143,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
     }
 }
 
-/// Truth: docs/command-line.md: one variant where nothing is meshed; the worst exit code; mistakes as in `run`.
+/// Truth: docs/command-line.md: one variant if no body is meshed, the worst exit code, and mistakes as in `run`.
 #[test]
 fn one_variant_and_the_worst_exit_code() {
     let folder = folder(FIBRE, "", &[]);
@@ -161,8 +161,8 @@ fn one_variant_and_the_worst_exit_code() {
     assert!(errors.contains("gap.radius"), "{errors}");
 }
 
-/// Truth: the sphere of radius 50 that the cap's faces approximate; chords of 0.19 mm miss it by 0.19^2/(4 R) = 2e-4 mm,
-/// the gap in the frame's corners is 0.024 mm.
+/// Truth: the sphere of radius 50 that the faces of the cap approximate. Chords of 0.19 mm deviate from it by 0.19^2/(4 R) = 2e-4
+/// mm. The gap in the corners of the frame is 0.024 mm.
 #[test]
 fn half_spaces_keep_the_gap_of_the_meshes() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
@@ -179,8 +179,8 @@ fn half_spaces_keep_the_gap_of_the_meshes() {
     }
 }
 
-/// Truth: a variant is the run of the scene with the body written as what stands for it, to the last bit: boundary elements of the skin of its
-/// solids, or of a mesh of their own, and finite elements of the solids that a body of boundary elements took its skin from.
+/// Truth: a variant equals, bit by bit, the run of the scene with the body replaced. FE becomes BE on the surface of its solids or
+/// on a separate mesh. BE becomes FE on the solids whose surface it used.
 #[test]
 fn meshed_bodies_become_one_another() {
     let folder = folder(FIBRE, "", &[]);
@@ -215,7 +215,7 @@ fn meshed_bodies_become_one_another() {
     }
 }
 
-/// Truth: docs/command-line.md: what stands in the way of a variant is named, and of descriptions that do not fit the scene.
+/// Truth: docs/command-line.md: the message names what prevents a variant, and descriptions that do not fit the scene.
 #[test]
 fn descriptions_that_do_not_fit_are_named() {
     let folder = folder(FIBRE, "", &[("flat.msh", FLAT)]);
@@ -255,11 +255,11 @@ fn descriptions_that_do_not_fit_are_named() {
     }
 }
 
-/// Two triangles: no closed surface.
+/// Two triangles that form no closed surface.
 const FLAT: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"top\"\n$EndPhysicalNames\n$Nodes\n4\n\
                     1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
 
-/// Truth: meshio and VTK read the differences; the pressures in them are those of the variants' own fields, and their differences.
+/// Truth: meshio reads the differences. Their pressures equal the fields of the variants, and the differences of these.
 #[test]
 fn differences_are_those_of_the_fields() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -270,8 +270,8 @@ fn differences_are_those_of_the_fields() {
     let _checked = crate::tools::python("differences.py", &folder.path().join("c"));
 }
 
-/// Truth: the scene's head: a bushing of boundary elements is that of finite elements, to half a percent of load and peak; a half-space has no curved
-/// surface, and a wound body no one direction.
+/// Truth: the head of the scene: a bushing of boundary elements agrees with one of finite elements to half a percent of forces and
+/// peak pressure. A half-space has no curved surface, and a wound body has no single direction.
 #[test]
 fn a_bushing_on_a_wound_tube() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/compare-bushing.toml");
@@ -289,8 +289,9 @@ fn a_bushing_on_a_wound_tube() {
     assert!(text.contains("HS-HS: the material axes of body1 vary by up to"), "{text}");
 }
 
-/// Truth: docs/command-line.md: differences are from the first variant that was computed, and of steps that ended after as many cycles; nothing
-/// computed is exit code 2, with the reasons, wherever the results are to lie; warnings are told with the names of their variants, unless all have them.
+/// Truth: docs/command-line.md: differences are relative to the first computed variant, for steps that ended after equal numbers of
+/// cycles. If nothing is computed, the exit code is 2, with the reasons, wherever the results are written. Warnings name their
+/// variants, unless all have them.
 #[test]
 fn what_is_compared_with_what_is_told() {
     let folder = folder(FIBRE, "", &[]);
@@ -320,12 +321,13 @@ fn what_is_compared_with_what_is_told() {
     assert!(text.contains("BE-rigid: WARNING: a cell of the frame is only") && text.contains(edge), "{text}");
 }
 
-/// Truth: docs/scene.md: groups of supports and loads that differ in area or place from mesh to mesh by more than 5 % are told; equal ones are not.
+/// Truth: docs/scene.md: groups of supports and loads whose area or position differs between meshes by more than 5 % are reported.
+/// Equal groups are not.
 #[test]
 fn meshes_that_are_not_alike_are_told() {
     let folder = folder(FIBRE, "", &[]);
     let mesh = fs::read_to_string(folder.path().join("box.msh")).unwrap();
-    // The first two faces of the base are none of its group.
+    // The first two faces of the base are removed from its group.
     let base = mesh.lines().filter(|line| line.contains(" 3 2 2 2 ")).take(2).collect::<Vec<_>>();
     let other = base
         .iter()

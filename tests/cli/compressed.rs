@@ -1,4 +1,4 @@
-//! Half-spaces over the faces of a mesh, so many that their operator is compressed.
+//! Half-spaces over many faces of a mesh, with a compressed operator.
 
 use std::fmt::Write;
 use std::fs;
@@ -11,8 +11,7 @@ use crate::tools::refusal;
 /// Faces along the top of the plate.
 const FACES: usize = 32;
 
-/// A plate of one layer of hexahedra, `FACES` along x and y, as gmsh writes it in format 2.2; groups base, contact,
-/// plate.
+/// A plate of one layer of hexahedra, `FACES` along x and y, in gmsh's format 2.2. Groups: base, contact, plate.
 fn plate() -> String {
     let nodes = FACES + 1;
     let at = |i: usize, j: usize, k: usize| (k * nodes + i) * nodes + j + 1;
@@ -87,9 +86,9 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Truth: docs/scene.md: above 1000 cells the operator is compressed, `check` and summary.json say so; with the skip
-/// switched off, or on as many cells as that at most, they do not. The answers are the same within the tolerance of the
-/// compression, and the fields of the half-space are written.
+/// Truth: docs/scene.md: above 1000 cells the operator is compressed, and `check` and summary.json say so. Up to 1000 cells, or
+/// with the omission switched off, they do not. The results agree within the tolerance of the compression, and the fields of the
+/// half-space are written.
 #[test]
 fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
@@ -115,7 +114,7 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);
-    // The plate is solved afresh in the first step only; what is compressed is compared in all.
+    // The plate is solved directly in the first step only. The compressed operator is compared in all steps.
     let defect = |summary: &Value, step: usize| {
         summary["steps"][step].pointer("/certificate/operator_defect").and_then(Value::as_f64)
     };
@@ -138,8 +137,8 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     }
 }
 
-/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 (exit code 2 for others), and what does not fit into the memory
-/// is refused before it is made (exit code 4).
+/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid (exit code 2 for others). What does not fit into the memory is
+/// refused before it is computed (exit code 4).
 #[test]
 fn what_cannot_be_compressed_is_refused() {
     let folder = folder();
@@ -149,7 +148,7 @@ fn what_cannot_be_compressed_is_refused() {
         assert_eq!(code, Some(2), "{wrong}: {text}");
         assert!(text.contains("compression_tolerance"), "{wrong}: {text}");
     }
-    // The half-space first: below, the plate hanging over it.
+    // The half-space is body 1, below the plate as body 2.
     let turned = SCENE
         .replace("body1", "meshed")
         .replace("body2", "body1")
@@ -157,7 +156,7 @@ fn what_cannot_be_compressed_is_refused() {
         .replace("contact = \"contact\"", "contact = \"base\"")
         .replace("group = \"base\"", "group = \"contact\"");
     fs::write(folder.path().join("scene.toml"), turned).unwrap();
-    // A tenth of the operator short of what it and the rest of the scene take.
+    // The limit is a tenth of the operator less than the operator and the rest of the scene take.
     let [needed, _, rest] = refusal(&call("check", folder.path(), &["--set", "solver.memory_limit=1000"]).2);
     let limit = format!("solver.memory_limit={}", (0.9 * needed + rest).round());
     for command in ["check", "run"] {

@@ -1,4 +1,4 @@
-//! Results that are in doubt are said to be, on the screen and in summary.json; what cannot be better is said to be so.
+//! Uncertain results are reported on the screen and in summary.json. Results that cannot be improved are reported, too.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn block(changes: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Exit code, what `check` or `run` prints, and the warnings in the summary.
+/// Exit code, output of `check` or `run`, and the warnings in the summary.
 fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
     let output = crate::tools::orthowear().arg(verb).arg(scene).output().unwrap();
     let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
@@ -31,8 +31,8 @@ fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
     (output.status.code(), text, warnings.iter().map(|w| w.as_str().unwrap().to_owned()).collect())
 }
 
-/// Truth: the mesh of the block has quadrangles of one node each, which do not feel tractions that alternate from face to
-/// face; cells around nodes, the default against a rigid body, are felt.
+/// Truth: the contact faces of the block are quadrangles, one per node. They do not respond to tractions that alternate from face
+/// to face. Cells around nodes, the default against a rigid body, are resolved.
 #[test]
 fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";
@@ -52,8 +52,8 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     assert!(code == Some(0) && text.contains("node cells") && !text.contains("WARNING"), "{text}");
 }
 
-/// Truth: geometry: cells of 0.6 mm have their centres 0.42 mm from the axis, where the sphere of 50 mm is 1.8e-3 mm above
-/// its lowest point, more than the approach.
+/// Truth: geometry: cells of 0.6 mm have their centres 0.42 mm from the axis. There the sphere of 50 mm is 1.8e-3 mm above its
+/// lowest point, more than the approach.
 #[test]
 fn an_approach_that_no_cell_feels_is_a_warning() {
     let (_folder, path) = block(&[("approach = 0.02", "approach = 1e-3")]);
@@ -71,7 +71,7 @@ fn an_approach_that_no_cell_feels_is_a_warning() {
     assert!(text.contains("\nWARNING: step"), "{text}");
 }
 
-/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh: the estimated error is rounding.
+/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh. The estimated error is rounding.
 #[test]
 fn a_body_of_constant_stress_need_not_be_refined() {
     let (folder, path) = block(&[
@@ -103,8 +103,8 @@ fn a_body_of_constant_stress_need_not_be_refined() {
     assert!(!sizes.exists() && !text.contains("refine there"), "{text}");
 }
 
-/// Truth: geometry: of 3 x 3 cells of 0.8 mm one stands on the axis, the next ones 6.4e-3 mm away from the sphere of 50 mm,
-/// more than the approach. With 16 cells in contact nothing is told.
+/// Truth: geometry: of 3 x 3 cells of 0.8 mm one lies on the axis. The next ones are 6.4e-3 mm away from the sphere of 50 mm, more
+/// than the approach. With 16 cells in contact nothing is reported.
 #[test]
 fn a_contact_of_one_cell_is_told() {
     let (_folder, path) =

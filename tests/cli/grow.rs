@@ -1,4 +1,4 @@
-//! Frames that grow, and runs that stop where they may not.
+//! Frames that grow, and runs that stop if the frame must not grow.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use std::process::Command;
 
-/// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, the frame ends at 1.35.
+/// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, while the frame ends at 1.35.
 const SCENE: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -36,7 +36,7 @@ name = "slide"
 sliding = { distance = 1570.7963267948967, jumps = 10 }
 "#;
 
-/// Exit code, what is said, and the summary of a run.
+/// Exit code, output and summary of a run.
 fn run(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String, Value) {
     let scene = folder.join("scene.toml");
     fs::write(&scene, SCENE).unwrap();
@@ -73,7 +73,7 @@ fn cells(path: &Path) -> usize {
 
 const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
 
-/// Truth (rel-contact-reaches-frame): the run on the large frame from the start; files have the frame of their time.
+/// Truth (rel-contact-reaches-frame): the run on the large frame from the start. Each file has the frame of its time.
 #[test]
 fn frames_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -103,8 +103,9 @@ fn frames_grow() {
     );
 }
 
-/// Truth (rel-contact-reaches-frame): `frame.grow = false` stops before the jump in which the contact of the large frame is wider than
-/// the small one has room for, after a checkpoint; allowed to grow, the run goes on from it as if nothing had been.
+/// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops after a checkpoint, before the jump in which the
+/// contact on the large frame is too wide for the small one. If it is resumed and allowed to grow, it ends like a run without the
+/// stop.
 #[test]
 fn runs_stop_at_the_edge() {
     let folder = tempfile::tempdir().unwrap();
@@ -119,7 +120,7 @@ fn runs_stop_at_the_edge() {
     let radius = |entry: &Value| (entry["contact_area"].as_f64().unwrap() / std::f64::consts::PI).sqrt();
     let count = entries(&stopped).len();
     let cell = 2.7 / 24.0;
-    // The outermost cells begin at 1.35 - cell; contacts of whole cells are known to half of one.
+    // The outermost cells begin at 1.35 - cell. Contact radii are known to half a cell.
     let [before, after] = [count - 1, count].map(|k| radius(&entries(&large)[k]));
     assert!(before < 1.35 - 0.5 * cell && after > 1.35 - 1.5 * cell && before < after, "{before} {after}");
     for (a, b) in entries(&stopped).iter().zip(entries(&large)) {
@@ -136,8 +137,8 @@ fn runs_stop_at_the_edge() {
     assert_eq!(timeless(&resumed), timeless(&grown));
 }
 
-/// Truth: docs/theory-wear.md: four times the cells at most; gaps that are known on the first frame alone do not grow with it. What
-/// was computed until there is kept.
+/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most. Gaps that are known on the first frame only do not
+/// grow with it. Results so far are kept.
 #[test]
 fn frames_that_cannot_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +172,8 @@ fn frames_that_cannot_grow() {
     assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
 }
 
-/// A half of a model with the plane of symmetry x = -2; the frame reaches from there to the other end of the body, which goes on along y.
+/// Half of a model with the plane of symmetry x = -2. The frame reaches from there to the other end of the body, which continues
+/// along y.
 const HALF_MODEL: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -198,13 +200,13 @@ angle = 0.0
 approach = 0.01
 "#;
 
-/// Truth: the frame of the scene ends at x = -2 before and after it grows along y, so that its plane of symmetry is the same.
+/// Truth: the frame of the scene ends at x = -2 before and after it grows along y. Its plane of symmetry is therefore the same.
 #[test]
 fn grown_frames_keep_their_planes_of_symmetry() {
     let folder = tempfile::tempdir().unwrap();
     let [nx, ny, nz] = [4, 8, 2];
     let mesh = crate::moved::layer([2.0, 4.0], 1.0, [nx, ny, nz]);
-    // Faces at x = -2 come first; those at x = 2 leave the group.
+    // Faces at x = -2 come first. Those at x = 2 are removed from the group.
     let mesh = mesh.replace(" 3 2 3 3 ", " 3 2 9 9 ").replacen(" 3 2 9 9 ", " 3 2 3 3 ", ny * nz);
     fs::write(folder.path().join("layer.msh"), mesh).unwrap();
     let path = folder.path().join("scene.toml");

@@ -1,4 +1,4 @@
-//! Points inside bodies as a user meets them: their files, and what is refused.
+//! Points inside bodies: their files, and refusals.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ const LINE: &str = "\n[[output.inside]]\nname = \"axis\"\nbody = 1\nfrom = [0.0,
 const CUT: &str = "\n[[output.inside]]\nname = \"cut\"\nbody = 2\nfrom = [-0.4, 0.0, 0.05]\nto = [0.4, 0.0, 0.05]\n\
                    across = [-0.4, 0.0, 0.6]\npoints = [9, 5]\n";
 
-/// What is replaced by what in the sound scene with [`LINE`] and [`CUT`], and words of the message.
+/// Text to replace in the valid scene with [`LINE`] and [`CUT`], replacement, and words of the message.
 const WRONG: &[(&str, &str, &[&str])] = &[
     ("body = 1", "body = 3", &["output.inside.0.body", "at most 2"]),
     ("name = \"cut\"", "name = \"Axis\"", &["output.inside.1.name", "by an earlier entry"]),
@@ -39,7 +39,7 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
-/// Truth: docs/scene.md: what is refused, with the key that is wrong.
+/// Truth: docs/scene.md: refusals name the wrong key.
 #[test]
 fn what_is_refused() {
     let sound = format!("{SOUND}{LINE}{CUT}");
@@ -62,8 +62,9 @@ fn columns(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (header, rows.collect())
 }
 
-/// Truth: Hertz (Johnson 3.45): on the axis of a circular contact σ_z = -p0 / (1 + z²/a²) with the radius and the peak of the sphere's contact, to
-/// 2 % at 10 cells a radius; a file for each entry, of rectangles a grid too; in body 2 above the same as below.
+/// Truth: Hertz (Johnson 3.45): on the axis of a circular contact σ_z = -p0 / (1 + z²/a²), with radius and peak pressure of the
+/// sphere's contact. To 2 % at 10 cells per radius. Each entry has a file, and points in a rectangle also have a grid. The stress
+/// in body 2 above equals that below.
 #[test]
 fn files_of_a_half_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,13 +91,13 @@ fn files_of_a_half_space() {
     }
     let (above, cut) = columns(&fs::read_to_string(out.join("inside-cut_0001.csv")).unwrap());
     assert_eq!((cut.len(), above[4].as_str()), (45, "distance_across"));
-    // The middle of the first row lies 0.05 above the surface, the first point of the axis as far below.
+    // The middle of the first row lies 0.05 above the surface, the first point of the axis 0.05 below it.
     let column = above.iter().position(|name| name == "stress_zz").unwrap();
     assert!((cut[4][column] - rows[0][at("stress_zz")]).abs() < 1e-6 * p0);
 }
 
-/// Truth: exit code 4 of docs/command-line.md: points that the memory does not hold are refused before anything is computed, by `check` too;
-/// fewer fit.
+/// Truth: exit code 4 of docs/command-line.md: points that do not fit into the memory are refused before the computation, by
+/// `check` too. Fewer points fit.
 #[test]
 fn too_many_points_for_the_memory() {
     let limited = HERTZ.replace("[output]", "[solver]\nmemory_limit = \"60 MiB\"\n[output]");
@@ -170,8 +171,9 @@ to = [0.0, 0.0, -2.0]
 points = 5
 "#;
 
-/// Truth: docs/results.md: a body of boundary elements has the arrays and peaks of one of finite elements, on its surface; points inside, its surface
-/// among them, where the compression fades with depth; points beyond are refused, and of finite elements the message says how to come by a line.
+/// Truth: docs/results.md: a body of boundary elements has the arrays and peaks of a finite-element body, on its surface.
+/// Compression decreases with depth at points inside and on the surface. Points outside are refused. For finite elements the
+/// message says how to obtain a line.
 #[test]
 fn a_body_of_boundary_elements() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Ctrl-C while a large body is assembled and factorised.
+//! Signals to runs that assemble and factorise a large body, or that compute many increments.
 #![cfg(unix)]
 
 use std::fmt::Write;
@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// Elements along an edge of the cube: its factorisation takes seconds.
+/// Elements along an edge of the cube, whose factorisation takes seconds.
 const N: usize = 30;
 
 /// A cube of `N`^3 hexahedra of side 1 in gmsh's format 2.2, its upper face in z = 0.
@@ -69,7 +69,7 @@ approach = 0.1
 increments = 100000
 "#;
 
-/// Runs the scene in `folder`, interrupts it after `delay`: code, text on standard error, time from signal to end.
+/// Runs the scene in `folder` and interrupts it after `delay`. Returns exit code, standard error, and time from signal to end.
 fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration) {
     let out = folder.join("out");
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"))
@@ -80,7 +80,7 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The directory is made after signals are caught and the mesh is read.
+    // The directory is created after the signal handlers are installed and the mesh is read.
     let started = Instant::now();
     while !out.exists() && started.elapsed().as_secs() < 60 {
         std::thread::sleep(Duration::from_millis(5));
@@ -96,9 +96,9 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
     (code, text, elapsed)
 }
 
-/// Truth: docs/command-line.md: within about a second the run ends with 130 and says so, whatever it is at; the summary is
-/// written, and the cache holds no part of an entry. 20 s: machines that run other work at the same time; the run itself takes
-/// hours.
+/// Truth: docs/command-line.md: whatever it computes, the run ends within about a second with 130 and says so. The summary is
+/// written, and the cache contains no part of an entry. The limit is 20 s, because machines may run other work at the same time.
+/// The run itself takes hours.
 #[test]
 fn signals_are_heard_while_a_body_is_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,7 +124,8 @@ fn signals_are_heard_while_a_body_is_made() {
     }
 }
 
-/// Truth: docs/command-line.md: code 130 within about a second, of a run whose increments need no iterations; it would take days.
+/// Truth: docs/command-line.md: code 130 within about a second, for a run whose increments need no iterations. The whole run would
+/// take days.
 #[test]
 fn signals_are_heard_between_increments() {
     let folder = tempfile::tempdir().unwrap();

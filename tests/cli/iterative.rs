@@ -1,4 +1,4 @@
-//! Bodies that are condensed by conjugate gradients because a factorisation does not fit.
+//! Bodies that are condensed by conjugate gradients because a factorisation does not fit into the memory.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ impl Observer for Tractions {
     }
 }
 
-/// The coarse block under a sphere, pressed and pushed, in a folder of its own.
+/// The coarse block under a sphere, with indentation and tangential displacement, in its own folder.
 fn scene() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("block.toml");
@@ -38,10 +38,10 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// A limit that conjugate gradients fit into with two threads, and a factorisation does not: what a refusal says that the
-/// former need, with what frame and program take; the latter too.
+/// Memory limit that conjugate gradients with two threads fit into and a factorisation does not, and the part of frame and program.
+/// The limit is the need of conjugate gradients in a refusal, plus this part.
 fn limit(scene: &Path) -> [u64; 2] {
-    // Into one of these the assembled body fits, and no solver.
+    // Under one of these limits the assembled body fits, but no solver.
     let refusal = |limit: u64| {
         let (code, text) = call("check", scene, &limit.to_string());
         (code == Some(4) && text.contains("by conjugate gradients")).then_some((limit, text))
@@ -61,9 +61,9 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     seen.0
 }
 
-/// Truth: the flexibility is the same matrix however it is computed, so that forces and tractions agree within what both
-/// solvers leave (1e-8 of the largest: contact to 1e-11, columns to 1e-11 in energy); `check` and summary.json say which
-/// method was taken, why, and with which bytes.
+/// Truth: the flexibility is the same matrix, whichever way it is computed. Forces and tractions agree within the errors of both
+/// solvers (1e-8 of the largest: contact to 1e-11, columns to 1e-11 in energy). `check` and summary.json report the method, the
+/// reason and the bytes.
 #[test]
 fn a_small_memory_limit_changes_no_result() {
     let (folder, path) = scene();
@@ -92,7 +92,7 @@ fn a_small_memory_limit_changes_no_result() {
             assert!((a - b).abs() < 1e-8 * b.abs().max(force), "{pointer}: {a} {b}");
         }
     }
-    // Within this process, which may have more threads and then needs more: the limit is between the two needs.
+    // This process may have more threads and then needs more memory. The limit lies between both needs.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let (a, b) = pool.install(|| (tractions(&path, limit), tractions(&path, 4 << 30)));
     for (a, b) in a.iter().zip(&b) {

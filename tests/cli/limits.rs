@@ -1,4 +1,4 @@
-//! Limits of what a scene may ask for, and the notes near them; `check` and `run` find the same.
+//! Limits of scenes, and notes near these limits. `check` and `run` report the same.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -80,20 +80,20 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
     }
 }
 
-/// Truth: tractions are unique with no more points of the frame than degrees of freedom of the finer side.
+/// Truth: tractions are unique if the frame has no more points than the finer side has degrees of freedom.
 #[test]
 fn cells_finer_than_the_elements() {
     refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
     noted("[4, 4]", "[4, 4]", "contact area of a node", false);
 }
 
-/// Truth: docs/scene.md: a node held along z takes no part in contact.
+/// Truth: docs/scene.md: a node fixed along z takes no part in contact.
 #[test]
 fn supports_under_the_frame() {
     refused("group = \"base\"", "group = \"contact\"", &["body1.fixed", "`contact`", "along z"]);
 }
 
-/// Truth: an ellipse without extent is no friction; one without extent in one direction is refused.
+/// Truth: an ellipse without extent means no friction. An ellipse without extent in one direction is refused.
 #[test]
 fn friction_of_zero() {
     noted("mu = 0.4", "mu = 0.0", "load path", false);
@@ -104,7 +104,7 @@ fn friction_of_zero() {
     );
 }
 
-/// Truth: docs/command-line.md: what went wrong is told even with --quiet.
+/// Truth: docs/command-line.md: failures are reported even with --quiet.
 #[test]
 fn quiet_tells_of_no_convergence() {
     let (_folder, path) = block("fields = []", "fields = []\n[solver]\nmax_iterations = 1");
@@ -114,14 +114,14 @@ fn quiet_tells_of_no_convergence() {
     assert!(errors.contains("iterations") && errors.contains("summary.json"), "{errors}");
 }
 
-/// Truth: a folder is no mesh.
+/// Truth: a folder is no mesh file.
 #[test]
 fn folders_are_no_meshes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").display().to_string();
     refused("mesh = 'MESH'", &format!("mesh = '{folder}'"), &["body1.mesh", "is a folder"]);
 }
 
-/// Truth: docs/theory-contact.md: the path counts with any friction; fibres are named only where they are tilted.
+/// Truth: docs/theory-contact.md: the load path matters with any friction. Fibres are named only if they are tilted.
 #[test]
 fn path_dependence_names_tilted_fibres_only() {
     let (_folder, path) = block("[4, 4]", "[4, 4]");
@@ -129,7 +129,7 @@ fn path_dependence_names_tilted_fibres_only() {
     assert!(text.contains("load path") && !text.contains("tilted fibres"), "{text}");
 }
 
-/// Truth: products of the numbers of a scene must stay within the range of f64, and counts within what f64 counts.
+/// Truth: products of the numbers of a scene must stay within the range of f64, and counts within the integers exact in f64.
 #[test]
 fn numbers_of_impossible_sizes() {
     refused("half_width = [1.2, 1.2]", "half_width = [1e300, 1.2]", &["frame.half_width.0", "1e100"]);
@@ -142,7 +142,7 @@ fn numbers_of_impossible_sizes() {
     );
 }
 
-/// Truth: docs/scene.md: components at most once, names of steps not empty, and a note where two are the same.
+/// Truth: docs/scene.md: each component is named at most once, names of steps are not empty, and a note reports equal names.
 #[test]
 fn names_given_twice_or_not_at_all() {
     refused(
@@ -155,7 +155,7 @@ fn names_given_twice_or_not_at_all() {
     noted("approach = 0.02", second, "two steps are named", true);
 }
 
-/// The scene of the repository with one text replaced by another, its paths made absolute.
+/// A scene of the repository with one text replaced by another and absolute paths of meshes.
 fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scene = fs::read_to_string(root.join("scenes").join(name)).unwrap();
@@ -167,8 +167,8 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
     (folder, path)
 }
 
-/// Truth: docs/scene.md: meshes that overlap before they are pressed together are refused by both commands, with how deep
-/// and where; so is a pin that no motion along the normal takes out of the plate, and a normal without direction.
+/// Truth: docs/scene.md: both commands refuse meshes that overlap before loading, with depth and place of the overlap. They also
+/// refuse a pin that no motion along the normal takes out of the plate, and a normal without direction.
 #[test]
 fn bodies_that_overlap_at_the_start() {
     let plate = "normal = [0.0, 0.0, 1.0]";
@@ -229,8 +229,8 @@ pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     bytes
 }
 
-/// Truth: docs/scene.md: faces without anything opposite are left out of a mesh frame, with a note: of the block's 12 faces of
-/// 0.75 mm those that reach beyond a roller's patch of 0.8 x 9 = 7.2 mm.
+/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame, with a note. These are those of the
+/// block's 12 faces of 0.75 mm that reach beyond a roller's patch of 0.8 x 9 = 7.2 mm.
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
@@ -247,8 +247,9 @@ fn faces_left_out_of_the_frame() {
     assert!(line.contains("3 of the 12 faces of `contact`") && line.contains("left out"), "{text}");
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before it begins, with exit
-/// code 4 and the bytes needed and allowed, which with the rest of the scene add up to the limit; limits that are none are mistakes in the scene.
+/// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before the run, with exit code 4.
+/// The message gives the bytes needed and allowed. The allowed bytes and the rest of the scene add up to the limit. Invalid limits
+/// are mistakes in the scene.
 #[test]
 fn memory_is_refused_beforehand() {
     let told = |limit: &str| {
@@ -265,7 +266,7 @@ fn memory_is_refused_beforehand() {
     for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
         assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
-    // One that holds the frame but no stiffness matrix, and one that holds it and nothing that condenses it.
+    // A limit that holds the frame but no stiffness matrix, and one that holds the matrix but no solver for its condensation.
     let [frame, ..] = refusal(&text);
     let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));
     let limit = (assembling + rest).round() + f64::from(1 << 20);

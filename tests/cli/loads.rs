@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// A sphere on a half-space; gap, frame and steps are put in.
+/// A rigid body on a half-space, with the given outline, gap and steps.
 fn scene(outline: &str, gap: &str, steps: &str) -> String {
     format!(
         r#"[materials.steel]
@@ -53,8 +53,8 @@ fn steps(summary: &Value) -> Vec<Value> {
     summary["steps"].as_array().cloned().unwrap_or_default()
 }
 
-/// Truth: docs/scene.md: a row is a load point as a step would prescribe it; the entries have one name, numbered on; the
-/// results are those of the steps written out, to the last bit but for times.
+/// Truth: docs/scene.md: a row is a load point, as a step would prescribe it. The entries have one name and consecutive numbers.
+/// The results equal those of explicit steps, bit by bit except for times.
 #[test]
 fn a_history_is_its_steps() {
     let folder = tempfile::tempdir().unwrap();
@@ -112,8 +112,8 @@ fn a_history_is_its_steps() {
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
-/// Truth: docs/scene.md: a decimal comma is no separator of cells; a row that has one besides semicolons, blanks or tabs is refused by its line. Column "-" would take
-/// the digits before it, or behind it, without a word.
+/// Truth: docs/scene.md: a decimal comma does not separate cells. A row with a comma besides semicolons, blanks or tabs is refused
+/// with its line number. Otherwise the column "-" would take the digits before or behind the comma, without a message.
 #[test]
 fn decimal_commas_of_histories_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -133,15 +133,28 @@ fn decimal_commas_of_histories_are_refused() {
         ("0,001\t3\n", r#"["approach", "-"]"#),
         ("0.5 0,001\n", r#"["-", "approach"]"#),
         ("approach;time\n0,001\n", r#"["approach", "-"]"#),
+        ("1 0.5\n0,001\n", r#"["-", "approach"]"#),
     ] {
         fs::write(folder.path().join("loads.csv"), table).unwrap();
         let history = format!("[[steps]]\nhistory = {{ file = \"loads.csv\", columns = {columns} }}");
         let (code, text, _) = run(folder.path(), &scene("", SPHERE, &history));
         assert!(code == Some(2) && text.contains("decimal commas are not read"), "{table:?}: {text}");
     }
+    // Titles, dates and units in ignored columns may hold commas and blanks.
+    for (table, columns) in [
+        ("force, N; depth, mm\n1;0.001\n", r#"["-", "approach"]"#),
+        ("1,2026-01-02 12:00:00,0.001\n", r#"["-", "-", "approach"]"#),
+        ("0.001,5 of 10\n", r#"["approach", "-"]"#),
+    ] {
+        fs::write(folder.path().join("loads.csv"), table).unwrap();
+        let history = format!("[[steps]]\nhistory = {{ file = \"loads.csv\", columns = {columns} }}");
+        let (code, text, summary) = run(folder.path(), &scene("", SPHERE, &history));
+        assert_eq!(code, Some(0), "{table:?}: {text}");
+        assert_eq!(steps(&summary)[0]["approach"], 0.001, "{table:?}");
+    }
 }
 
-/// Truth: docs/scene.md: what is wrong with a history is named by file, line and column, all of it at once.
+/// Truth: docs/scene.md: mistakes in a history are reported with file, line and column, all together.
 #[test]
 fn mistakes_of_histories_are_placed() {
     let folder = tempfile::tempdir().unwrap();
@@ -199,8 +212,8 @@ fn mistakes_of_histories_are_placed() {
     );
 }
 
-/// Truth: what NumPy wrote: the same heights as text, in C and Fortran order, of both versions, give the same results to the
-/// last bit (single precision to 1e-6); a NaN is named by its row and column.
+/// Truth: files written by NumPy. The same heights as text, in C and Fortran order and in both versions give the same results, bit
+/// by bit (single precision to 1e-6). A NaN is reported with its row and column.
 #[test]
 fn heights_that_numpy_wrote() {
     let folder = tempfile::tempdir().unwrap();
@@ -213,7 +226,7 @@ fn heights_that_numpy_wrote() {
             "kind = \"heights\"\nfile = \"{file}\"\nspacing = [0.05, 0.05]\nangle = 20.0\noffset = [0.01, 0.0]"
         )
     };
-    // Turned, the map has to be larger than the frame's diagonal.
+    // A rotated map must be larger than the diagonal of the frame.
     let outline = "outline = { shape = \"circle\", radius = 0.4 }";
     let result = |file: &str| {
         let (code, text, summary) = run(folder.path(), &scene(outline, &heights(file), press));
@@ -236,8 +249,8 @@ fn heights_that_numpy_wrote() {
     }
 }
 
-/// Truth: docs/scene.md: `check` counts the cells outside; outlines that cross themselves or hold no cell are refused; contact
-/// along the outline is no contact at the edge of the frame, and that at the edge is a warning of each step.
+/// Truth: docs/scene.md: `check` counts the cells outside. Outlines that cross themselves or contain no cell are refused. Contact
+/// along the outline is not contact at the edge of the frame. Contact at the edge of the frame raises a warning for each step.
 #[test]
 fn outlines() {
     let folder = tempfile::tempdir().unwrap();
@@ -248,13 +261,13 @@ fn outlines() {
     let (code, text, summary) = run(folder.path(), &circle);
     assert_eq!(code, Some(0), "{text}");
     assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(false)));
-    // The integrals over the cells inside, by themselves.
+    // The operator is compared with the integrals over the cells inside.
     let defect = steps(&summary)[1]["certificate"]["operator_defect"].as_f64().unwrap();
     assert!(defect < 1e-11, "{defect}");
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
     let plan = String::from_utf8(output.stdout).unwrap();
-    // Centres within 0.4 at (i + 1/2) 0.05.
+    // Cells with centres within 0.4. Centres are at (i + 1/2) 0.05.
     let inside = (0..400)
         .filter(|cell| {
             let [x, y] = [cell / 20, cell % 20].map(|i| (f64::from(i) - 9.5) * 0.05);
@@ -290,7 +303,7 @@ fn outlines() {
     assert!(code == Some(2) && text.contains("lacks `radii`"), "{text}");
 }
 
-/// Truth: docs/scene.md: numbers have sizes that can be computed with, those of files too.
+/// Truth: docs/scene.md: magnitudes of numbers are limited, also in files.
 #[test]
 fn heights_beyond_all_sizes() {
     let folder = tempfile::tempdir().unwrap();
@@ -307,8 +320,8 @@ fn heights_beyond_all_sizes() {
     );
 }
 
-/// Truth: docs/scene.md: an outline lies in the axes of the frame, so an isotropic half-space gives the same answer on a turned
-/// frame (1e-9); the cells inside are those of the ellipse's equation.
+/// Truth: docs/scene.md: an outline is given in the axes of the frame, so an isotropic half-space gives the same result on a
+/// rotated frame (1e-9). The cells inside satisfy the equation of the ellipse.
 #[test]
 fn outlines_turn_with_the_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -339,7 +352,7 @@ fn outlines_turn_with_the_frame() {
     assert!(plan.contains(&format!("{inside} inside the outline")), "{inside}: {plan}");
 }
 
-/// Truth: statics: without a lever there is no moment; `check` refuses what `run` would.
+/// Truth: statics: without a lever arm there is no moment. `check` refuses what `run` would refuse.
 #[test]
 fn moments_without_lever() {
     let folder = tempfile::tempdir().unwrap();
@@ -376,7 +389,7 @@ fn moments_without_lever() {
     }
 }
 
-/// Truth: Coulomb's law: without pressure there is no friction, whatever its coefficient; the words say so.
+/// Truth: Coulomb's law: without pressure there is no friction, whatever the coefficient. The message says so.
 #[test]
 fn a_pull_on_bodies_that_do_not_touch() {
     let folder = tempfile::tempdir().unwrap();
@@ -394,8 +407,8 @@ fn a_pull_on_bodies_that_do_not_touch() {
     }
 }
 
-/// Truth: in cycles that slide all over, friction there and back has opposite moments and carries no spin moment (statics): the run
-/// says so beside the iterations that did not suffice.
+/// Truth: in cycles with gross sliding, friction has opposite moments in both strokes and carries no spin moment (statics). The run
+/// reports this besides the iterations that did not suffice.
 #[test]
 fn a_spin_moment_held_in_cycles() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Materials of meshed bodies as scenes give them: fields, tables, windings, plies; what is wrong is named.
+//! Materials of meshed bodies in scenes: fields, tables, windings, plies. Mistakes are named.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::tools::usual_or_finest;
 
-/// Nodes and elements of a box 2 x 2 x 1 below z = 0 in 4 x 4 x 4 hexahedra, numbered from 101; groups "top", "base",
-/// "block". The elements of the surfaces come first.
+/// Mesh of a box 2 x 2 x 1 below z = 0 with 4 x 4 x 4 hexahedra, numbered from 101. Groups: "top", "base", "block". The elements of
+/// the surfaces come first.
 fn mesh() -> String {
     let node = |i: usize, j: usize, k: usize| 1 + i + 5 * j + 25 * k;
     let mut nodes = String::new();
@@ -40,7 +40,7 @@ fn joined(numbers: &[usize]) -> String {
     numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(" ")
 }
 
-/// `$ElementData` of the vector for the elements.
+/// Section `$ElementData` with the same vector for all `elements`.
 fn element_data(elements: impl Iterator<Item = usize> + Clone, vector: &str) -> String {
     let lines: String = elements.clone().map(|element| format!("{element} {vector}\n")).collect();
     format!("$ElementData\n1\n\"fibre\"\n1\n0.0\n3\n0\n3\n{}\n{lines}$EndElementData\n", elements.count())
@@ -88,7 +88,7 @@ shift = { distance = 0.002 }
 fields = []
 "#;
 
-/// A folder with the mesh (and more text after it), other files and the scene with `fibre` in the body.
+/// A folder with the mesh (and more text after it), other files, and the scene with `fibre` in the body.
 pub fn folder(fibre: &str, after_mesh: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box.msh"), mesh() + after_mesh).unwrap();
@@ -115,7 +115,7 @@ fn forces(folder: &tempfile::TempDir) -> ([f64; 4], String) {
     (all, summary["warnings"].to_string())
 }
 
-/// The refusal of `check`, which has to hold each of the words.
+/// Requires that `check` refuses the scene with a message that contains all words.
 #[track_caller]
 fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     let (code, _, text) = orthowear(folder.path(), &["check", "scene.toml"]);
@@ -126,9 +126,9 @@ fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     }
 }
 
-/// Truth: one direction has one answer however it is given: angles, a field of the mesh file, of another .msh file,
-/// tables with and without a second direction, one ply, the region's own. Tolerance: rounding of the direction, which
-/// the factor and 1e-8 of the contact solver may enlarge.
+/// Truth: one direction gives one result, however it is given. Ways: angles, a field of the mesh file or another .msh file, tables
+/// with and without a second direction, one ply, the region. Tolerance: rounding of the direction, which the factor and the
+/// tolerance 1e-8 of the contact solver may amplify.
 #[test]
 fn one_direction_runs_the_same_in_every_way() {
     let (s, c) = 25.0f64.to_radians().sin_cos();
@@ -139,7 +139,7 @@ fn one_direction_runs_the_same_in_every_way() {
     // Surface elements may have values too.
     let field = element_data((1..33).chain(all.clone()), &vector);
     let view = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{field}");
-    // The near field of a half-space for each of them takes seconds.
+    // The near field of a half-space would take seconds for each of them.
     let near_field = usual_or_finest("near_field = \"mesh\"\n", "");
     let folder = |fibre: &str, after_mesh: &str, files: &[(&str, &str)]| {
         folder(&format!("{near_field}{fibre}"), after_mesh, files)
@@ -171,8 +171,8 @@ fn one_direction_runs_the_same_in_every_way() {
     }
 }
 
-/// Truth: docs/scene.md. A winding around y below the block points along x at its crown within the spread of its
-/// elements; where the friction law cannot say one direction it asks for it.
+/// Truth: docs/scene.md. A winding around y below the block points along x at its crown, within the spread of its elements. If the
+/// friction law finds no single direction, it asks for one.
 #[test]
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
@@ -190,7 +190,7 @@ fn friction_of_directions_that_vary() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: docs/scene.md: mistakes in tables and fields are named with file, line, element.
+/// Truth: docs/scene.md: mistakes in tables and fields are reported with file, line and element.
 #[test]
 fn mistakes_in_tables_and_fields() {
     let commas = folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", "101;0,8;0,6;0,0\n")]);
@@ -224,7 +224,7 @@ fn mistakes_in_tables_and_fields() {
     refused(&field("fibre", &element_data(101..150, "1 0 0")), &["element 150", "(15 elements in all)"]);
 }
 
-/// Truth: docs/scene.md: one way to give a direction, plies that fill the mesh.
+/// Truth: docs/scene.md: a direction is given in one way, and plies fill the mesh.
 #[test]
 fn contradictions_are_named() {
     refused(&folder("fibre = { tilt = 1.0, field = \"a\" }", "", &[]), &["more than one way"]);
@@ -270,7 +270,7 @@ fn contradictions_are_named() {
     assert!(text.contains("16 of 64 elements reach beyond the ply"), "{text}");
 }
 
-/// Truth: a positive strain energy; the bound is that of the message, the places those of the scene.
+/// Truth: a positive strain energy. The message gives its bound, and group and body of the scene.
 #[test]
 fn an_indefinite_material_is_named_with_its_group_and_bound() {
     let bad = "regions.block = { material = \"bad\" }\n[materials.bad]\nmodel = \"orthotropic\"\nE1 = 100.0e3\nE2 = 10e3\n\
@@ -281,7 +281,8 @@ fn an_indefinite_material_is_named_with_its_group_and_bound() {
     );
 }
 
-/// Truth: in double precision these cannot be told from singular ones; each names the constants that make it so, whatever body it is of.
+/// Truth: in double precision these materials cannot be distinguished from singular ones. Each message names the constants
+/// responsible, whichever body has the material.
 #[test]
 fn nearly_singular_materials_are_refused() {
     let orthotropic = |g12: &str, g13: &str, g23: &str, nu: &str| {

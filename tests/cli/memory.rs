@@ -1,4 +1,4 @@
-//! The memory that a run may take and the memory that it is foretold to take.
+//! The memory that a run may take, and the estimate of its memory.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,8 @@ fn call(command: &str, path: &Path, options: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/command-line.md: wrong options are answered with exit code 2, the option and what is allowed, by all commands that take it.
+/// Truth: docs/command-line.md: all commands that take the option refuse wrong values with exit code 2. The message names the
+/// option and the allowed values.
 #[test]
 fn what_is_no_amount_of_memory() {
     let (folder, path) = scene("");
@@ -45,8 +46,8 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option wins over the key, whichever is larger; what does not fit is refused with exit code 4, and the message
-/// has the estimate, which limit it was, and how to raise it.
+/// Truth: docs/command-line.md: the option overrides the key, whichever is larger. What does not fit is refused with exit code 4.
+/// The message gives the estimate, the limit that applies, and how to raise it.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -88,7 +89,8 @@ fn the_option_wins_over_the_key() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` says what is allowed: 80 % of what is available, or what the option says. Defaults: docs/keys.md.
+/// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option.
+/// Defaults: docs/keys.md.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
@@ -106,7 +108,7 @@ fn check_says_what_is_allowed() {
     }
 }
 
-/// Exit code and words of the program in an address space of so many kibibytes.
+/// Exit code and output of the program in an address space of the given number of kibibytes.
 fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     let script = format!("ulimit -v {kibibytes}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
@@ -115,13 +117,14 @@ fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Truth: docs/command-line.md: refused before anything is allocated: it needs no more than an address space of a thirtieth of what it refuses.
+/// Truth: docs/command-line.md: the refusal precedes any allocation. It needs no more than an address space of a thirtieth of the
+/// refused memory.
 #[test]
 fn refused_before_anything_is_allocated() {
     let (folder, path) = scene("");
     let out = folder.path().join("out").display().to_string();
     let path = path.display().to_string();
-    // 64 million cells take tens of GB; allowed are 2.
+    // 64 million cells take tens of GB. The limit is 2 GB.
     for command in [&["check"][..], &["run", "--out", &out]] {
         let more = ["--set", "frame.cells=[8000, 8000]", "--max-memory", "2 GB", "--threads", "1"];
         let (code, said) = confined(1_500_000, &[command, &[path.as_str()], &more].concat());
@@ -138,7 +141,7 @@ fn called(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Estimate of `check` and high water mark of the run, bytes.
+/// Estimate of `check` and peak memory of the run, bytes.
 fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out").display().to_string();
@@ -156,7 +159,7 @@ fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
     [foretold, held]
 }
 
-/// Truth: the high water mark of the kernel; docs/memory.md: the estimate is within a fifth of it.
+/// Truth: the peak memory that the kernel reports. docs/memory.md: the estimate is within a fifth of it.
 #[test]
 fn estimates_are_within_a_fifth_of_what_is_held() {
     if !cfg!(target_os = "linux") {

@@ -1,9 +1,9 @@
-//! Mistakes that only the mesh or the sequence of steps reveals: found by `check`, with key and line.
+//! Mistakes that only the mesh or the sequence of steps reveals. `check` reports them with key and line.
 
 use std::fs;
 use std::path::Path;
 
-/// Two cubes of side 2 on top of one another; "middle" is the face between them.
+/// Two cubes of side 2, one on top of the other. The group "middle" is the face between them.
 pub(crate) const MESH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n2 1 \"base\"\n2 2 \"top\"\n2 3 \"middle\"\n\
 3 4 \"solid\"\n$EndPhysicalNames\n$Nodes\n12\n1 -1 -1 -4\n2 1 -1 -4\n3 1 1 -4\n4 -1 1 -4\n5 -1 -1 -2\n6 1 -1 -2\n7 1 1 -2\n\
 8 -1 1 -2\n9 -1 -1 0\n10 1 -1 0\n11 1 1 0\n12 -1 1 0\n$EndNodes\n$Elements\n5\n1 3 2 1 1 1 4 3 2\n2 3 2 2 2 9 10 11 12\n\
@@ -78,21 +78,21 @@ fn refused(changes: &[(&str, &str)], words: &[&str]) {
 const INNER: (&str, &str) = ("contact = \"top\"", "contact = \"middle\"");
 const FLOATING: (&str, &str) = ("{ group = \"base\" }", "{ group = \"base\", components = [\"x\"] }");
 
-/// Truth: docs/scene.md; the base of the cases below has no mistake.
+/// Truth: docs/scene.md. The unchanged scene, on which the cases below are based, is valid.
 #[test]
 fn the_sound_scene_is_accepted() {
     let (code, text) = check(&[], &[]);
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the mesh above: its group "middle" lies between two solids (lines of the keys in the scene above).
+/// Truth: in the mesh above, the group "middle" lies between two solids. Line numbers are those of the keys in the scene above.
 #[test]
 fn an_inner_contact_face() {
     refused(&[INNER], &["body1.contact", "inner face", "--> scene.toml:9:"]);
 }
 
-/// Truth: docs/scene.md: a surface held along x only leaves two translations and a rotation free; a displacement along
-/// those has no meaning, a force has, and no support at all is well too; the other body may not float along them.
+/// Truth: docs/scene.md: a surface fixed along x only leaves translations along y and z and rotations free. A displacement along
+/// these has no meaning, a force has. No support at all is valid, too. The other body must not be free along them.
 #[test]
 fn a_floating_body() {
     refused(
@@ -122,7 +122,7 @@ fn a_floating_body() {
     refused(&both, &["--> scene.toml:", "both bodies float", "body 2 by translation y"]);
 }
 
-/// Truth: docs/scene.md: supports of other kinds than `fixed`, and what is wrong with some of them.
+/// Truth: docs/scene.md: supports of other kinds than `fixed` are valid. Mistakes in them are reported.
 #[test]
 fn supports_of_other_kinds() {
     let instead = |keys: &'static str| [("fixed = [{ group = \"base\" }]", keys)];
@@ -171,7 +171,7 @@ fn supports_of_other_kinds() {
     }
 }
 
-/// Truth: the contact surface reaches to 1.
+/// Truth: the contact surface ends at 1.
 #[test]
 fn a_frame_beyond_the_contact_faces() {
     refused(
@@ -189,7 +189,7 @@ fn several_at_once() {
     );
 }
 
-/// Truth: docs/scene.md: what a step does not name stays as before; a tangential force needs friction.
+/// Truth: docs/scene.md: quantities that a step does not name keep their values. A tangential force needs friction.
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
@@ -203,7 +203,7 @@ fn a_held_tangential_force_needs_friction() {
     );
 }
 
-/// Truth: docs/scene.md: forces may be prescribed on any frame, the curved faces of a sphere cap included.
+/// Truth: docs/scene.md: forces may be prescribed on any frame, including the curved faces of a spherical cap.
 #[test]
 fn forces_on_a_curved_frame() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
@@ -224,7 +224,7 @@ fn forces_on_a_curved_frame() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a million million cells fit into no memory; exit codes of docs/command-line.md.
+/// Truth: 10^12 cells do not fit into any memory. Exit codes: docs/command-line.md.
 #[test]
 fn a_frame_beyond_the_memory() {
     let (code, text) = check(&[], &["--set", "frame.cells=[1000000, 1000000]"]);
@@ -240,11 +240,11 @@ fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
     let text = String::from_utf8([output.stderr, output.stdout].concat()).unwrap();
-    // Excerpts break lines anywhere.
+    // Source excerpts in messages may break lines anywhere.
     (output.status.code(), text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/meshes.md: a support without elements would hold nothing; a name of a surface and a volume is ambiguous.
+/// Truth: docs/meshes.md: a support group without elements would fix nothing. A name of both a surface and a volume is ambiguous.
 #[test]
 fn groups_of_supports() {
     let empty = MESH.replace("$Elements\n5\n1 3 2 1 1 1 4 3 2\n", "$Elements\n4\n");
@@ -256,8 +256,8 @@ fn groups_of_supports() {
     }
 }
 
-/// Truth: the stiffness of a material with nu = 0.5 less 1e-15 is singular to rounding; the material is named with its constant and its
-/// bodies, once.
+/// Truth: the stiffness of a material with nu = 0.5 - 1e-15 is singular to rounding. The message names the material, its constant
+/// and its bodies once.
 #[test]
 fn a_material_that_keeps_its_volume() {
     let folder = tempfile::tempdir().unwrap();
@@ -275,7 +275,7 @@ fn a_material_that_keeps_its_volume() {
     );
 }
 
-/// Truth: TOML: names in quotes may hold dots.
+/// Truth: TOML: quoted names may contain dots.
 #[test]
 fn names_with_dots() {
     let name = ("\"steel\"", "\"T700.epoxy\"");
@@ -285,8 +285,8 @@ fn names_with_dots() {
     refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "--> scene.toml:"]);
 }
 
-/// A column of `n` cubes of side 2 below z = 0, as a mesh of 1 + n elements and more: the solids are numbered from 101 on
-/// and from the top down; `top` is the height of the nodes of the first cube's upper corners.
+/// Mesh of a column of `n` cubes of side 2 below z = 0. The solids are numbered from 101 on, from the top down. `order` gives the
+/// order of the corners of each cube. Two surface elements are the groups "base" and "top".
 fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     let mut text =
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n\
@@ -307,8 +307,8 @@ fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     text + "$EndElements\n"
 }
 
-/// Truth: geometry. A hexahedron whose lower and upper faces are exchanged has the Jacobian -1 of its edges, here that of
-/// a cube of side 2 from one of side 2: -1 in all.
+/// Truth: geometry. A hexahedron whose lower and upper faces are exchanged has the Jacobian -1 relative to the lengths of its
+/// edges. The cube and the reference cube both have side 2, so the Jacobian itself is -1, too.
 #[test]
 fn inverted_elements_are_listed() {
     let sound = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -329,7 +329,8 @@ fn inverted_elements_are_listed() {
     }
 }
 
-/// One hexahedron of 20 nodes, a cube of side 2, the middle of its edge from (-1, -1, -2) to (1, -1, -2) moved along it to `x`.
+/// One hexahedron of 20 nodes, a cube of side 2. The middle node of its edge from (-1, -1, -2) to (1, -1, -2) is moved along the
+/// edge to `x`.
 fn curved(x: f64) -> String {
     let corners =
         [[-1, -1, -2], [1, -1, -2], [1, 1, -2], [-1, 1, -2], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
@@ -350,9 +351,9 @@ fn curved(x: f64) -> String {
     )
 }
 
-/// Truth: a quadratic map of a line from nodes at -1, m, 1 has the slope 1 - 2 m x: it folds at its end beyond the quarter
-/// point m = 1/2, and so does the cube there, whose other two slopes are 1. At the integration points (coordinates
-/// s = sqrt(3/5)) the edge counts by ((1 + s) / 2)^2 = 0.787, and 1 - 2 m 0.787 s is positive up to m = 0.82.
+/// Truth: a quadratic map of a line with nodes at -1, m, 1 has the slope 1 - 2 m x. It folds at its end if m exceeds the quarter
+/// point 1/2. The cube folds there, too, because its other two slopes are 1. At the integration points (coordinates s = sqrt(3/5))
+/// the edge has the weight ((1 + s) / 2)^2 = 0.787. There 1 - 2 m 0.787 s is positive up to m = 0.82.
 #[test]
 fn folded_curved_elements_are_listed() {
     let (code, text) = check_mesh(&curved(0.49));
@@ -369,7 +370,7 @@ fn folded_curved_elements_are_listed() {
     }
 }
 
-/// Truth: the scene: each contradiction stands at the later of its two keys, with the names of both.
+/// Truth: the scene. Each contradiction is reported at the later of its two keys, and the message names both.
 #[test]
 fn contradicting_supports_are_named_by_their_keys() {
     let fixed = "fixed = [{ group = \"base\" }]";
@@ -387,11 +388,11 @@ fn contradicting_supports_are_named_by_their_keys() {
         &[(fixed, &format!("{displaced}\nsymmetry = [\"base\"]"))],
         &["body1.symmetry.0", "body1.displaced.0 and body1.symmetry.0", "along z: 0.1 and 0"],
     );
-    // A support under the frame is blamed under its own key, too.
+    // A support under the frame is reported at its own key, too.
     refused(&[(fixed, "symmetry = [\"top\"]")], &["body1.symmetry.0", "`top`", "along z"]);
 }
 
-/// Truth: the base of the cubes looks down, body 2 is above.
+/// Truth: the base of the cubes faces downward, body 2 is above.
 #[test]
 fn a_contact_group_that_looks_away_is_the_groups_mistake() {
     let turned =
@@ -399,7 +400,7 @@ fn a_contact_group_that_looks_away_is_the_groups_mistake() {
     refused(&turned, &["body1.contact", "none of the 1 faces of `base` looks towards body2", "(0, 0, 1)"]);
 }
 
-/// Truth: a mesh without its volumes, as gmsh saves it where only surfaces have physical groups: one mistake, with the mend.
+/// Truth: gmsh saves a mesh without its volumes if only surfaces have physical groups. This is one mistake, reported with the fix.
 #[test]
 fn a_mesh_of_surfaces_only() {
     let (start, end) = (MESH.find("4 5 2 4 4").unwrap(), MESH.find("$EndElements").unwrap());
@@ -412,7 +413,7 @@ fn a_mesh_of_surfaces_only() {
     assert!(!text.contains("body1.fixed") && !text.contains("body1.contact"), "{text}");
 }
 
-/// Truth: a mesh of a plane has no volume that a physical group could save: it is to be extruded.
+/// Truth: a plane mesh has no volume that a physical group could save. The message asks to extrude it.
 #[test]
 fn a_plane_mesh_is_to_be_extruded() {
     let (start, end) = (MESH.find("1 3 2 1 1").unwrap(), MESH.find("$EndElements").unwrap());
@@ -430,7 +431,7 @@ fn a_plane_mesh_is_to_be_extruded() {
     }
 }
 
-/// Truth: the cubes in metres are 0.002 wide under a frame of 0.5.
+/// Truth: cubes given in metres are 0.002 wide, under a frame of half-width 0.5.
 #[test]
 fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     let mut text = MESH[..MESH.find("$Nodes").unwrap()].to_owned();
@@ -450,11 +451,11 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     );
 }
 
-/// Truth: two blocks of the same mesh apart from each other share no node, though four nodes lie on others: said with the
-/// mistake that comes of it.
+/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position. The message on the resulting
+/// mistake says so.
 #[test]
 fn unmerged_nodes_are_told_with_the_mistake() {
-    // The upper cube gets nodes of its own in the place of 5 to 8.
+    // The upper cube gets its own nodes in place of nodes 5 to 8.
     let extra = "13 -1 -1 -2\n14 1 -1 -2\n15 1 1 -2\n16 -1 1 -2\n$EndNodes";
     let mesh = MESH
         .replace("$Nodes\n12", "$Nodes\n16")
@@ -470,8 +471,8 @@ fn unmerged_nodes_are_told_with_the_mistake() {
     );
 }
 
-/// A ring of radii 6 and 10, one element thick along y, its lowest line at z = 0. Groups: "outer" and of it "lower", the faces that look
-/// down by more than 3 degrees; "inner"; the volume "ring".
+/// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. Groups: surfaces "outer", "lower" and
+/// "inner", volume "ring". The group "lower" contains the faces of "outer" that face down by more than 3 degrees.
 fn ring(n: usize) -> String {
     let (mut nodes, mut elements) = (String::new(), Vec::new());
     let number = |layer: usize, i: usize, y: usize| 1 + y + 2 * (layer + 2 * (i % n));
@@ -501,7 +502,7 @@ fn ring(n: usize) -> String {
     )
 }
 
-/// Truth: the ring whose contact group is its lower half: the faces that look away from the plane are left out, and said so.
+/// Truth: the ring with its lower half as contact group. Faces that face away from the plane are left out, and a message says so.
 #[test]
 fn rings_are_pressed_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Situations in which a result would mislead: refused, or warned of.
+//! Situations in which a result would mislead: the scene is refused, or a warning is given.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::limits::moved_mesh;
 use super::materials::{folder, orthowear};
 use super::near_field;
 
-/// `check` of a scene of `scenes/` with overrides: code, and what it says on one line.
+/// `check` of a scene of `scenes/` with overrides. Exit code and output on one line.
 fn check(scene: &str, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut arguments = vec!["check", scene];
@@ -20,8 +20,8 @@ const FRP: &str = "friction={ law = \"frp\", mu_L = 0.4, mu_T = 0.5, mu_N = 0.55
 const PLY: &str = "materials.peek={ model = \"orthotropic\", E1 = 167230.0, E2 = 9544.0, E3 = 9544.0, G12 = 5292.0, \
                    G13 = 5292.0, G23 = 3483.0, nu12 = 0.272, nu13 = 0.272, nu23 = 0.369 }";
 
-/// Truth: the bore of the plate is a half cylinder: its normals are up to 90 degrees from their mean, so that fibres along x lie in the
-/// surface at the bottom and stand normal to it at the sides. With angles to the surface the law holds.
+/// Truth: the bore of the plate is a half cylinder, with normals up to 90 degrees from their mean. Fibres along x lie in the
+/// surface at the bottom and along its normal at the sides. With angles given relative to the surface the law is valid.
 #[test]
 fn frp_laws_in_a_bore() {
     let fibre = "body1.fibre={ tilt = 0.0, azimuth = 0.0 }";
@@ -39,8 +39,8 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees, so that a tilt from z = 0 is not that to
-/// the surface.
+/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A tilt from z = 0
+/// is then not the tilt from the surface.
 #[test]
 fn frp_laws_on_an_inclined_plane() {
     let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
@@ -69,7 +69,7 @@ fn frp_laws_on_an_inclined_plane() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a mesh frame that is plane, or the cap of a sphere of 50 mm over 1.2 mm (1.4 degrees), has one angle to the fibre.
+/// Truth: a plane mesh frame, or the cap of a sphere of 50 mm over 1.2 mm (1.4 degrees), has one angle to the fibre.
 #[test]
 fn frp_laws_on_nearly_plane_mesh_frames() {
     for scene in ["steel-cap-on-cfrp-block.toml", "compare-finite-pin.toml"] {
@@ -78,8 +78,8 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
     }
 }
 
-/// Truth: the loads are in the displacements before the first increment, so that friction cannot respond to them: a block under a pressure of its
-/// own is warned of as long as a step has friction, one without loads is not.
+/// Truth: the displacements before the first increment contain the loads of the body, so friction cannot respond to them. A block
+/// under its own pressure raises a warning if a step has friction. A block without loads raises none.
 #[test]
 fn own_loads_with_friction() {
     let load = "pressure = [{ group = \"base\", value = 50.0 }]";
@@ -109,8 +109,8 @@ fn own_loads_with_friction() {
     assert!(!said("", &[]).contains(warned));
 }
 
-/// Truth: Hertz: a rigid sphere of 20 mm pressed by 0.005 mm touches within sqrt(20 * 0.005) = 0.32 mm at most; 0.2 mm is more than a fifth
-/// of it, 0.002 mm is not.
+/// Truth: Hertz: a rigid sphere of 20 mm with an approach of 0.005 mm has a contact radius of at most sqrt(20 * 0.005) = 0.32 mm. A
+/// displacement of 0.2 mm exceeds a fifth of it, 0.002 mm does not.
 #[test]
 fn sliding_farther_than_the_contact_allows() {
     let folder = folder("fibre = { tilt = 0.0 }\nnear_field = \"mesh\"", "", &[]);
@@ -128,8 +128,8 @@ fn sliding_farther_than_the_contact_allows() {
     assert!(!said("0.002").contains("displaced tangentially"));
 }
 
-/// `check` of the pin in a hole of `scenes/` with the pin scaled in its plane so that its radius is 9.8 mm times `scale`: code, and what it says on one
-/// line.
+/// `check` of the pin in a hole of `scenes/`, with the pin's radius of 9.8 mm scaled by `scale` in its plane. Exit code and output
+/// on one line.
 fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -139,9 +139,10 @@ fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     check("pin-in-hole.toml", &[&[mesh.as_str()], overrides].concat())
 }
 
-/// Truth: a pin of 9.8 mm scaled to 10.02 mm is 0.02 mm too large in radius for the bore of 10 mm all round: less than the tenth of a cell by which curved faces
-/// may overlap, but no motion along the normal frees it (0.02 to 5 %: means over cells). One of 9.98 mm moves down by 0.02 mm to the bottom of the bore (flat faces of 1.3 and 0.64 mm cut off
-/// 0.02 mm, of which bowing them leaves less than a tenth).
+/// Truth: a pin of 9.8 mm scaled to 10.02 mm has a radius 0.02 mm larger than the bore of 10 mm, all round. This is less than a
+/// tenth of a cell, the overlap that curved faces may have. But no motion along the normal removes it. The overlap is 0.02 mm to 5
+/// %, because it is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64
+/// mm cut off 0.02 mm, of which the curvature correction leaves less than a tenth.
 #[test]
 fn press_fit() {
     let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
@@ -161,14 +162,14 @@ fn press_fit() {
     assert!((motion - 0.02).abs() < 0.002 && rest.starts_with("mm against n = (0, 0, 1)"), "{text}");
 }
 
-/// Truth: chords of 1.3 mm on the bore of 10 mm lie up to h^2 / 8R = 0.021 mm inside it, of which the mean over a cell between the finer chords of the pin is a half:
-/// a pin with a clearance of 0.01 mm overlaps, as flat faces, at an approach of 0.
+/// Truth: chords of 1.3 mm on the bore of 10 mm lie up to h^2 / 8R = 0.021 mm inside it. The mean over a cell between the finer
+/// chords of the pin is half of this. As flat faces, a pin with a clearance of 0.01 mm overlaps at an approach of 0.
 #[test]
 fn load_of_flat_faces_at_the_first_touch() {
     let words = "WARNING: where the curved surfaces first touch, their flat faces overlap by up to 0.01";
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.0"]);
     assert!(code == Some(0) && text.contains(words), "{text}");
-    // An approach beyond it is warned of by the share that flat faces cut off.
+    // At a larger approach the warning gives the share that flat faces cut off.
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.05"]);
     assert!(
         code == Some(0) && !text.contains("flat faces overlap") && text.contains("of the approach of 0.05"),
@@ -176,7 +177,8 @@ fn load_of_flat_faces_at_the_first_touch() {
     );
 }
 
-/// Truth: a pin meshed 0.5 mm above the bottom of the bore is moved by u = 0.7 mm in all on a frame of R = 10 mm: u^2 / R = 0.05 mm, a fifth of the approach.
+/// Truth: a pin meshed 0.5 mm above the bottom of the bore moves by u = 0.7 mm in all. With R = 10 mm of the frame, u^2 / R = 0.05
+/// mm is a fifth of the approach.
 #[test]
 fn long_motion_to_the_first_touch() {
     let words = "WARNING: the frame is curved, and the motion of body 2 by 0.";
@@ -190,8 +192,8 @@ fn long_motion_to_the_first_touch() {
     assert!(code == Some(0) && !text.contains(words), "{text}");
 }
 
-/// Truth: a mesh that stands 0.1 mm above the block is moved down by 0.1 mm, one that stands 0.01 mm inside is moved up by 0.01 mm; one that touches is not
-/// moved.
+/// Truth: a mesh 0.1 mm above the block is moved down by 0.1 mm, a mesh 0.01 mm inside it is moved up by 0.01 mm. A mesh that
+/// touches is not moved.
 #[test]
 fn meshes_moved_to_the_first_touch() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -209,8 +211,8 @@ fn meshes_moved_to_the_first_touch() {
     }
 }
 
-/// Truth: the mirror image of the half bore at x = 0 closes it to a ring: a motion along x would open it on one side and press it on the other, in the image
-/// the other way round.
+/// Truth: the mirror image of the half bore at x = 0 closes it to a ring. A motion along x opens the contact on one side and
+/// presses it on the other. In the mirror image the sides are exchanged.
 #[test]
 fn contact_that_a_plane_of_symmetry_closes() {
     let planes = ["body1", "body2"].map(|body| {
@@ -228,8 +230,8 @@ fn contact_that_a_plane_of_symmetry_closes() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the faces of the pin are 0.64 mm long, those of the bore 1.31 mm: as cells of the frame those of the pin are finer than the bore's. A plate that is 58
-/// times as stiff as the pin hardly deforms, so that its faces do not matter.
+/// Truth: the faces of the pin are 0.64 mm long, those of the bore 1.31 mm. Cells on the faces of the pin are finer than the faces
+/// of the bore. A plate 58 times as stiff as the pin hardly deforms, so its faces do not matter.
 #[test]
 fn coarse_partner_of_a_fine_mesh() {
     let warned = "WARNING: the contact faces of body1 are coarser than the cells of the frame";
@@ -242,7 +244,7 @@ fn coarse_partner_of_a_fine_mesh() {
     assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
 }
 
-/// `run` of a scene of `scenes/` with overrides: its summary, and what it says on one line.
+/// Runs a scene of `scenes/` with overrides. Summary, and output on one line.
 fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -255,8 +257,8 @@ fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     (summary, text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: Hertz: a contact radius of 0.32 mm is cut off by a frame of half-width 0.2 mm on half-spaces and in the middle of a meshed block, not by the flanks of a slice,
-/// a plane of symmetry or the edges of a body.
+/// Truth: Hertz: a frame of half-width 0.2 mm cuts off a contact radius of 0.32 mm, on half-spaces and in the middle of a meshed
+/// block. The flanks of a slice, a plane of symmetry and the edges of a body do not cut off the contact.
 #[test]
 fn contact_cut_off_at_the_edge_of_the_frame() {
     let warned = "the contact reaches the edge of the frame, beyond which the bodies continue";
@@ -269,7 +271,7 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let place = near_field::place([4.0, 4.0], 4.0, [8, 8, 8]);
     let summary = near_field::run(place.path(), &small);
     assert!(cut(&summary) && summary["warnings"].to_string().contains(warned), "{summary}");
-    // A half of a slice 1 mm thick: flanks, and a plane of symmetry at the bottom of the bore.
+    // Half of a slice 1 mm thick, with flanks and a plane of symmetry at the bottom of the bore.
     let (summary, text) = run("pin-in-hole.toml", &[]);
     assert!(!cut(&summary) && !text.contains(warned), "{text}");
     // A flat punch of the size of the block.
@@ -277,7 +279,7 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
     let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
     assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
-    // In its place a half-space continues.
+    // In its place, a half-space continues beyond the frame.
     let sets = [&flat[..], &["gap={ kind = \"flat\" }"]].concat();
     let mut arguments = vec!["compare", "scene.toml", "--variants", "FE-rigid,HS-rigid", "--out", "c"];
     sets.iter().for_each(|line| arguments.extend(["--set", line]));
@@ -286,8 +288,8 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     assert!(!text.contains("FE-rigid: WARNING: step \"press\" (1)"), "{text}");
 }
 
-/// Truth: the line of a step with cycles shows one state, that of the + reversal point as `stroke_ends` of the summary has it, and says so; the
-/// means are a shift of 0 between both points.
+/// Truth: the line of a step with cycles shows one state and says so: the + reversal point, as in `stroke_ends` of the summary. The
+/// means over both reversal points give a tangential displacement of 0.
 #[test]
 fn a_line_of_cycles_shows_one_state() {
     let steps = "steps=[{ name = \"press\", approach = 0.01 }, { name = \"fret\", cycles = { count = 10, amplitude = 0.002, jumps = 1 } }]";
@@ -304,7 +306,7 @@ fn a_line_of_cycles_shows_one_state() {
     assert!((shift / plus["shift"][0].as_f64().unwrap() - 1.0).abs() < 1e-4, "{line}");
 }
 
-/// A steel sphere that frets on a unidirectional half-space along y, fibres at an angle to x.
+/// A steel sphere in fretting along y on a unidirectional half-space, with fibres at an angle to x.
 const OBLIQUE: &str = r#"
 [materials.cfrp]
 model = "transversely-isotropic"
@@ -351,10 +353,10 @@ cycles = { count = 2000, amplitude = 0.1, angle = 90.0 }
 fields = []
 "#;
 
-/// Truth: gross sliding along y under an ellipse M = diag(0.25, 0.35) turned by the azimuth t of the fibre: the associated rule gives q = p M^2 v / |M v|, so
-/// Q = P (mL^2 - mT^2) sin t cos t / m across the stroke and P m along it, m^2 = mL^2 sin^2 t + mT^2 cos^2 t; to 2 %, since tractions turn over strokes of a few
-/// elastic lags. The end of a stroke in one increment has half of the force across it. At an amplitude of 0.05 mm four increments wear by chance the
-/// same volume.
+/// Truth: gross sliding along y under an ellipse M = diag(0.25, 0.35) rotated by the azimuth t of the fibre. The associated rule
+/// gives q = p M^2 v / |M v|. Let m^2 = mL^2 sin^2 t + mT^2 cos^2 t. Then Q = P (mL^2 - mT^2) sin t cos t / m across the stroke and
+/// P m along it. The tolerance is 2 %, because tractions rotate over strokes of a few elastic lags. A stroke in one increment ends
+/// with half of the force across it. At an amplitude of 0.05 mm four increments give the same wear volume by chance.
 #[test]
 fn oblique_fretting() {
     let folder = tempfile::tempdir().unwrap();
@@ -373,7 +375,8 @@ fn oblique_fretting() {
         let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
         assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
     }
-    // The law is homogeneous in the load: the ratio of the forces stays when the load falls to a hundredth, and never exceeds a coefficient.
+    // The law is homogeneous in the load. At a hundredth of the load the ratio of the forces is unchanged, and the resultant stays
+    // below the larger coefficient.
     let summary = near_field::run(folder.path(), &["steps.fret.normal_force=5.0"]);
     for record in summary["steps"].as_array().unwrap().iter().skip(1) {
         let [x, y] = [0, 1].map(|k| record["tangential_force"][k].as_f64().unwrap());
@@ -382,8 +385,9 @@ fn oblique_fretting() {
     }
 }
 
-/// Truth: heights (x^2 + y^2) / 20 are those of a ball of 10 mm; in micrometres they rise a thousand times as fast (0.04 at the edge of 0.4 mm, 40 then);
-/// with the other sign they are largest in the middle; a map of +-0.25 mm does not cover a frame of +-0.4 mm.
+/// Truth: heights (x^2 + y^2) / 20 are those of a ball of 10 mm. In micrometres they rise a thousand times as fast (slope 40
+/// instead of 0.04 at the edge of 0.4 mm). With the other sign they are largest in the middle. A map of +-0.25 mm does not cover a
+/// frame of +-0.4 mm.
 #[test]
 fn maps_of_heights() {
     let folder = tempfile::tempdir().unwrap();
@@ -417,15 +421,16 @@ fn maps_of_heights() {
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }
 
-/// Truth: as above; with a clearance of 0.1 mm and an approach of 0.0001 mm nothing touches, which the flat faces explain.
+/// Truth: the chords as above. With a clearance of 0.1 mm and an approach of 0.0001 mm nothing touches, which the flat faces
+/// explain.
 #[test]
 fn flat_faces_that_touch_nothing() {
     let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0001"]);
     assert!(code == Some(0) && text.contains("of the approach of 0.0001"), "{text}");
 }
 
-/// Truth: around the bore two cells lie over each other as seen along n, so that lines along the frame's axes zigzag between both sides; a rectangle would be
-/// a wrong drawing.
+/// Truth: around the bore two cells coincide as seen along n. Lines along the frame's axes would zigzag between both sides, and a
+/// rectangle would be a wrong drawing.
 #[test]
 fn figures_of_a_curved_frame() {
     let (code, text) = check("pin-in-hole.toml", &[]);

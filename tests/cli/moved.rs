@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A flat rigid body slides on a layer of thickness 1 whose sides move in their planes alone: p = 20, and 1e-8 mm wear per mm of
+/// A flat rigid body slides on a layer of thickness 1 whose sides move in their planes only. p = 20, and wear is 1e-8 mm per mm of
 /// sliding and MPa.
 pub const LAYER: &str = r#"
 [materials.m]
@@ -48,10 +48,10 @@ name = "hold"
 wear = false
 "#;
 
-/// 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)): what a layer of thickness 1 gives way by under that pressure.
+/// 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)): compression of a layer of thickness 1 under that pressure.
 const GIVES: f64 = 20.0 * 1.3 * 0.4 / (1000.0 * 0.7);
 
-/// Hexahedra between planes of equal distance: half of the sides along x, y, depth below z = 0, number of cells along each.
+/// Hexahedra between equidistant planes: half the sides along x and y, depth below z = 0, number of cells along each axis.
 pub fn layer(half: [f64; 2], depth: f64, [nx, ny, nz]: [usize; 3]) -> String {
     let at = |i: usize, j: usize, k: usize| 1 + (i * (ny + 1) + j) * (nz + 1) + k;
     let part = |i: usize, n: usize| i as f64 / n as f64;
@@ -97,7 +97,7 @@ pub fn layer(half: [f64; 2], depth: f64, [nx, ny, nz]: [usize; 3]) -> String {
     text
 }
 
-/// Exit code, what is said, and the summary of a run.
+/// Exit code, output and summary of a run.
 fn run(folder: &Path, out: &str, sets: &[&str]) -> (Option<i32>, String, Value) {
     let out = folder.join(out);
     let mut program = crate::tools::orthowear();
@@ -135,12 +135,12 @@ fn warned(summary: &Value, words: &[&str]) -> usize {
     warnings.filter(|text| words.iter().all(|word| text.as_str().unwrap().contains(word))).count()
 }
 
-/// What the bodies give way by at the end of each entry: approach less worn depth.
+/// Elastic compression at the end of each entry: approach minus wear depth.
 fn elastic(summary: &Value) -> Vec<f64> {
     entries(summary).iter().map(|entry| number(entry, "approach") - number(entry, "max_wear_depth")).collect()
 }
 
-/// Truth: p (H - d) / M for a layer in uniaxial strain that has lost d, as deep as at the last move; p H / M without moves.
+/// Truth: p (H - d) / M for a layer in uniaxial strain with the wear depth d of the last mesh move; p H / M without moves.
 #[test]
 fn a_worn_layer_is_stiffer() {
     let folder = of_layer(4);
@@ -152,7 +152,7 @@ fn a_worn_layer_is_stiffer() {
     }
     let last = &entries(&moved)[3];
     let [depth, force] = ["max_wear_depth", "normal_force"].map(|key| number(last, key));
-    // The force is prescribed: rounding of the sum over 16 cells.
+    // The force is prescribed. The tolerance is the rounding of the sum over 16 cells.
     assert!(
         (depth - 0.3).abs() < 1e-9 && (force / 80.0 - 1.0).abs() < 16.0 * f64::EPSILON,
         "{depth} {force}"
@@ -175,8 +175,8 @@ fn a_worn_layer_is_stiffer() {
     assert!(skipped(&still) && !skipped(&moved));
 }
 
-/// Truth: a layer under its weight b, body 2 held A below its undeformed surface, after it has lost d: it gives way by
-/// A - d = (p (H - d) + b (H - d)^2 / 2) / M, and so p = (M (A - d) - b (H - d)^2 / 2) / (H - d).
+/// Truth: a layer under its weight b after the wear depth d, with body 2 fixed at A below its undeformed surface. Its compression
+/// is A - d = (p (H - d) + b (H - d)^2 / 2) / M. Hence p = (M (A - d) - b (H - d)^2 / 2) / (H - d).
 #[test]
 fn worn_layers_under_their_weight() {
     let folder = of_layer(4);
@@ -196,7 +196,7 @@ fn worn_layers_under_their_weight() {
     assert!(left < 0.9 && (number(hold, "approach") - approach).abs() < 1e-12, "{left}");
 }
 
-/// Everything of a summary but what depends on time and on whether meshes may move.
+/// A summary without the fields that depend on time and on whether meshes may move.
 fn unmoved(summary: &Value) -> Value {
     let mut summary = timeless(summary.clone());
     for name in ["scene", "scene_sha256", "mesh_moves", "near_fields", "skipped"] {
@@ -205,13 +205,13 @@ fn unmoved(summary: &Value) -> Value {
     summary
 }
 
-/// Truth: a run whose meshes could move but never wear deep enough is the run without the key, bit by bit.
+/// Truth: a run whose meshes may move but never wear deep enough equals, bit by bit, the run without the key.
 #[test]
 fn meshes_that_do_not_wear_deep_enough() {
     let folder = of_layer(1);
-    // The reason for the mesh is the same, too.
+    // The reason for the near field of the mesh is the same, too.
     let mesh = "body1.near_field=\"mesh\"";
-    // 0.3 mm of elements of 1 mm.
+    // Wear depth of 0.3 mm in elements of 1 mm.
     let (code, text, moving) = run(folder.path(), "moving", &["wear.move_mesh=0.31", mesh]);
     assert_eq!(code, Some(0), "{text}");
     let (_, _, still) = run(folder.path(), "still", &[mesh]);
@@ -224,8 +224,8 @@ fn meshes_that_do_not_wear_deep_enough() {
     }
 }
 
-/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move, with a warning, and the run
-/// goes on: p (H - d) / M with the depth d of the last move that was made.
+/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. A warning is given and
+/// the run continues: p (H - d) / M with the depth d of the last move that was made.
 #[test]
 fn meshes_that_would_get_too_flat() {
     let folder = of_layer(1);
@@ -245,7 +245,7 @@ fn meshes_that_would_get_too_flat() {
     assert_eq!(entries(&summary)[6]["name"], "hold");
 }
 
-/// Truth: docs/scene.md: only the mesh of a body that wears can move, by a share of its elements up to a half.
+/// Truth: docs/scene.md: only the mesh of a body that wears can move, at a wear depth of up to half the element size.
 #[test]
 fn moves_that_make_no_sense() {
     let folder = of_layer(1);
@@ -266,7 +266,7 @@ fn moves_that_make_no_sense() {
     );
 }
 
-/// A rigid sphere on a block, with cells of 0.3 mm: wear takes the contact from a radius of 0.8 to 1.2 mm.
+/// A rigid sphere on a block, with cells of 0.3 mm. Wear increases the contact radius from 0.8 to 1.2 mm.
 pub const SPHERE: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -306,7 +306,7 @@ name = "hold"
 wear = false
 "#;
 
-/// Truth: the run on the large frame from the start, to the tolerance of its solutions; the mesh moves in both.
+/// Truth: the run on the large frame from the start, to the tolerance of its solutions. The mesh moves in both runs.
 #[test]
 fn frames_grow_over_moved_meshes() {
     let folder = place(SPHERE, &layer([2.4; 2], 1.2, [18, 18, 4]));

@@ -1,4 +1,4 @@
-//! The near field of meshed bodies as a user meets it: what is taken, said, refused.
+//! Near fields of meshed bodies in scenes: choice, messages, refusals.
 
 use std::fs;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub fn place(half: [f64; 2], depth: f64, cells: [usize; 3]) -> tempfile::TempDir
     folder
 }
 
-/// Exit code and what is said.
+/// Exit code and output.
 pub fn call(verb: &str, folder: &Path, sets: &[&str]) -> (Option<i32>, String) {
     let mut program = crate::tools::orthowear();
     program.arg(verb).arg(folder.join("scene.toml"));
@@ -77,8 +77,8 @@ pub fn force(summary: &Value, step: usize) -> [f64; 3] {
     [&step["normal_force"], &tangential[0], &tangential[1]].map(|value| value.as_f64().unwrap())
 }
 
-/// Truths: docs/theory-hybrid.md: the half-space is taken where it is valid, with its indicators below their limits; what is skipped
-/// changes nothing; `check` says the same.
+/// Truths: docs/theory-hybrid.md: the half-space is used where it is valid, with its indicators below their limits. Omitted work
+/// changes nothing, and `check` reports the same near field.
 #[test]
 fn a_half_space_where_it_is_valid() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -102,7 +102,7 @@ fn a_half_space_where_it_is_valid() {
     );
 }
 
-/// Truth: the load that an approach gives brings the approach back.
+/// Truth: the load that results from an approach, prescribed as a force, gives the same approach.
 #[test]
 fn held_by_a_load() {
     let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
@@ -111,13 +111,13 @@ fn held_by_a_load() {
     let loaded = run(place.path(), &[&format!("steps.0={{name=\"press\", normal_force={load}}}")]);
     let approach = loaded["steps"][0]["approach"].as_f64().unwrap();
     assert!((approach / 0.02 - 1.0).abs() < 1e-7, "{approach}");
-    // The pull then goes from the same state.
+    // The tangential displacement then starts from the same state.
     let (a, b) = (force(&approached, 1), force(&loaded, 1));
     assert!((a[1] / b[1] - 1.0).abs() < 0.05 && (b[0] / load - 1.0).abs() < 1e-9, "{a:?} {b:?} {load}");
 }
 
-/// Truths: docs/scene.md: where there is no place for a half-space "auto" takes the mesh and says why, "half-space" is refused with
-/// the same reason, at its key.
+/// Truths: docs/scene.md: if the near field of a half-space is not valid, "auto" uses the mesh and gives the reason. "half-space"
+/// is refused with the same reason, at its key.
 #[test]
 fn no_place_for_a_half_space() {
     let place = place([2.0, 2.0], 2.0, [4, 4, 4]);
@@ -156,11 +156,11 @@ fn no_place_for_a_half_space() {
     assert_eq!(summary["near_fields"][0]["reason"], "near_field is \"mesh\"");
 }
 
-/// Truth: docs/theory-hybrid.md: where an indicator fails the mesh is condensed, which is said; its answer is that of
+/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed and a warning says so. The result equals that of
 /// `near_field = "mesh"`.
 #[test]
 fn a_correction_that_is_not_used() {
-    // A single element cannot carry the far field.
+    // A single element cannot represent the far field.
     let place = place([2.0, 2.0], 2.0, [1, 1, 1]);
     let sets = ["frame.cells=[1, 1]"];
     let given_up = run(place.path(), &sets);
@@ -172,14 +172,14 @@ fn a_correction_that_is_not_used() {
         given_up["warnings"].to_string().contains(&format!("not of a half-space: {reason}")),
         "{given_up}"
     );
-    // It is said before anything is solved, and again at the end.
+    // The warning is printed before the solution, and again at the end.
     let (_, text) = call("run", place.path(), &sets);
     let said: Vec<usize> = text
         .match_indices("WARNING: the near field of body1 is that of its mesh")
         .map(|(at, _)| at)
         .collect();
     assert_eq!(said.len(), 2, "{text}");
-    // Who asks for the half-space is refused, and not told of a mesh that is not taken.
+    // A request for the half-space is refused, without a warning about a mesh that is not used.
     let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
     assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");
     let words = format!(
@@ -188,7 +188,7 @@ fn a_correction_that_is_not_used() {
     assert!(text.contains(&words) && !text.contains("is that of its mesh"), "{text}");
     let meshed = run(place.path(), &[&sets[..], &["body1.near_field=\"mesh\""]].concat());
     assert_eq!(force(&given_up, 1), force(&meshed, 1));
-    // Cells that only a half-space could have are refused with the reason.
+    // Cells that only a half-space allows are refused with the reason.
     let (code, text) = call("run", place.path(), &["frame.cells=[12, 12]", "body2={kind=\"rigid\"}"]);
     assert!(
         code == Some(2) && text.contains("not of a half-space") && text.contains("frame.cells"),
@@ -196,8 +196,8 @@ fn a_correction_that_is_not_used() {
     );
 }
 
-/// Truth: the displacement of a support that moves as a whole moves the body with it: the same forces at an approach less by as
-/// much.
+/// Truth: a rigid displacement of the support moves the body with it. The forces are the same if the approach is reduced by this
+/// displacement.
 #[test]
 fn supports_that_move() {
     let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
@@ -217,7 +217,8 @@ fn supports_that_move() {
     }
 }
 
-/// Truth: docs/refine.md: the elements carry what the half-space lacks, whose stress is singular at the edges of the base.
+/// Truth: docs/refine.md: the elements carry the correction of the half-space. The stress of this correction is singular at the
+/// edges of the base.
 #[test]
 fn refinement_at_held_edges() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);

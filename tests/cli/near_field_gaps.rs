@@ -1,4 +1,4 @@
-//! Gaps of meshed surfaces, and cells against faces, where near fields are those of half-spaces or of meshes.
+//! Gaps of meshed surfaces, and cells beside faces, for near fields of half-spaces and of meshes.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::near_field::{call, force, place, run};
 
-/// The block with its top bent to a sphere's cap of this radius.
+/// The block with its top bent to a spherical cap of this radius.
 fn cap(radius: f64, cells: usize) -> tempfile::TempDir {
     let (half, depth) = (3.0, 3.0);
     let place = place([half; 2], depth, [cells, cells, cells / 2]);
@@ -38,8 +38,8 @@ fn warning<'a>(summary: &'a Value, words: &str) -> Option<&'a str> {
     all.iter().filter_map(Value::as_str).find(|text| text.starts_with("WARNING: ") && text.contains(words))
 }
 
-/// Truths: the sphere itself as the gap, to 1e-2 of the load; sag of a chord h^2 / 8R, of two R more at right angles: faces of 0.5 mm cut off
-/// 1.6e-3 mm along an edge. As flat facets they bear a third less.
+/// Truths: the sphere itself as the gap, to 1e-2 of the load. The sag of a chord is h^2 / 8R: faces of 0.5 mm cut off 1.6e-3 mm
+/// along an edge. Flat facets would bear a third less.
 #[test]
 fn flat_faces_are_bowed_under_a_half_space() {
     let place = cap(20.0, 12);
@@ -57,8 +57,8 @@ fn flat_faces_are_bowed_under_a_half_space() {
     assert!(code == Some(0) && text.contains("flat contact faces bowed by up to 1.5"), "{text}");
 }
 
-/// Truth: h^2 / 8R again, which the gap of a condensed mesh keeps: said by `check` and in the summary, with the radius; under a force, too,
-/// against the approach it leads to. Faces of an eighth of the size are fine enough for an approach four times larger.
+/// Truth: h^2 / 8R again, which remains in the gap of a condensed mesh. `check` and the summary report it with the radius. Under a
+/// force it is relative to the resulting approach. The same faces are fine enough for an approach nine times as large.
 #[test]
 fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
@@ -86,8 +86,9 @@ fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     assert!(code == Some(0) && !said.contains(words), "{said}");
 }
 
-/// Truth: docs/scene.md: cells that are finer than the faces of a condensed mesh beside a half-space put the pressures in doubt, with
-/// the ratio of areas (0.1 / 1 mm, squared); the reason why "auto" takes the mesh is said with it. Cells as large as faces are not.
+/// Truth: docs/scene.md: cells finer than the faces of a condensed mesh beside a half-space make the pressures uncertain. The
+/// warning gives the ratio of areas (0.1 / 1 mm, squared), and the reason why "auto" takes the mesh. Cells as large as the faces
+/// raise no warning.
 #[test]
 fn cells_finer_than_faces_beside_a_half_space() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -106,11 +107,11 @@ fn cells_finer_than_faces_beside_a_half_space() {
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");
-    // Advice that works: 3.07 mm leave 0.93 mm, 0.3 of which are 0.921 mm.
+    // The advice works: 3.07 mm leave 0.93 mm, and 0.3 of 3.07 mm are 0.921 mm.
     let (code, text) =
         call("check", place.path(), &["frame.half_width=[3.07, 3.07]", "frame.cells=[35, 35]"]);
     assert!(code == Some(0) && !text.contains(words), "{text}");
-    // Cells of 0.097 mm on faces of 1 mm are allowed only to who asks for the mesh.
+    // Cells of 0.097 mm on faces of 1 mm are allowed only if the scene asks for the mesh.
     let finer = ["frame.half_width=[3.5, 3.5]", "frame.cells=[72, 72]"];
     let (code, text) = call("check", place.path(), &finer);
     assert!(
@@ -122,7 +123,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     );
     let (code, text) = call("check", place.path(), &[&finer[..], &["body1.near_field=\"mesh\""]].concat());
     assert!(code == Some(0) && text.contains(words), "{text}");
-    // Beside a rigid body the same is refused, for the same reason.
+    // Beside a rigid body the cells are refused for the same reason.
     let (code, text) = call("check", place.path(), &[&base[..], &["body2={kind=\"rigid\"}"]].concat());
     assert!(
         code == Some(2) && text.contains("tractions are not determined") && text.contains(reason),
@@ -130,8 +131,8 @@ fn cells_finer_than_faces_beside_a_half_space() {
     );
 }
 
-/// Truth: geometry: the frame of 1.35 mm has 0.95 mm to the edge of the block, the enlarged one of 2.025 mm 0.275 mm, less than 0.3 of
-/// half its side: the run stops for this reason, and not for the cells of a mesh that it never had.
+/// Truth: geometry: the frame of 1.35 mm has 0.95 mm to the edge of the block. The enlarged frame of 2.025 mm has 0.275 mm, less
+/// than 0.3 of half its side. The run stops for this reason, not because of the cells of a mesh that it never used.
 #[test]
 fn a_frame_that_outgrows_its_half_space() {
     let place = place([2.3, 2.3], 2.3, [6, 6, 6]);
@@ -158,7 +159,7 @@ fn a_frame_that_outgrows_its_half_space() {
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
 
-/// Truth: a frame that has grown under own loads goes on as one of its final size from the start.
+/// Truth: a frame that has grown under the loads of a body gives the results of a frame of the final size from the start.
 #[test]
 fn frames_grow_under_own_loads() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -192,8 +193,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: what own loads do is linear in them, and so is its error; it is warned about where it matters against the overlap, and nothing is
-/// said of it without loads.
+/// Truths: the effect of the body's loads is linear in them, and so is its error. A warning is given if the error matters relative
+/// to the overlap. Without loads nothing is reported.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

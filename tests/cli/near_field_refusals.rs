@@ -1,11 +1,11 @@
-//! Bodies that have no place for a half-space: refused where it is asked for, condensed where it is not.
+//! Bodies for which the near field of a half-space is not valid: refused if the scene asks for it, otherwise condensed.
 
 use std::fs;
 use std::path::Path;
 
 use crate::near_field::{call, place, run};
 
-/// Rewrites the lines of a section of the mesh, each given by its numbers.
+/// Rewrites the lines of a section of the mesh. `line` gets the numbers and the text of each line.
 fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
     let path = folder.join("block.msh");
     let text = fs::read_to_string(&path).unwrap();
@@ -20,7 +20,7 @@ fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) 
     fs::write(path, format!("{head}{begin}{changed}{end}{rest}")).unwrap();
 }
 
-/// Makes the elements whose lowest nodes are below the layer `level` of eight a group of volumes "core".
+/// Moves the elements whose lowest nodes are below the layer `level` of eight into a group of volumes "core".
 fn core(folder: &Path, level: usize) {
     rewrite(folder, "Elements", |numbers, old| {
         let is_core = numbers.get(1) == Some(&5.0) && (numbers[5] as usize - 1) % 9 < level;
@@ -32,7 +32,7 @@ fn core(folder: &Path, level: usize) {
     fs::write(path, text).unwrap();
 }
 
-/// `near_field = "half-space"` is refused at its key for this reason, "auto" takes the mesh for it.
+/// Requires that `near_field = "half-space"` is refused at its key for this reason, and that "auto" takes the mesh for it.
 fn refused(folder: &Path, sets: &[&str], why: &str) {
     let sets = [&["frame.cells=[4, 4]"], sets].concat();
     let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();
@@ -53,14 +53,14 @@ fn block() -> tempfile::TempDir {
     place([4.0, 4.0], 4.0, [8, 8, 8])
 }
 
-/// The scene as it is has a place: what the other tests change takes it away.
+/// The near field of a half-space is valid for the unchanged scene. The other tests change this.
 #[test]
 fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
 }
 
-/// Truth: a body moves with its frame: 3e5 mm from the origin the coordinates are rounded to 6e-11 mm, which leaves the forces of cells of
-/// 0.3 mm alone.
+/// Truth: a body moves with its frame. At 3e5 mm from the origin the coordinates are rounded to 6e-11 mm, which does not affect the
+/// forces of cells of 0.3 mm.
 #[test]
 fn bodies_may_lie_far_from_the_origin() {
     let near = block();
@@ -77,15 +77,15 @@ fn bodies_may_lie_far_from_the_origin() {
     assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
 }
 
-/// Truth: docs/theory-hybrid.md, where it is valid: the half-space's surface is free beside the contact.
+/// Truth: docs/theory-hybrid.md, range of validity: the surface of the half-space is free beside the contact.
 #[test]
 fn a_foundation_in_the_plane_of_the_contact() {
     let springs = "body1.foundation=[{group=\"top\", stiffness=100.0}]";
     refused(block().path(), &[springs], "a foundation lies in the plane of the contact");
 }
 
-/// Truths: the core of seven of eight layers of 0.5 mm ends 0.5 mm under the patch, which wants 0.48 mm: there is a place; with 1.8 mm for
-/// half of its side it wants 0.72 mm.
+/// Truths: the core of seven of eight layers of 0.5 mm ends 0.5 mm under the patch, which needs 0.48 mm. The half-space is valid.
+/// With a half-width of 1.8 mm it needs 0.72 mm.
 #[test]
 fn another_material_too_near() {
     let place = block();
@@ -100,7 +100,7 @@ fn another_material_too_near() {
     );
 }
 
-/// Truth: docs/theory-hybrid.md: a half-space has nothing above its plane.
+/// Truth: docs/theory-hybrid.md: a half-space has no material above its plane.
 #[test]
 fn a_body_that_rises_above_its_contact() {
     let place = block();
@@ -111,7 +111,7 @@ fn a_body_that_rises_above_its_contact() {
     refused(place.path(), &[], "the body rises above the plane of its contact");
 }
 
-/// Truth: docs/theory-hybrid.md: what is held lies on the boundary.
+/// Truth: docs/theory-hybrid.md: supports lie on the boundary.
 #[test]
 fn a_support_inside_the_body() {
     let place = block();
@@ -119,7 +119,7 @@ fn a_support_inside_the_body() {
     refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support holds nodes inside the body");
 }
 
-/// Truth: a point that no solid has is no part of the body, wherever it lies: the block keeps its place for a half-space.
+/// Truth: a point without a solid is no part of the body, wherever it lies. The near field of a half-space remains valid.
 #[test]
 fn a_lone_point_above_the_contact() {
     let place = block();

@@ -1,4 +1,4 @@
-//! The output directory: what it holds after runs that end well or badly.
+//! Contents of the output directory after successful and failed runs.
 
 use std::fs;
 use std::path::Path;
@@ -47,7 +47,7 @@ fn names(dir: &Path) -> Vec<String> {
     names
 }
 
-/// Truth: the list of files in docs/results.md; nothing temporary remains.
+/// Truth: the list of files in docs/results.md. No temporary file remains.
 #[test]
 fn a_converged_run_leaves_its_files_and_nothing_else() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -61,7 +61,7 @@ fn a_converged_run_leaves_its_files_and_nothing_else() {
     assert!(summary["peak_memory_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
 }
 
-/// Truth: a failed run loses nothing that was there (files of the user, of the run before).
+/// Truth: a failed run loses no existing file, of the user or of the run before.
 #[test]
 fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -78,8 +78,8 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     assert_eq!(fs::read_to_string(dir.path().join("notes.txt")).expect("untouched"), "mine");
 }
 
-/// Truth: the same for a run that ends before its first increment: what lies beside a summary is of its run; repeated
-/// failures pile nothing up.
+/// Truth: the same for a run that ends before its first increment. Files beside a summary belong to its run. Repeated failures do
+/// not accumulate files.
 #[test]
 fn a_failed_run_leaves_only_its_summary() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -99,7 +99,7 @@ fn a_failed_run_leaves_only_its_summary() {
     );
 }
 
-/// Truth: fields of steps that the new run does not have are not left beside its own; other files are.
+/// Truth: fields of the previous run for steps that the new run does not have are removed. Other files are kept.
 #[test]
 fn a_converged_run_removes_the_fields_of_the_run_before() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -109,7 +109,7 @@ fn a_converged_run_removes_the_fields_of_the_run_before() {
     assert_eq!(names(dir.path()), ["frame_0001.vtu", "frame_0009.vtu", "history.csv", "summary.json"]);
 }
 
-/// Truth: a run that is dropped (an error on the way, a panic) leaves the directory as it was.
+/// Truth: a dropped run (an error or a panic) leaves the directory unchanged.
 #[test]
 fn a_dropped_run_leaves_no_trace() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -119,8 +119,8 @@ fn a_dropped_run_leaves_no_trace() {
     assert!(names(dir.path()).is_empty());
 }
 
-/// Truth: docs/checkpoints.md: a run that ends before it went on, again and again, leaves what it was to go on with, its entries in the
-/// summary; files that were moved or set aside meanwhile are found by their content.
+/// Truth: docs/checkpoints.md: a run that ends before it has resumed, even repeatedly, keeps the files needed to resume and its
+/// entries in the summary. Files that were moved or set aside meanwhile are found by their content.
 #[test]
 fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -160,7 +160,7 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     assert_eq!(missing.expect("readable files"), ["frame_0001.vtu"]);
 }
 
-/// Truth: docs/results.md: a summary is written whatever the outcome, also where what was gathered has vanished.
+/// Truth: docs/results.md: a summary is written whatever the outcome, even if staged files have vanished.
 #[test]
 fn vanished_files_fail_the_run() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -204,7 +204,7 @@ fn places_that_cannot_be_written_are_named() {
     assert!(error.kind() == ErrorKind::Resources && error.to_string().contains("taken"), "{error}");
 }
 
-/// Truth: a full disk (the device that is always full) is an error with exit code 4 that names the file.
+/// Truth: a full disk (/dev/full) is an error with exit code 4 that names the file.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_reported_with_the_path() {
@@ -234,7 +234,7 @@ fn program(out: &Path, more: &[&str]) -> std::process::Output {
     command.args(more).output().expect("the program starts")
 }
 
-/// Truth: forces are sums of tractions over areas; the fields are read by meshio.
+/// Truth: forces are sums of tractions over areas. meshio reads the fields.
 #[test]
 fn fields_and_summary_of_a_run_agree() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -259,7 +259,7 @@ fn fields_and_summary_of_a_run_agree() {
     let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
-/// Truth: worn volumes are sums of worn depths over areas, of each body by itself.
+/// Truth: wear volumes are sums of wear depths over areas, for each body separately.
 #[test]
 fn both_bodies_have_their_worn_depth() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -278,8 +278,8 @@ fn both_bodies_have_their_worn_depth() {
     assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
 }
 
-/// Truth: at a fixed approach no more wears than π δ² R, what the bodies overlap by; the summary of such a run, of cycles and of sliding,
-/// is written like any other.
+/// Truth: at a fixed approach δ the wear volume is at most π δ² R, the overlap of the bodies. The summary of such a run, with
+/// cycles or sliding, is written as usual.
 #[test]
 fn runs_in_which_nothing_is_left_to_wear() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
@@ -305,8 +305,8 @@ fn runs_in_which_nothing_is_left_to_wear() {
     }
 }
 
-/// Truth: exit codes and promises of docs/results.md, with the program itself: a wrong scene, then a run that does
-/// not converge, into the directory of a good run.
+/// Truth: exit codes and guarantees of docs/results.md, with the program itself. A wrong scene, then a run that does not converge,
+/// write into the directory of a successful run.
 #[test]
 fn failures_of_the_program_lose_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -335,7 +335,7 @@ fn failures_of_the_program_lose_nothing() {
     assert_eq!(summary["steps"].as_array().map(Vec::len), Some(1), "the entries so far are kept");
 }
 
-/// Truth: exit code 4 and a message with the path where results cannot be written.
+/// Truth: exit code 4 and a message with the path if results cannot be written.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_cannot_be_written_ends_with_code_4() {
@@ -345,7 +345,7 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
 
-/// The program under bash, after `limits`; exit code and standard error.
+/// Runs the program under bash, after `limits`. Returns exit code and standard error.
 #[cfg(target_os = "linux")]
 fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -354,7 +354,8 @@ fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Truth: docs/command-line.md: exit code 4 where the output does not fit, wherever it goes; a reader that has gone is none.
+/// Truth: docs/command-line.md: exit code 4 if the output does not fit, wherever it is written. A reader that has closed the pipe
+/// is no error.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_does_not_fit_is_a_lack_of_resources() {
@@ -373,7 +374,7 @@ fn output_that_does_not_fit_is_a_lack_of_resources() {
     assert!(code == Some(4) && errors.contains("File too large"), "{errors}");
 }
 
-/// Truth: docs/command-line.md: exit code 4; 1024 threads with stacks of 8 MiB and more do not fit into 3 GB of addresses.
+/// Truth: docs/command-line.md: exit code 4. 1024 threads with stacks of 8 MiB and more do not fit into an address space of 3 GB.
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_be_started_are_a_lack_of_resources() {

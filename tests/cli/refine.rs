@@ -1,4 +1,4 @@
-//! `orthowear refine`: sizes for gmsh from the estimated error, and what they are worth.
+//! `orthowear refine`: size fields for gmsh from the estimated error, and their benefit.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::tools::gmsh;
 
-/// The block under the sphere, without friction and wear.
+/// Settings for the block under the sphere, without friction and wear.
 const SETTINGS: [&str; 5] = [
     "friction={law=\"none\"}",
     "wear={law=\"none\"}",
@@ -20,7 +20,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The program on the scene with the body `mesh` and only the indentation.
+/// The program on the scene with `mesh` for body 1.
 fn program(verb: &str, scene: &Path, mesh: &Path) -> Command {
     let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", &format!("body1.mesh=\"{}\"", mesh.display())]);
@@ -61,8 +61,8 @@ fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
     (3 * points, summary["steps"][0]["normal_force"].as_f64().unwrap(), error)
 }
 
-/// Truths: a conforming mesh is too stiff, so that of two loads for one approach (on the same frame) the smaller is nearer to
-/// the true one; three rounds of refinement bring load and estimated error below those of a uniform mesh of more unknowns.
+/// Truths: a conforming mesh is too stiff. Of two loads for one approach (on the same frame) the smaller is therefore nearer to the
+/// true load. Three rounds of refinement bring load and estimated error below those of a uniform mesh of more unknowns.
 #[test]
 fn the_size_field_beats_uniform_refinement() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +96,7 @@ fn the_size_field_beats_uniform_refinement() {
     assert!(adapted.2 < 0.8 * uniform.2 && uniform.2 < start.2);
 }
 
-/// Truth: docs/command-line.md: what is refused, by name and with exit code 2, before anything is computed.
+/// Truth: docs/command-line.md: impossible requests are refused by name with exit code 2, before anything is computed.
 #[test]
 fn refine_refuses_what_it_cannot_do() {
     let refused = |scene: &str, arguments: &[&str]| {

@@ -1,4 +1,4 @@
-//! Frames that repeat themselves: complete contact, and outlines of punches.
+//! Periodic frames: complete contact, and outlines of punches.
 
 use std::fs;
 
@@ -31,9 +31,9 @@ fn call(command: &str, scene: &str) -> (Option<i32>, String, Value) {
 
 const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
-/// Truth: level surfaces that repeat themselves bear a uniform pressure P / A, under which nothing deforms (docs/scene.md: the mean
-/// displacement is zero), so friction carries the prescribed force, or 0.3 P against a motion; all to the solver's 1e-8. Every
-/// number of the certificate is one, and small.
+/// Truth: flat periodic surfaces bear a uniform pressure P / A, under which nothing deforms (docs/scene.md: the mean displacement
+/// is zero). Friction then carries the prescribed force, or 0.3 P against a motion, all to the solver's 1e-8. The numbers of the
+/// certificate exist and are small.
 #[test]
 fn level_surfaces_bear_a_uniform_pressure() {
     let flat = "kind = \"flat\"";
@@ -63,7 +63,7 @@ fn level_surfaces_bear_a_uniform_pressure() {
     }
 }
 
-/// Truth: docs/scene.md: the mean planes come no nearer than they are at first touch, where level surfaces already touch all over.
+/// Truth: docs/scene.md: mean planes cannot approach beyond first touch, where flat surfaces are in complete contact.
 #[test]
 fn level_surfaces_approach_under_no_pressure() {
     let frame = "cells = [16, 16]\nperiodic = [true, true]";
@@ -78,14 +78,14 @@ fn level_surfaces_approach_under_no_pressure() {
     }
     let (code, text, _) = call("run", &scene("0.0"));
     assert_eq!(code, Some(0), "{text}");
-    // Only sliding wears room for more.
+    // Only sliding produces wear that makes room for more.
     let wear = "[wear]\nlaw = \"archard\"\ni = 1e-6\n";
     let (code, text, _) = call("check", &scene("0.001").replace("[output]", &format!("{wear}[output]")));
     assert!(code == Some(2) && text.contains("mean planes"), "{text}");
 }
 
-/// Truth: Hertz's line contact, a = √(4 P R / π L E*): 0.7 mm long at most for what is pressed on a period of 4 um here, as wide as the
-/// frame and not wider, however thin the period is; a thousand times the force is another matter.
+/// Truth: Hertz's line contact, a = √(4 P R / π L E*). The force on a period of 4 um gives a contact at most 0.7 mm wide here.
+/// However thin the period is, this does not exceed the frame. A thousand times the force raises the note.
 #[test]
 fn a_thin_period_is_no_narrow_frame() {
     let frame = "cells = [64, 1]\nperiodic = [false, true]";
@@ -100,9 +100,9 @@ fn a_thin_period_is_no_narrow_frame() {
     assert!(!noted("4.0") && noted("4e3"));
 }
 
-/// Truth: statics: the pressures inside an outline carry the force, on whichever frame; and docs/scene.md: contact that an outline
-/// leaves open around it is not complete, so an approach is possible. Measured from the mean plane, which the load moves too, it
-/// takes more force than measured from afar.
+/// Truth: statics: the pressures inside an outline carry the force, on any frame. docs/scene.md: contact that an outline leaves
+/// open around it is not complete, so an approach is possible. An approach from the mean plane, which the load moves too, takes
+/// more force than one from infinity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

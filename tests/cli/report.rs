@@ -1,4 +1,4 @@
-//! `orthowear report`: what it refuses, what it makes of damaged results, and its pages in a browser.
+//! `orthowear report`: refusals, pages of damaged results, and pages in a browser.
 
 use std::fs;
 use std::path::Path;
@@ -9,10 +9,10 @@ use serde_json::Value;
 use crate::bad_input::SOUND;
 use crate::tools::{browser, orthowear};
 
-/// A title that would be a script on a page that does not escape it.
+/// A title that would be a script on a page without escaping.
 const HOSTILE: &str = "</script><script>alert(1)</script> & \\\"<b>";
 
-/// Runs `scene` into `folder/name`; the exit code.
+/// Runs `scene` into `folder/name` and returns the exit code.
 fn run(folder: &Path, name: &str, scene: &str, options: &[&str]) -> i32 {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, scene).unwrap();
@@ -36,7 +36,7 @@ fn page(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name).join("report.html")).unwrap()
 }
 
-/// Truth: docs/command-line.md: wrong input is code 2; the message names what was found, what is expected, and the mend.
+/// Truth: docs/command-line.md: wrong input is code 2. The message names what was found, what is expected, and the fix.
 #[test]
 fn directories_without_results_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,7 +63,7 @@ fn directories_without_results_are_refused() {
     }
 }
 
-/// Truth: docs/command-line.md: a file that cannot be written is code 4, a directory in its place code 2; results stay as they are.
+/// Truth: docs/command-line.md: a file that cannot be written is code 4, a directory in its place code 2. Results stay unchanged.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,7 +79,7 @@ fn places_that_cannot_be_written_are_named() {
         assert_eq!(found, code, "{said}");
         assert!(said.contains(words) && said.contains(out), "{said}");
     }
-    // Results, files of the user and devices are not written over; a page is.
+    // Results, files of the user and devices are not overwritten. An earlier page is.
     let before = fs::read(folder.path().join("run/summary.json")).unwrap();
     for out in ["run/summary.json", "/dev/full"] {
         let (code, said) = report(folder.path(), &["run", "--out", out]);
@@ -92,14 +92,14 @@ fn places_that_cannot_be_written_are_named() {
     assert!(folder.path().join("page.html").is_file() && !folder.path().join("run/report.html").exists());
 }
 
-/// Truth: the same input gives the same bytes, and what is on the page is that of the summary.
+/// Truth: the same input gives the same bytes, and the page agrees with the summary.
 #[test]
 fn pages_are_the_same_each_time() {
     let folder = tempfile::tempdir().unwrap();
     sound(folder.path());
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     let first = page(folder.path(), "run");
-    // Its own page in the directory changes nothing.
+    // An existing page in the directory changes nothing.
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     assert_eq!(page(folder.path(), "run"), first);
     assert_eq!(report(folder.path(), &["run", "--out", "elsewhere.html"]).0, 0);
@@ -115,7 +115,7 @@ fn pages_are_the_same_each_time() {
     }
 }
 
-/// Truth: docs/results.md: what lies beside summary.json is of the run that it speaks of; files of the user stay.
+/// Truth: docs/results.md: files beside summary.json belong to its run. Files of the user are kept.
 #[test]
 fn pages_of_earlier_results_go_when_there_are_new_ones() {
     let folder = tempfile::tempdir().unwrap();
@@ -128,7 +128,7 @@ fn pages_of_earlier_results_go_when_there_are_new_ones() {
     assert_eq!(page(folder.path(), "run"), "mine");
 }
 
-/// Truth: each damaged file is named with what is wrong, on the page too, and the others are shown.
+/// Truth: each damaged file is reported with the reason, on the page too, and the others are shown.
 #[test]
 fn damaged_files_are_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -182,7 +182,7 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     }
 }
 
-/// Truth: the number of a field file is that of its entry in `summary.steps`: where a file is missing, the others keep their names.
+/// Truth: the number of a field file is that of its entry in `summary.steps`. If a file is missing, the others keep their names.
 #[test]
 fn entries_keep_their_names_without_the_files_of_others() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +207,7 @@ fn entries_keep_their_names_without_the_files_of_others() {
     assert!(data["bodies"].as_array().unwrap().iter().any(|body| body["body"] == 1 && body["file"] == 1));
 }
 
-/// Truth: names in a summary are not followed out of the directory.
+/// Truth: file names in a summary are not followed out of the directory.
 #[test]
 fn files_outside_of_the_directory_are_not_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +220,7 @@ fn files_outside_of_the_directory_are_not_read() {
     assert!(!page.contains("data:image/svg+xml"), "{page}");
 }
 
-/// A run whose tangential load is beyond friction, with hostile names.
+/// A run whose tangential load exceeds friction, with hostile names.
 fn sliding() -> String {
     let scene = SOUND.replace("title = \"sound\"", &format!("title = \"{HOSTILE}\""));
     let scene = scene.replace("name = \"indent\"", &format!("name = \"{HOSTILE}\""));
@@ -230,7 +230,7 @@ fn sliding() -> String {
         .replace("[solver]", pull)
 }
 
-/// Truth: HTML: text is text whatever it holds, in tags and in the block of data.
+/// Truth: HTML: text remains text whatever it contains, in tags and in the data block.
 #[test]
 fn texts_are_escaped() {
     let folder = tempfile::tempdir().unwrap();
@@ -242,8 +242,8 @@ fn texts_are_escaped() {
     assert!(page.contains("NOT CONVERGED. The results so far are shown."));
 }
 
-/// Truth: the page in a browser: the values that are read on it are those of meshio and of the summary, nothing is logged, nothing
-/// is asked of a network (tests/browser/report.py).
+/// Truth: the page in a browser. Its values equal those of meshio and of the summary, nothing is logged, and no network request is
+/// made (tests/browser/report.py).
 #[test]
 fn reports_in_a_browser() {
     let folder = tempfile::tempdir().unwrap();

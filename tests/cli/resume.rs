@@ -1,4 +1,4 @@
-//! `--resume`: interrupted, killed and starved runs end as if nothing had happened.
+//! `--resume`: runs that were interrupted, killed or out of disk space end like uninterrupted runs.
 #![cfg(unix)]
 
 mod disk;
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
 
-/// Truth (rel-restart-equals-continuous, docs/checkpoints.md): the run that was not interrupted, byte for byte, after a chain of
-/// interrupts with other numbers of threads; each says how to go on. A run that has ended is not computed again.
+/// Truth (rel-restart-equals-continuous, docs/checkpoints.md): the uninterrupted run, byte for byte, after a chain of interrupts
+/// with different numbers of threads. Each interrupted run says how to resume. A finished run is not computed again.
 #[test]
 fn interrupted_runs_go_on() {
     let job = Job::new();
@@ -35,8 +35,8 @@ fn interrupted_runs_go_on() {
     assert_eq!(fs::read(job.out.join("summary.json")).unwrap(), before);
 }
 
-/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, also where contact outgrows the frame meanwhile (in the
-/// jump that is entry 50): interrupted before that and twice after it.
+/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte, also if contact outgrows the frame meanwhile (in the jump that
+/// is entry 50). The run is interrupted once before that and twice after it.
 #[test]
 fn runs_go_on_whose_frame_has_grown() {
     let sets = ["wear.i=2e-6", "frame.half_width=[1.1, 1.1]", "frame.cells=[18, 18]"];
@@ -61,8 +61,8 @@ fn runs_go_on_whose_frame_has_grown() {
     }
 }
 
-/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where meshes move with wear: interrupted before the
-/// first move, and after later ones.
+/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte, with meshes that move with wear. The run is interrupted before
+/// the first move, and after later ones.
 #[test]
 fn runs_go_on_whose_meshes_have_moved() {
     let place = || {
@@ -94,8 +94,8 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth (rel-kill-any-time): the same after SIGKILL at random moments, in and between the checkpoints that follow every entry;
-/// nothing but the entries after the last checkpoint is lost.
+/// Truth (rel-kill-any-time): the same after SIGKILL at random moments, in and between the checkpoints that follow every entry.
+/// Only the entries after the last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();
@@ -125,8 +125,8 @@ fn without_a_checkpoint() {
     assert!(code == Some(0) && text.contains("no checkpoint in") && text.contains("at the start"), "{text}");
 }
 
-/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and what differs; it stays as it
-/// is, whatever mistake is made, and the title is free.
+/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and the differences. It stays
+/// unchanged, whatever mistake is made. The title may change.
 #[test]
 fn other_scenes_are_refused() {
     let job = Job::new();
@@ -170,7 +170,7 @@ fn other_scenes_are_refused() {
     assert!(files.len() == whole().len() && whole().iter().all(same));
 }
 
-/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): damage is told and the checkpoint before is taken; with both damaged
+/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): damage is reported and the previous checkpoint is used. With both damaged
 /// the run is refused with exit code 2.
 #[test]
 fn damaged_checkpoints() {
@@ -196,7 +196,7 @@ fn damaged_checkpoints() {
     assert!(code == Some(2) && broken.iter().all(|name| text.contains(name)), "{text}");
 }
 
-/// Truth: docs/checkpoints.md: a run that begins anew sets the unfinished one aside, which goes on from there.
+/// Truth: docs/checkpoints.md: a new run sets the unfinished run aside, which can be resumed there.
 #[test]
 fn a_new_run_sets_an_unfinished_one_aside() {
     let job = Job::new();
@@ -210,12 +210,12 @@ fn a_new_run_sets_an_unfinished_one_aside() {
     assert_whole(&aside.out);
 }
 
-/// Truth: docs/checkpoints.md: a directory takes one run at a time; the first one is not disturbed.
+/// Truth: docs/checkpoints.md: a directory accepts one run at a time. The first run is not disturbed.
 #[test]
 fn one_run_at_a_time() {
     let job = Job::new();
     let first = job.start(&["--quiet"], 1);
-    // It waits while the other one is tried.
+    // The first run is stopped while the second one is tried.
     send(&first, libc::SIGSTOP);
     let (code, text) = job.run(&["--set", "steps.press.increments=1"]);
     send(&first, libc::SIGCONT);
@@ -224,8 +224,8 @@ fn one_run_at_a_time() {
     assert_whole(&job.out);
 }
 
-/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where the interrupt comes while points inside are evaluated, which
-/// takes most of the time: nothing of that entry is left.
+/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte. The interrupt comes during the evaluation of points inside,
+/// which takes most of the time. Nothing of that entry is left.
 #[test]
 fn points_inside_may_be_interrupted() {
     let scene = r#"
@@ -279,8 +279,8 @@ points = [100, 60]
     }
 }
 
-/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where the interrupt comes while the fields of the bodies are recovered, when that
-/// of the frame has been written: nothing of that entry is left.
+/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte. The interrupt comes during the recovery of the fields of the
+/// bodies, after those of the frame have been written. Nothing of that entry is left.
 #[test]
 fn fields_of_bodies_may_be_interrupted() {
     let scene = r#"
@@ -336,7 +336,7 @@ fields = ["vtu", "volume", "error", "svg"]
     }
 }
 
-/// Truth: docs/checkpoints.md: files of an interrupted run that are gone are named, and the run goes on.
+/// Truth: docs/checkpoints.md: missing files of an interrupted run are named, and the run resumes.
 #[test]
 fn missing_field_files() {
     let job = Job::new();

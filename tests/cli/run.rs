@@ -20,7 +20,7 @@ fn summary(out: &Path) -> Value {
     serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// The summary of a run that has to converge.
+/// Summary of a run that must converge.
 fn converged(scene: &Path, options: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = run(scene, out.path(), options);
@@ -30,7 +30,7 @@ fn converged(scene: &Path, options: &[&str]) -> Value {
     summary
 }
 
-/// The last entry of a step.
+/// Last entry of a step.
 fn step<'a>(summary: &'a Value, name: &str) -> &'a Value {
     let steps = summary["steps"].as_array().unwrap();
     steps.iter().rev().find(|step| step["name"] == name).unwrap()
@@ -70,7 +70,7 @@ approach = 0.01
 fields = []
 "#;
 
-/// `HERTZ` in a folder of its own, with text added.
+/// `HERTZ` with text added, in its own folder.
 fn hertz(more: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hertz.toml");
@@ -78,8 +78,8 @@ fn hertz(more: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Truth: Hertz (Johnson 1985, chapter 4). Approach 2e-3 and peak 1e-2, the usual error of constant cells with 50
-/// across the contact; area within the ring of cells at its edge, 2 pi a h = 8 %, half of it.
+/// Truth: Hertz (Johnson 1985, chapter 4). Approach to 2e-3 and peak pressure to 1e-2, the usual error of constant cells with 50
+/// across the contact. Area to half of the ring of cells at the contact edge, 2 pi a h = 8 %.
 #[test]
 fn hertz_scene() {
     let summary = converged(&scene("hertz.toml"), &["--set", "output.fields=[]"]);
@@ -90,7 +90,7 @@ fn hertz_scene() {
     close(&press["contact_area"], 0.319_94, 0.04);
 }
 
-/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2), exact for nu = 0; shift 5e-3 with 50 cells across.
+/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2), exact for nu = 0. Tangential displacement to 5e-3 with 50 cells across.
 #[test]
 fn cattaneo_mindlin_scene() {
     let summary = converged(&scene("cattaneo-mindlin.toml"), &["--set", "output.fields=[]"]);
@@ -98,12 +98,12 @@ fn cattaneo_mindlin_scene() {
     close(&pull["tangential_force"][0], 270.0, 1e-6);
     close(&pull["shift"][0], 0.004_051_92, 5e-3);
     close(&pull["stick_area"], 0.116_52, 0.04);
-    // Equal bodies: friction and pressure do not mix.
+    // Equal bodies: friction and pressure are uncoupled.
     close(&pull["peak_pressure"], press["peak_pressure"].as_f64().unwrap(), 1e-6);
 }
 
-/// Truth: an independent program on 256 x 256 cells; 5e-4 on 64 x 64 (its own values there differ by 3e-4 at most).
-/// The component across the plane of symmetry vanishes.
+/// Truth: an independent program on 256 x 256 cells, to 5e-4 on 64 x 64 (its own values there differ by 3e-4 at most). The
+/// component normal to the plane of symmetry vanishes.
 #[test]
 fn half_space_scene() {
     let summary = converged(&scene("sphere-on-cfrp-halfspaces.toml"), &["--set", "output.fields=[]"]);
@@ -116,8 +116,8 @@ fn half_space_scene() {
     }
 }
 
-/// Truth: P = (4/3) E* sqrt(R) approach^(3/2): four times the radius doubles the load, exactly so when the cells
-/// grow with the contact (by 2), since the problem is then the same but for units.
+/// Truth: P = (4/3) E* sqrt(R) approach^(3/2): four times the radius doubles the load. This is exact if the cells grow with the
+/// contact (by 2), because the problem is then the same except for units.
 #[test]
 fn overrides_change_the_scene() {
     let (_folder, path) = hertz("");
@@ -138,8 +138,8 @@ fn overrides_change_the_scene() {
     assert_ne!(plain["scene_sha256"], scaled["scene_sha256"]);
 }
 
-/// Truth: the same bits for any number of threads (README): half-spaces with friction, wear of 100 000 cycles on windows of the frame, a
-/// block of finite elements under a half-space, by a half-space's near field and by its mesh.
+/// Truth: any number of threads gives the same bits (README). Cases: half-spaces with friction, wear of 100 000 cycles on windows
+/// of the frame, and a finite-element block under a rigid sphere. The block has the near field of a half-space, then of its mesh.
 #[test]
 fn threads_do_not_change_a_bit() {
     let (half_spaces, wear) = (scene("sphere-on-cfrp-halfspaces.toml"), scene("sphere-wear.toml"));
@@ -158,7 +158,7 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// Truth: exit codes of docs/command-line.md; what was computed is kept.
+/// Truth: exit codes of docs/command-line.md. Results so far are kept.
 #[test]
 fn too_few_iterations() {
     let (folder, path) = hertz("");
@@ -170,7 +170,7 @@ fn too_few_iterations() {
     assert_eq!(summary["reason"], "iterations");
 }
 
-/// Truth: docs/command-line.md: nothing in an output directory is lost by a run that fails.
+/// Truth: docs/command-line.md: a failed run loses nothing in an output directory.
 #[test]
 fn a_failed_run_loses_nothing() {
     let (folder, path) = hertz("");
@@ -192,7 +192,7 @@ fn a_failed_run_loses_nothing() {
     assert_eq!(fs::read(out.join("previous-1/summary.json")).unwrap(), before);
 }
 
-/// Truth: docs/command-line.md: --quiet prints nothing where all is well.
+/// Truth: docs/command-line.md: --quiet prints nothing if all is well.
 #[test]
 fn quiet_is_quiet() {
     let (folder, path) = hertz("");
@@ -200,7 +200,7 @@ fn quiet_is_quiet() {
     assert_eq!((output.status.code(), output.stdout.len(), output.stderr.len()), (Some(0), 0, 0));
 }
 
-/// Truth: docs/command-line.md: an interrupt ends with 130 and keeps what there is.
+/// Truth: docs/command-line.md: an interrupted run ends with 130 and keeps its results so far.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_results() {
@@ -209,7 +209,7 @@ fn an_interrupted_run_keeps_its_results() {
     }
 }
 
-/// `delay` in ms from the start of the run to the interrupt.
+/// `delay` in ms from the creation of the output directory to the interrupt.
 #[cfg(unix)]
 fn assert_keeps_results(delay: u64, twice: bool) {
     let (folder, path) = hertz("");
@@ -220,11 +220,11 @@ fn assert_keeps_results(delay: u64, twice: bool) {
         .arg(&path)
         .arg("--out")
         .arg(&out)
-        // Far more than can be done before the signal.
+        // Far more than can be computed before the signal.
         .args(["--quiet", "--set", "frame.cells=[256, 256]", "--set", "steps.press.increments=100000"])
         .spawn()
         .unwrap();
-    // The directory is made after signals are caught.
+    // The directory is created after the signal handlers are installed.
     let started = std::time::Instant::now();
     while !out.exists() && started.elapsed().as_secs() < 60 {
         std::thread::sleep(std::time::Duration::from_millis(20));
@@ -233,7 +233,7 @@ fn assert_keeps_results(delay: u64, twice: bool) {
     // SAFETY: sends a signal to the child just started.
     let interrupt = || unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGINT) };
     interrupt();
-    // As programs do that signal a process and then its group: no second wish.
+    // Some programs signal a process and then its group. This is not a second request to stop.
     if twice {
         std::thread::sleep(std::time::Duration::from_millis(5));
         interrupt();
@@ -290,7 +290,7 @@ fields = []
     (folder, path)
 }
 
-/// Truth: docs/scene.md; mistakes that only the mesh reveals carry the key and the mend too, in `check` as in `run`.
+/// Truth: docs/scene.md: mistakes that only the mesh reveals are reported with key and fix, by `check` as by `run`.
 #[test]
 fn what_the_mesh_does_not_have() {
     let (folder, path) = coarse_block("");
@@ -321,7 +321,7 @@ fn what_the_mesh_does_not_have() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` says what is computed and needed, and computes nothing.
+/// Truth: docs/command-line.md: `check` reports what is computed and needed, and computes nothing.
 #[test]
 fn check_tells_the_plan() {
     for (name, words) in [
@@ -337,7 +337,7 @@ fn check_tells_the_plan() {
         ("sphere-on-cfrp-halfspaces.toml", &["64 x 64 = 4096 cells", "ellipse 0.45000 x 0.51667"]),
         ("steel-cap-on-cfrp-block.toml", &["body 2", "7840 solid cells"]),
     ] {
-        // Results of an earlier run may lie there: the user's own.
+        // The user's own results of an earlier run may lie there.
         let results = scene(name).with_extension("out");
         let written = || fs::metadata(&results).and_then(|found| found.modified()).ok();
         let before = written();
@@ -351,7 +351,7 @@ fn check_tells_the_plan() {
     }
 }
 
-/// Truth: the skip ledger: what is skipped does not change the answer beyond the tolerance of the solution.
+/// Truth: omitted work does not change the result beyond the tolerance of the solution.
 #[test]
 fn skips_do_not_change_answers() {
     let (_folder, path) = hertz("[friction]\nlaw = \"none\"\n");
@@ -380,7 +380,7 @@ fn every_key_is_explained() {
     }
 }
 
-/// Names of properties and constants below a schema.
+/// Collects the names of properties and constants of a schema.
 fn collect(schema: &Value, keys: &mut Vec<String>, words: &mut Vec<String>) {
     match schema {
         Value::Object(object) => {

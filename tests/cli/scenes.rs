@@ -1,4 +1,4 @@
-//! The scenes of this repository from end to end on coarse grids and meshes, and equivalent scenes against each other.
+//! Scenes of this repository from end to end on coarse grids and meshes, and comparisons of equivalent scenes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,14 +8,14 @@ use serde_json::Value;
 /// The coarse mesh of the block.
 pub const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
 
-/// The contact is that of the meshes.
+/// Takes the near field of the mesh.
 pub const MESH: &str = "body1.near_field=\"mesh\"";
 
 pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
-/// A run of `scene` with `--set` of each of `settings`, which has to converge.
+/// Runs `scene` with `--set` of each of `settings`. The run must converge.
 pub fn run(scene: &Path, settings: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
@@ -43,8 +43,8 @@ fn certified(summary: &Value) {
     }
 }
 
-/// Truth: the tolerance asked for; the bound pi R approach^2 of the volume that the sphere can take away; with
-/// i = k mu in every direction the worn volume is k = 1.25e-9 times the friction energy, up to rounding.
+/// Truth: the requested tolerance, and the bound pi R approach^2 on the volume that the sphere can remove. With i = k mu in every
+/// direction the wear volume is k = 1.25e-9 times the friction energy, up to rounding.
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -56,9 +56,9 @@ fn sphere_on_block() {
     assert!((volume - 1.25e-9 * energy).abs() <= 1e-10 * volume, "{volume} {energy}");
 }
 
-/// Truth: 443.37 N on the indentation by an independent program, CalculiX 2.20, with 20 elements along the patch and a friction
-/// coefficient of 0.5 (docs/benchmarks/calculix.csv). 2 %: this mesh is twice as coarse, and the friction depends on the fibre; both
-/// bodies are meshes under the contact.
+/// Truth: an independent program, CalculiX 2.20, gives 443.37 N on indentation with 20 elements along the patch and a friction
+/// coefficient of 0.5 (docs/benchmarks/calculix.csv). To 2 %, because this mesh is twice as coarse and friction depends on the
+/// fibre. Both bodies are meshes under the contact.
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");
@@ -72,7 +72,7 @@ fn number(step: &Value, key: &str) -> f64 {
     step[key].as_f64().unwrap()
 }
 
-/// Truth: the scene's head (Hertz's line contact; NAFEMS benchmark 1): area to a cell, peak pressure to 3 %; the middle
+/// Truth: the head of the scene (Hertz's line contact; NAFEMS benchmark 1): area to one cell, peak pressure to 3 %. The middle
 /// sticks and the end slips.
 #[test]
 fn roller_on_block() {
@@ -85,8 +85,8 @@ fn roller_on_block() {
     assert!(stick > 0.0 && stick < number(last, "contact_area"), "{last}");
 }
 
-/// Truth: the scene's head (Persson), for the load that the run finds: the relation between load and half-angle gives the
-/// peak pressure (to 5 % on the coarse meshes) and the contact's arc (to a face of 7.5 degrees).
+/// Truth: the head of the scene (Persson), for the load that the run finds. Load and half-angle give the peak pressure (to 5 % on
+/// the coarse meshes) and the contact arc (to a face of 7.5 degrees).
 #[test]
 fn pin_in_hole() {
     use std::f64::consts::PI;
@@ -110,8 +110,8 @@ fn pin_in_hole() {
     assert!((arc - 2.0 * low.atan()).abs() < PI / 24.0, "{arc} {}: {last}", 2.0 * low.atan());
 }
 
-/// Truth: the scene's head (Hertz), on the coarse block and its faces as frame: the peak pressure that belongs to the load
-/// found, to 10 % (cells of 0.3 mm, a about 1 mm).
+/// Truth: the head of the scene (Hertz), on the coarse block with its faces as frame. The peak pressure of the load found agrees to
+/// 10 % (cells of 0.3 mm, a about 1 mm).
 #[test]
 fn sphere_on_block_of_finite_elements() {
     let summary = run(&scene("sphere-on-block-fe.toml"), &[COARSE, "frame.body=1"]);
@@ -124,7 +124,7 @@ fn sphere_on_block_of_finite_elements() {
     assert!((number(last, "peak_pressure") / peak - 1.0).abs() < 0.1, "{peak}: {last}");
 }
 
-/// Truth: the scene's head (Hertz in plane strain): area to two cells, peak pressure and approach to 1e-3.
+/// Truth: the head of the scene (Hertz in plane strain): area to two cells, peak pressure and approach to 1e-3.
 #[test]
 fn line_contact() {
     let summary = run(&scene("hertz-line.toml"), &[]);
@@ -136,7 +136,7 @@ fn line_contact() {
     assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{summary}");
 }
 
-/// Truth: the scene's head (Carter): force to 2 %, stick area to two cells.
+/// Truth: the head of the scene (Carter): force to 2 %, stick area to two cells.
 #[test]
 fn rolling_cylinders() {
     let summary = run(&scene("rolling-cylinders.toml"), &[]);
@@ -148,7 +148,8 @@ fn rolling_cylinders() {
     assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
 }
 
-/// Truth: cells that never touch do not matter: what rolls on a grid rolls so within an outline around its contact (radius 0.29, by Hertz).
+/// Truth: cells that never touch do not matter. Rolling on a grid equals rolling within an outline around the contact (radius 0.29,
+/// by Hertz).
 #[test]
 fn rolling_within_an_outline() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,7 +174,7 @@ fn rolling_within_an_outline() {
     }
 }
 
-/// A sine wave of heights on a periodic frame, run with further lines of a scene.
+/// Runs a scene with `heights` on a periodic frame and the given lines of a step.
 fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("heights.csv"), heights).unwrap();
@@ -185,13 +186,13 @@ fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).unwrap();
     let output = command("run", &path, &[]).output().unwrap();
-    // Notes stand with the results, mistakes do not.
+    // Notes are printed with the results, mistakes are not.
     let text = [output.stdout, output.stderr].concat();
     (output.status.code(), String::from_utf8_lossy(&text).into_owned())
 }
 
-/// Truth: docs/scene.md: the mean planes of surfaces that repeat themselves in both directions come no nearer than they are; a
-/// surface that does not repeat itself is noted, one that does is not.
+/// Truth: docs/scene.md: if surfaces are periodic in both directions, the approach is limited by the distance of their mean planes.
+/// A surface that is not periodic raises a note, a periodic one does not.
 #[test]
 fn periodic_surfaces_are_told() {
     let wave: Vec<String> = (0..16)
@@ -209,7 +210,7 @@ fn periodic_surfaces_are_told() {
     assert!(text.contains("does not repeat itself along x"), "{text}");
 }
 
-/// Loads, volume and friction energy of two runs agree within `relative` of the largest of each.
+/// Requires that forces, approach, peak pressure, wear volume and friction energy of two runs agree to `relative`.
 #[track_caller]
 pub fn same(a: &Value, b: &Value, relative: f64) {
     assert_eq!(steps(a).len(), steps(b).len());
@@ -218,7 +219,7 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
             let load = step["normal_force"].as_f64().unwrap();
             let q = [0, 1].map(|k| step["tangential_force"][k].as_f64().unwrap());
             let worn = ["worn_volume", "dissipation"].map(|key| step[key].as_f64().unwrap());
-            // What does not rub dissipates nothing but rounding of the work done.
+            // Without sliding, the dissipation is only rounding of the work done.
             let [approach, peak] = ["approach", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
             let energy = worn[1].max(load * approach);
             let forces = [(load, load), (q[0], load), (q[1], load)];
@@ -231,7 +232,7 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
     }
 }
 
-/// Truth: turning everything about the normal of half-spaces turns the answer; 1e-7 at a tolerance of 1e-10.
+/// Truth: rotating everything about the normal of half-spaces rotates the solution: 1e-7 at a tolerance of 1e-10.
 #[test]
 fn turned_half_spaces() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -240,7 +241,7 @@ fn turned_half_spaces() {
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
 
-/// Truth: the block and its mesh look the same after a quarter turn.
+/// Truth: the block and its mesh are invariant under a quarter turn.
 #[test]
 fn turned_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -249,8 +250,8 @@ fn turned_block() {
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
 
-/// Truth: the scene's head: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3), 1e-2 each for
-/// cells that the circle cuts, 1.5e-2 for the rotation, which goes with the cube of the radius.
+/// Truth: the head of the scene: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3). To 1e-2 for cells
+/// that the circle cuts, 1.5e-2 for the rotation, which depends on the cube of the radius.
 #[test]
 fn tilting_punch() {
     let summary = run(&scene("tilting-punch.toml"), &[]);

@@ -1,10 +1,10 @@
-//! What a scene does not need: told, timed, and without any part in the answers.
+//! Work that a scene does not need: its omission is reported and does not change the results.
 
 use serde_json::Value;
 
 use crate::scenes::{COARSE, MESH, command, run, same, scene};
 
-/// Every skip that `solver.skip` knows, with a scene that has it.
+/// Each kind of work that `solver.skip` names, with a scene in which it is omitted.
 const NAMED: [(&str, &str, &[&str]); 8] = [
     ("tangential-unknowns", "hertz.toml", &["frame.cells=[20, 20]"]),
     ("normal-components", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
@@ -16,12 +16,12 @@ const NAMED: [(&str, &str, &[&str]); 8] = [
     ("cold-starts", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
 ];
 
-/// Names of `solver.skip` in the ledger of a run.
+/// Names of `solver.skip` among the omitted work of a run.
 fn names(summary: &Value) -> Vec<&str> {
     summary["skipped"].as_array().unwrap().iter().filter_map(|entry| entry["skip"].as_str()).collect()
 }
 
-/// All names that `solver.skip` may have, as the schema lists them.
+/// All names that `solver.skip` accepts, as the schema lists them.
 fn all_names() -> Vec<String> {
     let output = crate::tools::orthowear().arg("schema").output().unwrap();
     let schema: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -29,8 +29,8 @@ fn all_names() -> Vec<String> {
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Truth: docs/scene.md: of each skip alone, done or not, the answers are the same (1e-7 at residuals of 1e-10), and the ledger has
-/// it or has it not. `distant-entries` is tested in compressed.rs.
+/// Truth: docs/scene.md: the results are the same whether one kind of work is omitted or not (1e-7 at residuals of 1e-10). The list
+/// of omitted work contains it or not, accordingly. `distant-entries` is tested in compressed.rs.
 #[test]
 fn each_skip_changes_nothing() {
     let all = all_names();
@@ -52,7 +52,7 @@ fn each_skip_changes_nothing() {
     }
 }
 
-/// Truth: docs/keys.md: `solver.skip` refuses other names and says which there are.
+/// Truth: docs/keys.md: `solver.skip` refuses other names and lists the valid ones.
 #[test]
 fn skips_are_named() {
     let wrong = command("check", &scene("hertz.toml"), &["solver.skip=[\"cold-start\"]"]).output().unwrap();
@@ -61,8 +61,8 @@ fn skips_are_named() {
     assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
 }
 
-/// Truth: a start from the tractions before is no worse than none: where a contact with friction grows, it takes no more iterations (a
-/// fifth for cells that change sides another way).
+/// Truth: a start from the previous tractions is no worse than a cold start. If a contact with friction grows, it takes no more
+/// iterations, except for a fifth, because cells may change state along another path.
 #[test]
 fn warm_starts_are_no_longer_than_cold_ones() {
     let settings = [
@@ -82,7 +82,7 @@ fn warm_starts_are_no_longer_than_cold_ones() {
     assert!(5 * warm <= 6 * cold, "{warm} {cold}");
 }
 
-/// Truth: what is skipped does not change the answer, with friction, wear and cycles neither.
+/// Truth: omitted work does not change the result, also with friction, wear and cycles.
 #[test]
 fn skips_with_friction_and_cycles() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -98,7 +98,7 @@ fn skips_with_friction_and_cycles() {
     same(&with, &without, 1e-7);
 }
 
-/// A frame larger than the contact needs: bodies are formed on the cells that can touch.
+/// A frame larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
 const OVERSIZED: [(&str, &[&str]); 2] = [
     (
         "sphere-on-cfrp-block.toml",
@@ -116,7 +116,7 @@ const OVERSIZED: [(&str, &[&str]); 2] = [
     ),
 ];
 
-/// Truth: what is skipped does not change the answer, and is said.
+/// Truth: omitted work does not change the result, and is reported.
 #[test]
 fn skips_of_cells_that_cannot_touch() {
     for (name, settings) in OVERSIZED {
@@ -130,7 +130,7 @@ fn skips_of_cells_that_cannot_touch() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` says what a run will skip, in the run's words and order.
+/// Truth: docs/command-line.md: `check` lists the work that a run will omit, in the words and order of the run.
 #[test]
 fn check_and_run_skip_the_same() {
     let coarse = "frame.cells=[12, 12]";

@@ -1,4 +1,4 @@
-//! `orthowear study`: its table is that of the single runs, mistakes are told all at once.
+//! `orthowear study`: the table agrees with the single runs, and all mistakes are reported together.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::bad_input::SOUND;
 
-/// A folder with the sound scene and a study of it.
+/// A folder with the scene `SOUND` and a study of it.
 pub(super) fn folder(study: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), SOUND).unwrap();
@@ -25,7 +25,7 @@ pub(super) fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Rows of a table without quotes, the first one apart.
+/// Header and rows of a CSV file without quotes.
 pub(super) fn csv(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     let text = fs::read_to_string(path).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
@@ -47,7 +47,7 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
-/// Truth: docs/study.md: every run is computed, whatever `study.symmetry` says; a note says that it has no effect.
+/// Truth: docs/study.md: every run is computed, whatever `study.symmetry` says. A note says that the key has no effect.
 #[test]
 fn symmetric_runs_are_computed() {
     let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";
@@ -66,7 +66,7 @@ fn symmetric_runs_are_computed() {
     }
 }
 
-/// Truth: the single runs, to the last bit; curves are the entries of the run.
+/// Truth: the single runs, bit by bit. Curves contain the entries of the run.
 #[test]
 fn the_table_is_that_of_the_single_runs() {
     let folder = folder(TWO_AXES);
@@ -113,7 +113,7 @@ fn the_table_is_that_of_the_single_runs() {
     }
 }
 
-/// Truth: runs know nothing of each other: the same bytes for any number of threads, the same rows in any order.
+/// Truth: runs are independent of each other. Any number of threads gives the same bytes, any order of values the same rows.
 #[test]
 fn neither_threads_nor_order_change_the_table() {
     let folder = folder(TWO_AXES);
@@ -139,8 +139,8 @@ fn neither_threads_nor_order_change_the_table() {
     assert_eq!(sorted("a"), sorted("c"));
 }
 
-/// Truth: the combinations that a person writes down for the same words: ranges are the decimals that are meant, zipped axes go
-/// together, what is not required is left out and counted. Runs are those of a study of lists, to the last bit.
+/// Truth: the same combinations, written out by hand. Ranges contain the decimal values meant, zipped axes vary together, and
+/// excluded combinations are left out and counted. The results equal those of a study with lists, bit by bit.
 #[test]
 fn ranges_zips_and_requirements_make_the_runs_that_are_meant() {
     let study = r#"
@@ -197,8 +197,8 @@ collect = ["fretting.worn_volume"]
     assert_eq!(worn(&rows), worn(&listed));
 }
 
-/// Truth: docs/study.md: so many points in the ranges, the same for the same seed, crossed with the other axes; each result is that of the run
-/// with the values of its row.
+/// Truth: docs/study.md: ranges are sampled at `count` points, the same for the same seed. They are combined with the values of the
+/// other axes. Each result equals that of a run with the values of its row.
 #[test]
 fn samples_are_studied() {
     let study = r#"
@@ -226,7 +226,7 @@ collect = ["fretting.worn_volume"]
     let (heads, rows) = csv(&folder.path().join("a/study.csv"));
     assert_eq!(heads[..3], ["gap.radius", "wear.k", "body1.fibre.tilt"]);
     let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
-    // One point in each eighth of the radii: seven below 57.5, one above.
+    // One point lies in each eighth of the radii: seven below 57.5, one above.
     assert!(text.contains("14 runs, 2 combinations left out"), "{text}");
     assert_eq!(rows.len(), 14);
     for pair in rows.chunks(2) {
@@ -259,7 +259,7 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: docs/results.md: a folder for each run, though plain letters make their names alike.
+/// Truth: docs/results.md: each run has its own folder, even if plain letters make the names alike.
 #[test]
 fn each_run_has_a_folder() {
     let study = r#"
@@ -288,8 +288,8 @@ collect = ["indent.normal_force"]
     assert_eq!(fs::read(out.join("study.csv")).unwrap(), table);
 }
 
-/// Truth: docs/command-line.md: runs that do not converge are named with the reason, the others are done; the exit code is
-/// the worst.
+/// Truth: docs/command-line.md: runs that do not converge are reported with the reason, and the others are computed. The exit code
+/// is the worst of all runs.
 #[test]
 fn runs_that_fail_do_not_stop_the_others() {
     let study = r#"
@@ -319,7 +319,7 @@ collect = ["fretting.worn_volume"]
     assert!(errors.contains("max_iterations-1"), "{errors}");
 }
 
-/// Truth: docs/study.md: everything wrong is told at once, with file, line, key and mend; nothing is computed.
+/// Truth: docs/study.md: all mistakes are reported together, with file, line, key and fix. Nothing is computed.
 #[test]
 fn mistakes_are_told_at_once() {
     let study = r#"
@@ -449,7 +449,7 @@ colect = []
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
     told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
-    // A value makes another key of the scene wrong: the message names the run.
+    // A value makes another key of the scene invalid. The message names the run.
     let pulled = SOUND.replace("approach = 0.02", "approach = 0.02\ntangential_force = [1.0, 0.0]");
     fs::write(folder.path().join("scene.toml"), pulled).unwrap();
     let laws = axis("[\"friction\"]", "[{ law = \"coulomb\", mu = 0.3 }, { law = \"none\" }]");

@@ -8,8 +8,9 @@ use serde_json::Value;
 use super::study::{csv, folder, json, orthowear};
 use crate::tools::usual_or_finest;
 
-/// Truth: an independent program for two half-spaces on up to 256 x 256 cells, indentation in one increment and shift in another: forces on body 1 by
-/// tilt and direction of the shift. On 32 x 32 cells to 3e-3 of the load. Fibres along the normal: no direction is another.
+/// Truth: an independent program for two half-spaces on up to 256 x 256 cells, with one increment for indentation and one for the
+/// tangential displacement. Forces on body 1 by tilt and direction of the displacement. On 32 x 32 cells to 3e-3 of the load. With
+/// fibres along the normal all directions are equal.
 #[test]
 fn contact_of_orientations() {
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/contact-orientation.toml");
@@ -48,10 +49,9 @@ fn contact_of_orientations() {
     }
 }
 
-/// Truth: an independent program for two half-spaces on up to 256 x 256 cells, 100 000 cycles along the fibre in small jumps:
-/// worn volumes 0.0043275 mm3 with fibres in the surface, 0.0135246 mm3 with fibres along the normal. On 32 x 32 cells and
-/// in 4 jumps to 1 %. Fibres along the normal: all sliding directions wear alike, to what the grid lets a turn of 45
-/// degrees.
+/// Truth: an independent program for two half-spaces on up to 256 x 256 cells, 100 000 cycles along the fibre in small jumps. Wear
+/// volumes: 0.0043275 mm3 with fibres in the surface, 0.0135246 mm3 with fibres along the normal. On 32 x 32 cells and in 4 jumps
+/// to 1 %. With fibres along the normal all sliding directions wear alike, up to the effect of the grid at 45 degrees.
 #[test]
 fn wear_of_orientations() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -80,9 +80,9 @@ fn wear_of_orientations() {
     assert!((worn("90", "45") / worn("90", "0") - 1.0).abs() < 2e-3);
 }
 
-/// Truth: symmetry. The fibres' plane is a mirror, so that sliding at an angle wears as much as at the opposite one. Fibres
-/// along the normal of a transversely isotropic material leave a quarter turn of a square frame as it was. Both to the
-/// tolerance of the solutions.
+/// Truth: symmetry. The plane of the fibres is a mirror plane, so that sliding at opposite angles wears equally. With fibres along
+/// the normal, a transversely isotropic material on a square frame is invariant under a quarter turn. Both to the tolerance of the
+/// solutions.
 #[test]
 fn symmetric_orientations_wear_alike() {
     let study = r#"

@@ -1,4 +1,4 @@
-//! Studies that are broken off or run in parts: the table and the files are those of whole runs.
+//! Studies that are interrupted or run in parts: table and files equal those of whole runs.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::study::{TWO_AXES, folder, json, orthowear};
 
-/// Truth: the study that was not interrupted, bit by bit, after SIGKILL with some runs done, one begun and others not; runs that were
-/// done are left as they are, and the one that was begun goes on from its checkpoint.
+/// Truth: the uninterrupted study, bit by bit, after SIGKILL with some runs finished, one begun and others not begun. Finished runs
+/// stay unchanged, and the begun run resumes from its checkpoint.
 #[test]
 #[cfg(unix)]
 fn killed_studies_go_on() {
@@ -64,7 +64,7 @@ fn killed_studies_go_on() {
     );
 }
 
-/// Files of a folder with their contents, but for `summary.json`, which has times.
+/// Files of a folder with their contents, except `summary.json`, which contains times.
 pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
@@ -75,7 +75,7 @@ pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Truth: the single runs, file by file to the last bit.
+/// Truth: the single runs, file by file and bit by bit.
 #[test]
 fn runs_of_a_study_are_single_runs() {
     let study = r#"
@@ -112,7 +112,7 @@ collect = ["fretting.worn_volume"]
             |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&found), names(&wanted));
         for ((name, found), (_, wanted)) in found.iter().zip(&wanted) {
-            // The times of entries are those of the run that spent them.
+            // Times of entries differ from run to run.
             if name != "history.csv" {
                 assert!(found == wanted, "{name} of {}", run["folder"]);
             }
@@ -132,8 +132,8 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: the study that one process runs, whatever runs its parts: jobs of an array with runs in any order, of which one was lost, then the collection,
-/// and that once more when the lost one has been done.
+/// Truth: the study in one process, however its parts are run. Here, jobs of an array run parts in any order, and one run is lost.
+/// The collection follows, and is repeated once the lost run has been computed.
 #[test]
 fn parts_of_a_study_make_its_table() {
     let folder = folder(TWO_AXES);
@@ -173,8 +173,8 @@ fn parts_of_a_study_make_its_table() {
     assert!(code == Some(2) && errors.contains("numbers from 1"), "{errors}");
 }
 
-/// Truth: the study that one process runs. The script runs under bash, with a sbatch that does what Slurm's does: the tasks of the array with their
-/// numbers, then what depends on them.
+/// Truth: the study in one process. The script runs under bash, with a substitute for Slurm's sbatch: it runs the tasks of the
+/// array with their numbers, then the dependent job.
 #[test]
 #[cfg(unix)]
 fn the_script_for_slurm_runs_the_study() {
@@ -214,8 +214,8 @@ fn the_script_for_slurm_runs_the_study() {
     assert_eq!(table("whole"), table("it's"));
 }
 
-/// Truth: docs/study.md: memory is that of the largest run, wherever it stands among the values; with --max-memory a job gets what its
-/// runs may take.
+/// Truth: docs/study.md: the memory is that of the largest run, wherever it stands among the values. With --max-memory a job gets
+/// the memory that its runs may take.
 #[test]
 fn jobs_have_the_memory_of_the_largest_run() {
     let cells = |values: &str| format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
@@ -233,7 +233,7 @@ fn jobs_have_the_memory_of_the_largest_run() {
     assert_eq!(memory("[[16, 16], [2000, 2000]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[2000, 2000], [16, 16]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[16, 16]]", &["--max-memory", "64GiB"]), 64 << 10);
-    // Friction is what most of the memory is for.
+    // Friction takes most of the memory.
     let hertz = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/hertz.toml");
     let axis = cells("[[1000, 1000]]") + "[[axes]]\nkeys = [\"friction\"]\n";
     let [none, coulomb] = ["{ \"law\" = \"none\" }", "{ \"law\" = \"coulomb\", \"mu\" = 0.3 }"];
@@ -254,7 +254,8 @@ fn collected_runs_have_the_exit_code_they_ended_with() {
     assert_eq!(code, Some(4), "{errors}");
 }
 
-/// Truth: of three axes with 2, 2 and 7 values a result is drawn over each axis, with each other one as family: 2 (2 + 2 + 7) = 22 panels.
+/// Truth: for three axes with 2, 2 and 7 values a result is drawn over each axis, with each other axis as family. This gives 2 (2 +
+/// 2 + 7) = 22 panels.
 #[test]
 fn pictures_say_how_many_panels_are_missing() {
     let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");

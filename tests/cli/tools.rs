@@ -1,25 +1,24 @@
-//! The program itself, gmsh, and Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the
-//! project's .venv. Where one is
-//! absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
+//! The program itself, gmsh, and Python with meshio and VTK, with which tests compare. Python is $ORTHOWEAR_PYTHON or the project's
+//! .venv. If a tool is absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise; docs/tests.md says what that leaves out.
+/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise. docs/tests.md says what the usual test leaves out.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// The program, without a cache: tests neither write into the user's nor depend on it.
+/// The program without a cache. Tests neither write into the user's cache nor depend on it.
 pub fn orthowear() -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
     program
 }
 
-/// Runs a script of tests/python with one argument; panics with its message if it fails, `false` if there is no Python.
+/// Runs a script of tests/python with one argument. Panics with its message if it fails; `false` if there is no Python.
 pub fn python(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -43,8 +42,8 @@ pub fn python(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// Runs a script of tests/browser with one argument in headless Chromium; panics with its message if it fails, `false` if there is no
-/// browser or no Python that speaks to it.
+/// Runs a script of tests/browser with one argument in headless Chromium. Panics with its message if it fails; `false` if the
+/// browser or the Python packages for it are missing.
 pub fn browser(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -84,7 +83,7 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
-/// Bytes of memory that `check` foretells, by what it says.
+/// Bytes of memory that `check` estimates, from its output.
 pub fn foretold(said: &str) -> f64 {
     let line = said
         .lines()
@@ -95,8 +94,8 @@ pub fn foretold(said: &str) -> f64 {
     words[0].parse::<f64>().unwrap() * f64::from(1 << 20)
 }
 
-/// What a refusal for want of memory says: the bytes needed, those allowed beside the rest of the scene, and those of the rest (to 0.05 MiB; 0 if it
-/// is not mentioned).
+/// Bytes in a message that refuses a run for lack of memory: needed, allowed beside the rest of the scene, and of the rest (to 0.05
+/// MiB; 0 if it is not mentioned).
 pub fn refusal(said: &str) -> [f64; 3] {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let exactly = |text: &str| {
@@ -122,7 +121,7 @@ pub fn refusal(said: &str) -> [f64; 3] {
     [exactly(after(" needs ")), exactly(allowed), rest]
 }
 
-/// A summary without what may differ from run to run.
+/// A summary without the fields that may differ from run to run.
 pub fn timeless(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("timings").unwrap();

@@ -1,4 +1,4 @@
-//! Half-spaces whose surfaces are meshed, as scenes ask for them.
+//! Half-spaces with meshed surfaces in scenes.
 
 use std::fs;
 use std::path::Path;
@@ -36,8 +36,9 @@ fn call(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text)
 }
 
-/// Truth: the exact half-space of the same scene: the approach under a load differs by no more than 3 %, of which `truncations` tells (1.5 %
-/// under uniform tractions at 4 and more times the frame, docs/theory-boundary-elements.md), and more with a smaller surface.
+/// Truth: the exact half-space of the same scene. The approach under a load differs by at most 3 %, as `truncations` reports. Under
+/// uniform tractions it is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md), and more for a
+/// smaller one.
 #[test]
 fn beside_the_exact_half_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -58,8 +59,8 @@ fn beside_the_exact_half_space() {
     assert!((of("compliance") / of("exact_compliance") - 1.0).abs() < 0.03);
 }
 
-/// Truth: docs/scene.md: grid frames that do not repeat themselves, and a surface that is larger than the frame; points inside and rolling need the
-/// exact half-space.
+/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame. Points inside and
+/// rolling need the exact half-space.
 #[test]
 fn what_is_refused() {
     let folder = tempfile::tempdir().unwrap();

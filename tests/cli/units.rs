@@ -1,4 +1,4 @@
-//! Mixed-up units are warned about with the numbers; sound scenes are not.
+//! Probable unit errors raise a warning with the numbers. Consistent scenes raise none.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::materials::{folder, orthowear};
 
-/// What `check` notes of the units of the meshed scene with overrides.
+/// Notes of `check` on the units of the meshed scene with overrides.
 fn notes(options: &[&str]) -> String {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
     let (code, text, errors) = orthowear(folder.path(), &[&["check", "scene.toml"][..], options].concat());
@@ -14,8 +14,8 @@ fn notes(options: &[&str]) -> String {
     text.lines().filter(|line| line.contains("possible unit error:")).collect::<Vec<_>>().join("\n")
 }
 
-/// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh
-/// 1 mm high. One number at a time is given in another unit.
+/// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high.
+/// One number at a time is given in another unit.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -55,7 +55,8 @@ fn each_mixed_up_number_is_named() {
     set(forced, &["force 1.0000e9 gives a contact"]);
 }
 
-/// Truth: the slices of this pin and its hole are 1 mm thick along y, and 40 mm high along the normal, along which they approach by 0.31 mm.
+/// Truth: the slices of this pin and its hole are 1 mm thick along y and 40 mm high along the normal. Their approach of 0.31 mm is
+/// along the normal.
 #[test]
 fn thin_slices_may_approach_along_their_plane() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pin-in-hole.toml");
@@ -65,7 +66,7 @@ fn thin_slices_may_approach_along_their_plane() {
     assert!(!text.contains("possible unit error"), "{text}");
 }
 
-/// Truth: the scene has one material and uses it; a second one is left alone.
+/// Truth: the scene has one material and uses it. A second material is not used.
 #[test]
 fn a_material_that_nothing_is_made_of_is_noted() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -78,10 +79,10 @@ fn a_material_that_nothing_is_made_of_is_noted() {
     );
 }
 
-/// Truth: the ready scenes are sound, and so are those of the ready studies.
+/// Truth: the scenes of the repository are consistent, and so are the scenes of its studies.
 #[test]
 fn ready_scenes_are_not_warned_about() {
-    // Those of the repository only: a user's own may lie beside them.
+    // Only scenes of the repository are listed, because a user's own may lie beside them.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed = Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().unwrap();
     let names = String::from_utf8(listed.stdout).unwrap();
@@ -103,7 +104,8 @@ fn ready_scenes_are_not_warned_about() {
     }
 }
 
-/// Truth: Hertz: a contact area of π R δ, 3.14e-13 m² here; the unit of stress of N and m is Pa. Tolerance: 3 %, of cells at the edge.
+/// Truth: Hertz: the contact area is π R δ, here 3.14e-13 m². The unit of stress of N and m is Pa. Tolerance: 3 %, due to cells at
+/// the edge.
 #[test]
 fn results_in_metres_are_shown() {
     let scene = r#"
@@ -136,7 +138,7 @@ approach = 1e-10
     assert_eq!(code, Some(0), "{errors}");
     let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("step")).collect();
     assert!(lines[1].split_whitespace().any(|unit| unit == "Pa"), "{text}");
-    // Pairs in brackets hold a blank.
+    // Pairs in brackets contain a blank.
     let row = lines[2].replace("(0, 0)", "0");
     let area: f64 = row.split_whitespace().nth(5).and_then(|cell| cell.parse().ok()).unwrap();
     assert!((area / (std::f64::consts::PI * 1e-13) - 1.0).abs() < 0.03, "{text}");

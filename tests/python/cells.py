@@ -38,7 +38,7 @@ def rule(code):
 
 
 def volume(cell, weights):
-    """Integral of the Jacobian of VTK's own map; its central differences are exact for what is quadratic in a direction."""
+    """Integral of the Jacobian of VTK's own map. Central differences are exact for maps that are quadratic in each direction."""
     def at(xi):
         x = [0.0] * 3
         cell.EvaluateLocation(mutable(0), list(xi), x, weights)
@@ -79,7 +79,7 @@ def check(path):
     assert [block.type for block in mesh.cells] == [MESHIO[int(wanted[0, 0])]], path
     assert np.array_equal(mesh.points, vtk_to_numpy(grid.GetPoints().GetData())), path
     nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(len(wanted), -1)
-    # meshio turns wedges over.
+    # meshio reverses wedges.
     turned = [0, 2, 1, 3, 5, 4] if mesh.cells[0].type == "wedge" else range(nodes.shape[1])
     assert np.array_equal(mesh.cells[0].data, nodes[:, turned]), path
     assert np.array_equal(mesh.point_data["displacement"], mesh.points), path

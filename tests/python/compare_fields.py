@@ -24,7 +24,7 @@ def equal(what, found, wanted):
 
 
 def midpoints(what, cell, points):
-    """VTK's own edges of a quadratic cell: the third point lies midway between the first two."""
+    """Tests VTK's own edges of a quadratic cell: the third point lies midway between the first two."""
     for i in range(cell.GetNumberOfEdges()):
         edge = cell.GetEdge(i).GetPointIds()
         ids = [edge.GetId(k) for k in range(edge.GetNumberOfIds())]

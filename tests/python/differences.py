@@ -1,6 +1,6 @@
 """Compares the differences of a comparison with the fields of its variants.
 
-    differences.py DIR      output directory of `orthowear compare` with the variants HS-rigid and FE-rigid, an entry to each step
+    differences.py DIR      output directory of `orthowear compare` with the variants HS-rigid and FE-rigid, one entry per step
 """
 
 import sys

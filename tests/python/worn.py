@@ -1,4 +1,4 @@
-"""Compares the worn volumes in summary.json with the worn depths of the bodies: sum over the cells of depth x area.
+"""Compares the wear volumes in summary.json with the wear depths of the bodies: sum over the cells of depth x area.
 
     worn.py DIR      the output directory of a run, with one frame file per entry
 """

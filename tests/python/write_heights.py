@@ -1,4 +1,4 @@
-"""Writes the paraboloid of a sphere of radius 10 on 24 x 24 points 0.05 apart, as text and as NumPy arrays."""
+"""Writes a paraboloid with radii of curvature 10 and 5 on 24 x 24 points 0.05 apart, as text and as NumPy arrays."""
 
 import pathlib
 import sys

@@ -1,4 +1,4 @@
-//! Files of the cache: flipped, cut, lengthened, and sealed again with numbers that are none.
+//! Cache files: flipped bytes, truncated, extended, and sealed again with invalid numbers.
 
 use std::fs;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use crate::harness::{Reader, put};
 const N: usize = 5;
 const CHECKSUM: usize = 32;
 
-/// A cache with a flexibility and the same values as a list, and their files.
+/// A cache with a flexibility and the same values as a list, and the files of both.
 struct Place {
     _folder: tempfile::TempDir,
     cache: FlexibilityCache,
@@ -49,7 +49,7 @@ impl Place {
         Self { cache, key, entry, list, paths, _folder: folder }
     }
 
-    /// Puts `bytes` in the place of both files: whether what is read is what was written, or refused.
+    /// Replaces both files by `bytes`. Checks that the cache refuses them or returns the original values.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
         let _found =
@@ -79,8 +79,8 @@ impl Place {
     }
 }
 
-/// Truth (docs/command-line.md: a damaged file of the cache is made anew): each flipped byte, each length and each further byte is
-/// found; what is read is what was written.
+/// Truth (docs/command-line.md: a damaged cache file is computed again): each flipped byte, each truncation and each extension is
+/// detected. A hit has the original values.
 #[test]
 fn every_damage_of_cached_files_is_found() {
     let place = Place::new();
@@ -102,8 +102,8 @@ fn every_damage_of_cached_files_is_found() {
     }
 }
 
-/// Truth (rel-no-panics): files that never were, also with the right checksum, are refused or read, without a panic and without
-/// memory for what their heads announce.
+/// Truth (rel-no-panics): arbitrary files, also with the right checksum, are refused or read. There is no panic and no allocation
+/// of the sizes that their headers announce.
 #[test]
 fn cached_files() {
     let place = Place::new();

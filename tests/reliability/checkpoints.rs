@@ -1,4 +1,4 @@
-//! Checkpoints of a small run: flipped, cut, lengthened, foreign, and sealed again.
+//! Checkpoints of a small run: flipped bytes, truncated, extended, foreign, and sealed again.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::harness::{Reader, put};
 
 const CHECKSUM: usize = 32;
 
-/// A run that ends with a force that friction cannot carry, and leaves the checkpoints of what it did before.
+/// A run that ends with a force beyond the friction limit and leaves the checkpoints of the steps before.
 pub const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
@@ -60,7 +60,7 @@ pub fn orthowear() -> Command {
     program
 }
 
-/// Contents of the two checkpoints that the run leaves, the older one first.
+/// Contents of the two checkpoints of the run, the older one first.
 pub fn left() -> &'static [Vec<u8>; 2] {
     static LEFT: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
     LEFT.get_or_init(|| {
@@ -77,7 +77,7 @@ pub fn left() -> &'static [Vec<u8>; 2] {
     })
 }
 
-/// What is read from a folder with the one file.
+/// Reads a folder with this single file.
 fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoint>>, String> {
     put(&folder.join(FILES[0]), bytes);
     let found = checkpoint::read(folder).map_err(|error| {
@@ -87,8 +87,8 @@ fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoi
     found.map(|found| found.state().map_err(|error| error.to_string())).transpose()
 }
 
-/// Truth (rel-corrupt-checkpoint): each flipped byte, each length and each further byte of a checkpoint is found, and the one before
-/// it is taken.
+/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected. The
+/// checkpoint before it is used instead.
 #[test]
 fn every_damage_of_a_checkpoint_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -114,8 +114,8 @@ fn every_damage_of_a_checkpoint_is_found() {
     assert!(found.number == number(newest) && found.warnings.is_empty());
 }
 
-/// Truth (rel-corrupt-checkpoint, rel-no-panics): what is not a checkpoint that was written is refused; one that is sealed with the
-/// right checksum over wrong bytes is refused or read, without a panic and without memory for what it announces.
+/// Truth (rel-corrupt-checkpoint, rel-no-panics): files other than written checkpoints are refused. A file with the right checksum
+/// over wrong bytes is refused or read. There is no panic and no allocation of the sizes that the file announces.
 #[test]
 fn checkpoint_files() {
     let folder = tempfile::tempdir().expect("a folder");

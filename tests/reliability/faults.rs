@@ -1,7 +1,7 @@
-//! File operations that fail, each in turn, and ends of the program at each of them.
+//! Failing file operations, each in turn, and termination of the program at each of them.
 //!
-//! A library that is loaded before the system's (`failing.c`, made by the C compiler that the build needs too) lets the n-th
-//! operation on files of the output directory fail. The program itself knows nothing of it.
+//! A preloaded library (`failing.c`, compiled with the C compiler that the build needs anyway) makes the n-th operation on files of
+//! the output directory fail. The program itself is unchanged.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::checkpoints::{SCENE, orthowear};
 
-/// The library.
+/// The compiled library.
 fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {
@@ -34,13 +34,13 @@ fn library() -> &'static Path {
     })
 }
 
-/// A folder with the scene, which converges, and its output directory.
+/// A folder with a scene that converges, and its output directory.
 struct Job {
     folder: tempfile::TempDir,
     out: PathBuf,
 }
 
-/// How a run ended: its exit code, or none if it was killed, and what it said.
+/// End of a run: its exit code, or `None` if it was killed, and its output.
 type Ended = (Option<i32>, String);
 
 impl Job {
@@ -57,7 +57,7 @@ impl Job {
         let mut command = orthowear();
         command.arg("run").arg(self.folder.path().join("scene.toml")).arg("--out").arg(&self.out).args(more);
         command.args(["--threads", "1"]);
-        // Without the wait for the disk.
+        // The library also skips flushing to the disk.
         command.env("LD_PRELOAD", library()).env("FAULT_UNDER", &self.out);
         command
     }
@@ -73,7 +73,7 @@ impl Job {
         ended(command)
     }
 
-    /// Results by name, without what depends on time and memory.
+    /// Results by name, without times and memory.
     fn results(&self) -> BTreeMap<String, Vec<u8>> {
         let files = fs::read_dir(&self.out).into_iter().flatten().map(|entry| entry.expect("an entry"));
         let files = files.filter(|entry| entry.file_type().is_ok_and(|is| is.is_file()));
@@ -117,7 +117,7 @@ fn timeless(name: &str, bytes: Vec<u8>) -> Vec<u8> {
     }
 }
 
-/// Results of the run that nothing happens to, and the number of its file operations.
+/// Results of the undisturbed run and the number of its file operations.
 fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     static WHOLE: OnceLock<(BTreeMap<String, Vec<u8>>, u64)> = OnceLock::new();
     WHOLE.get_or_init(|| {
@@ -133,7 +133,7 @@ fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     })
 }
 
-/// Lets every operation fail, or some of them with the least stride that gives at most `most`.
+/// Makes every operation fail, or a subset with the smallest stride that gives at most `most` runs.
 fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     let n = whole().1;
     let all = std::env::var_os("ORTHOWEAR_FUZZ_SECONDS").is_some();
@@ -146,7 +146,7 @@ fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     }
 }
 
-/// Goes on where a run has ended: its results are those of the run that nothing happened to.
+/// Resumes a run that has ended. The results must be those of the undisturbed run.
 fn resumed(job: &Job, what: &str) {
     let (code, text) = job.run(&["--resume"]);
     assert!(code == Some(0) && !text.contains("damaged"), "{what}: {text}");
@@ -158,13 +158,13 @@ fn resumed(job: &Job, what: &str) {
         .map(|(name, _)| name)
         .collect();
     assert!(differing.is_empty(), "{what}: {differing:?} differ");
-    // One that had all its results when it ended is not gone on with: what it did not come to remove stays, hidden.
+    // A run that had all its results is not resumed. Temporary files that it could not remove stay, hidden.
     let hidden = fs::read_dir(&job.out).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     let left: Vec<_> = hidden.filter(|name| name.to_string_lossy().starts_with('.')).collect();
     assert!(left.is_empty() || text.contains("already converged"), "{what}: {left:?} are left");
 }
 
-/// An operation that failed is told with exit code 4, or was of no account; nothing half-written has a final name.
+/// A failed operation is reported with exit code 4, or it has no effect on the results. No incomplete file has a final name.
 fn told(job: &Job, at: u64, (code, text): Ended) {
     let place = job.out.display().to_string();
     match code {
@@ -173,7 +173,7 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
         _ => panic!("operation {at}: {code:?} {text}"),
     }
     for (name, content) in job.results() {
-        // Collections and tables of an unfinished run are shorter; fields of an entry are as they are in the end.
+        // Collections and tables of an unfinished run are shorter. Fields of an entry are final.
         let text = String::from_utf8_lossy(&content);
         let is_whole = match name.rsplit('.').next() {
             Some("pvd") => text.trim_end().ends_with("</VTKFile>"),
@@ -187,8 +187,8 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
     assert!(found.is_none_or(|found| found.warnings.is_empty()), "operation {at}: a damaged checkpoint");
 }
 
-/// Truth (rel-disk-full): whichever file operation fails, once or from then on, is told with path, reason and exit code 4, or does not
-/// matter; no file is there in part, checkpoints stay whole, and `--resume` ends with the results of the undisturbed run.
+/// Truth (rel-disk-full): any failing file operation, once or permanently, is reported with path, reason and exit code 4, or has no
+/// effect. No file is incomplete, checkpoints stay intact, and `--resume` ends with the results of the undisturbed run.
 #[test]
 fn each_operation_fails() {
     for mode in ["once", "ever", "half"] {
@@ -196,14 +196,14 @@ fn each_operation_fails() {
     }
 }
 
-/// Truth (rel-kill-any-time): wherever between two file operations the program is killed, `--resume` ends with the results of the
+/// Truth (rel-kill-any-time): the program is killed between any two file operations. `--resume` ends with the results of the
 /// undisturbed run.
 #[test]
 fn killed_at_each_operation() {
     at_each("kill", 60, |_, at, (code, text)| assert!(code.is_none(), "operation {at}: {code:?} {text}"));
 }
 
-/// Truth (rel-disk-full): an output directory that is removed while the run works ends it with exit code 4 and its path.
+/// Truth (rel-disk-full): removing the output directory during a run ends it with exit code 4 and a message with the path.
 #[test]
 fn a_directory_that_vanishes() {
     let job = Job::new();
@@ -215,7 +215,7 @@ fn a_directory_that_vanishes() {
     while !checkpoint::are_in(&job.out) {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    // The run may put a file there in between.
+    // The run may create a file in between.
     while fs::remove_dir_all(&job.out).is_err() {}
     let output = child.wait_with_output().expect("an end");
     let text = String::from_utf8_lossy(&output.stderr);

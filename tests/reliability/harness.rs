@@ -1,4 +1,4 @@
-//! Feeds a reader with inputs, and says which of them it does not bear.
+//! Feeds a reader with inputs and reports those that fail.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashSet};
@@ -10,32 +10,32 @@ use std::time::{Duration, Instant};
 use crate::meter::measured;
 use crate::mutate::{Random, mutate};
 
-/// Stack of the program's own threads, bytes.
+/// Stack size of the program's own threads, bytes.
 const STACK: usize = 8 << 20;
-/// Most inputs kept to be changed further.
+/// Maximum number of inputs that are kept for further mutation.
 const POOL: usize = 600;
-/// Processor time that no input may take, s (catalogue: rel-no-panics).
+/// Limit of processor time for an input, s (catalogue: rel-no-panics).
 const SECONDS: f64 = 10.0;
-/// Memory that an input may take: so much, and so many times its own length.
+/// Memory limit for an input: a constant and a multiple of its length.
 const BYTES: u64 = 64 << 20;
 const TIMES: u64 = 400;
 
 /// A reader under test.
 pub struct Reader<'a> {
-    /// Its name; inputs that failed once lie in `corpus/NAME`.
+    /// Its name. Inputs that failed once are in `corpus/NAME`.
     pub name: &'a str,
     /// Valid inputs.
     pub seeds: Vec<Vec<u8>>,
-    /// Words that its inputs are made of.
+    /// Words for mutations.
     pub words: Vec<String>,
-    /// How the outcome of an input begins that was read.
+    /// Prefix of the outcome of an accepted input.
     pub read: &'a str,
-    /// Number of inputs where no time is given.
+    /// Number of inputs if no time is given.
     pub cases: u64,
 }
 
 impl Reader<'_> {
-    /// Feeds all inputs to `examine`, which says in a few words what became of one, and panics if that is wrong.
+    /// Feeds all inputs to `examine`, which returns a short description of the outcome and panics if the outcome is wrong.
     pub fn check(self, examine: impl FnMut(&[u8]) -> String + Send) {
         std::thread::scope(|scope| {
             let work = std::thread::Builder::new().stack_size(STACK).name(self.name.to_owned());
@@ -78,7 +78,7 @@ impl Reader<'_> {
         while goes_on(number) {
             let mut random = Random::new(begin + number);
             let input = mutate(&pool, &self.words, &mut random);
-            // What ended in a new way is worth further changes.
+            // An input with a new outcome is mutated further.
             if let Some(outcome) = one(&input, begin + number)
                 && known.insert(plain(&outcome))
                 && pool.len() < POOL
@@ -91,7 +91,7 @@ impl Reader<'_> {
         assert!(failed.is_empty(), "{}: {failed:#?}", self.name);
     }
 
-    /// Leaves the input where it is found if the process dies of it.
+    /// Stores the input, so that it can be found if the process dies.
     fn note(&self, input: &[u8]) {
         put(&place(&format!("{}-last", self.name)), input);
     }
@@ -104,7 +104,7 @@ impl Reader<'_> {
     }
 }
 
-/// Writes a file anew: some file systems flush one that is overwritten, which takes longer than all the rest.
+/// Removes a file and writes it again: some file systems flush an overwritten file, which takes most of the time.
 pub fn put(path: &Path, bytes: &[u8]) {
     let _absent = fs::remove_file(path);
     fs::write(path, bytes).expect("a file");
@@ -114,7 +114,7 @@ fn place(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// Inputs that failed once, in the order of their names.
+/// Inputs that failed once, sorted by name.
 fn corpus(name: &str) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reliability/corpus").join(name);
     let mut paths: Vec<PathBuf> =
@@ -133,7 +133,7 @@ fn said(panic: &(dyn Any + Send)) -> String {
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
 }
 
-/// A message without what is particular to an input: numbers and quoted texts.
+/// A message without the parts specific to an input: numbers and quoted texts.
 fn plain(text: &str) -> String {
     let mut quoted = false;
     let mut short = String::new();
@@ -150,7 +150,7 @@ fn plain(text: &str) -> String {
     short
 }
 
-/// The first number in a debug text outside of quotation marks that is none: `NaN` or, with `infinite`, `inf`.
+/// The first non-finite number outside of quotation marks in a debug text: `NaN` or, with `infinite`, `inf`.
 pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     let mut outside = String::with_capacity(debug.len());
     let (mut quoted, mut escaped) = (false, false);
@@ -175,7 +175,7 @@ pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     Some(outside[start..].chars().take(100).collect())
 }
 
-/// Truth: the definition, texts and names left out.
+/// Truth: the definition. Texts and names do not count.
 #[test]
 fn numbers_that_are_none_are_found() {
     assert_eq!(not_finite(r#"A { t: "NaN \" inf", NaNo: 1, infinite: 2.0 }"#, true), None);

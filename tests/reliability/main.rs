@@ -1,8 +1,8 @@
-//! Readers and writers under damage: inputs taken apart at random, files cut and flipped, disks and memory that fail.
+//! Readers and writers under damage: mutated inputs, truncated and flipped files, failing disks and missing memory.
 //!
-//! The inputs are made from valid ones by the same sequence of random numbers in every run, so that what fails fails again.
-//! `ORTHOWEAR_FUZZ_SECONDS` gives each reader so many seconds instead of a fixed number of inputs, and `ORTHOWEAR_FUZZ_SEED`
-//! another sequence; what fails is written to `target/tmp` and belongs into `corpus/READER/` once it is mended.
+//! The inputs are mutations of valid ones from the same random sequence in every run, and failures are reproducible.
+//! `ORTHOWEAR_FUZZ_SECONDS` sets the time for each reader instead of a fixed number of inputs. `ORTHOWEAR_FUZZ_SEED` sets another
+//! sequence. Failing inputs are written to `target/tmp` and belong in `corpus/READER/` once the fault is fixed.
 mod caches;
 mod checkpoints;
 mod faults;

@@ -1,4 +1,4 @@
-//! Runs with little memory: they end with a message, never by a signal.
+//! Runs with little memory end with a message and never by a signal.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::os::unix::process::CommandExt;
 
 use crate::checkpoints::{SCENE, orthowear};
 
-/// Runs the scene on n x n cells with so many bytes of addresses; exit code and messages.
+/// Runs the scene on n x n cells with an address space of `bytes`. Returns exit code and messages.
 fn run(n: usize, bytes: u64) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -17,18 +17,18 @@ fn run(n: usize, bytes: u64) -> (Option<i32>, String) {
     command.env("RUST_BACKTRACE", "0");
     let limit = move || {
         let limit = libc::rlimit { rlim_cur: bytes, rlim_max: bytes };
-        // SAFETY: one of the calls that may be made between fork and exec.
+        // SAFETY: setrlimit may be called between fork and exec.
         let done = unsafe { libc::setrlimit(libc::RLIMIT_AS, &raw const limit) };
         if done == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
     };
-    // SAFETY: as said there.
+    // SAFETY: the closure calls setrlimit alone.
     unsafe { command.pre_exec(limit) };
     let output = command.output().expect("a run");
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Truth (rel-memory-limit): with less memory than a run needs it ends with exit code 4 and says how much there is, or is not; with
-/// enough it ends as it does elsewhere (here without convergence, for it may iterate twice only).
+/// Truth (rel-memory-limit): with less memory than it needs a run ends with exit code 4 and reports the available or missing
+/// memory. With enough memory it ends as usual (here without convergence, after two iterations).
 #[test]
 fn runs_with_little_memory() {
     let mut refused = 0;

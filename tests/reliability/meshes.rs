@@ -1,4 +1,4 @@
-//! Mesh files of all forms, taken apart.
+//! Mutated mesh files of all formats.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -9,7 +9,7 @@ use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, closed_surface
 use crate::harness::Reader;
 use crate::structured::{BlockElements, GradedBlock};
 
-/// How a file is written.
+/// Format of a file.
 #[derive(Clone, Copy)]
 enum Form {
     Text,
@@ -17,7 +17,7 @@ enum Form {
     Binary(bool),
 }
 
-/// A file that is being written.
+/// A file under construction.
 struct File {
     form: Form,
     bytes: Vec<u8>,
@@ -68,7 +68,7 @@ impl File {
         list.iter().for_each(|&x| self.put(x.to_le_bytes(), &format!("{x:?}")));
     }
 
-    /// Ends a record; binary ones have no separator.
+    /// Ends a record. Binary records have no separator.
     fn end(&mut self) {
         if matches!(self.form, Form::Text) {
             self.bytes.push(b'\n');
@@ -99,13 +99,13 @@ impl File {
     }
 }
 
-/// Tags of the groups that a cell is in.
+/// Tags of the groups of a cell.
 fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
     let of_cell = mesh.groups.iter().filter(|group| group.cells.contains(&cell));
     of_cell.map(|group| group.tag).collect()
 }
 
-/// A mesh as version 4.1: an entity for each run of cells of the same groups.
+/// A mesh in version 4.1. Each run of cells with the same groups is one entity.
 fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "4.1");
     file.names(mesh);
@@ -179,7 +179,7 @@ fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// A mesh as version 2.2: an element for each of its groups.
+/// A mesh in version 2.2. A cell is one element for each of its groups.
 fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "2.2");
     file.names(mesh);
@@ -223,12 +223,12 @@ pub fn block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// A block in text of version 4.1.
+/// A block as text of version 4.1.
 pub fn block_text(cells: [usize; 3]) -> Vec<u8> {
     version_4(&block(BlockElements::Hex8, cells), Form::Text)
 }
 
-/// What of a mesh outlasts writing and reading: everything but the place it came from and the order within groups.
+/// The parts of a mesh that writing and reading preserve: everything except its source and the order within groups.
 fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     let mut groups = mesh.groups.clone();
     groups.iter_mut().for_each(|group| group.cells.sort());
@@ -241,7 +241,7 @@ fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     (points, mesh.blocks.clone(), groups, fields.collect::<Vec<_>>())
 }
 
-/// Checks what was read, and says what it is.
+/// Checks the parsed mesh and describes it.
 fn examine(bytes: &[u8]) -> String {
     let mesh = match gmsh::parse(bytes, "file") {
         Ok(mesh) => mesh,
@@ -260,7 +260,7 @@ fn examine(bytes: &[u8]) -> String {
         let is_there = |cell: &CellRef| mesh.blocks.get(cell.block).is_some_and(|b| cell.cell < b.n_cells());
         assert!(group.cells.iter().all(is_there), "cells of groups");
     }
-    // Values of fields may be anything: NaN has no one text.
+    // Values of fields may be arbitrary, and NaN has no unique text.
     if mesh.fields.iter().flat_map(|field| &field.values).all(|value| value.is_finite()) {
         let again = gmsh::parse(&version_4(&mesh, Form::Text), "again");
         let again = again.unwrap_or_else(|error| panic!("what was read cannot be read again: {error}"));
@@ -284,8 +284,8 @@ fn examine(bytes: &[u8]) -> String {
     text
 }
 
-/// Truth (rel-no-panics): a file that is no mesh is refused with a message; one that is taken is a mesh (finite points, nodes and
-/// cells that exist), written and read again it is the same, and what looks at it first does not panic.
+/// Truth (rel-no-panics): an invalid file is refused with a message. An accepted file is a valid mesh with finite points and
+/// existing nodes and cells. Written and read again it is the same, and the checks that follow do not panic.
 #[test]
 fn mesh_files() {
     let small = [block(BlockElements::Hex8, [2, 1, 1]), block(BlockElements::Tet4, [1, 1, 1])];

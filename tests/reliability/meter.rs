@@ -1,4 +1,4 @@
-//! What a piece of work takes: memory held by its thread, counted by the allocator, and the thread's processor time.
+//! Resources of a piece of work: memory of its thread, counted by the allocator, and processor time of the thread.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -8,11 +8,11 @@ thread_local! {
     static MOST: Cell<i64> = const { Cell::new(0) };
 }
 
-/// The system's allocator, which counts by thread.
+/// The system's allocator with a count for each thread.
 pub struct Counted;
 
 fn count(bytes: i64) {
-    // Fails only while a thread ends, when nobody asks any more.
+    // Fails only during the end of a thread, when the count is no longer needed.
     let _ = HELD.try_with(|held| {
         let now = held.get() + bytes;
         held.set(now);
@@ -20,7 +20,7 @@ fn count(bytes: i64) {
     });
 }
 
-// SAFETY: every call is handed on to the system's allocator as it is; counting allocates nothing.
+// SAFETY: every call goes unchanged to the system's allocator. Counting does not allocate.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as i64);
@@ -43,7 +43,7 @@ unsafe impl GlobalAlloc for Counted {
     }
 }
 
-/// Result of `work`, the most bytes that this thread held besides what it held before, and its processor time in seconds.
+/// Result of `work`, maximum of additional bytes of this thread during the work, and processor time in seconds.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
     let before = HELD.get();
     MOST.set(before);
@@ -55,12 +55,12 @@ pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
 /// Processor time of this thread, s.
 fn seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the place is that of a timespec.
+    // SAFETY: the pointer refers to a valid timespec.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Truth: the definition: bytes asked for and not yet given back.
+/// Truth: the definition, allocated and not yet freed bytes.
 #[test]
 fn memory_is_counted() {
     let (list, most, _) = measured(|| {

@@ -1,9 +1,9 @@
 //! Random changes of valid inputs: bytes, numbers, words, lines and counts.
 
-/// Longest input made.
+/// Maximum length of a mutated input.
 const LONGEST: usize = 1 << 17;
 
-/// What is put where a number stood.
+/// Replacements for a number.
 const NUMBERS: [&str; 30] = [
     "nan",
     "-nan",
@@ -37,7 +37,7 @@ const NUMBERS: [&str; 30] = [
     "0x7f",
 ];
 
-/// Numbers in binary data: counts of all sizes, and values that are none.
+/// Numbers in binary data: counts of all magnitudes, infinity and NaN.
 const WORDS: [u64; 12] = [
     0,
     1,
@@ -53,7 +53,7 @@ const WORDS: [u64; 12] = [
     0x7ff0_0000_0000_0000,
 ];
 
-/// Random numbers (SplitMix64; Steele, Lea, Flood 2014): the same for the same start on every machine.
+/// Random numbers (SplitMix64; Steele, Lea, Flood 2014), the same for the same seed on every machine.
 pub struct Random(u64);
 
 impl Random {
@@ -68,7 +68,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Below `n`; 0 for n = 0.
+    /// A number below `n`, or 0 for n = 0.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % (n as u64).max(1)) as usize
     }
@@ -78,10 +78,10 @@ impl Random {
     }
 }
 
-/// One of the `pool`, changed in one or a few ways.
+/// An input of `pool` with one or a few changes.
 pub fn mutate(pool: &[Vec<u8>], words: &[String], random: &mut Random) -> Vec<u8> {
     let mut bytes = random.pick(pool).clone();
-    // One change in half of the inputs, two in a quarter and so on.
+    // Half of the inputs have one change, a quarter two, and so on.
     let changes = 1 + random.next().trailing_ones() as usize;
     for _ in 0..changes {
         change(&mut bytes, pool, words, random);
@@ -153,7 +153,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || b"+-.eE".contains(&byte)
 }
 
-/// Where runs of bytes of a class begin and end.
+/// Start and end of runs of bytes of a class.
 fn tokens(bytes: &[u8], class: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;
@@ -215,7 +215,7 @@ fn change_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = lines.concat();
 }
 
-/// Writes a number of 4 or 8 bytes of either order over what is there.
+/// Overwrites bytes with a number of 4 or 8 bytes in either byte order.
 fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.pick(&WORDS);
     let mut piece =
@@ -226,7 +226,7 @@ fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     bytes.iter_mut().skip(at).zip(piece).for_each(|(byte, new)| *byte = new);
 }
 
-/// Puts another text of the file, or a word, between two quotation marks.
+/// Replaces a quoted text by another text of the file or by a word.
 fn replace_quoted(bytes: &mut Vec<u8>, words: &[String], random: &mut Random) {
     let texts: Vec<(usize, usize)> = tokens(bytes, |byte| byte != b'"' && byte != b'\n')
         .into_iter()

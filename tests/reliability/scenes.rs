@@ -1,4 +1,4 @@
-//! Scenes with their overrides, taken apart.
+//! Mutated scenes with their overrides.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use orthowear::scene::{self, MeshCache, Plan};
 use crate::harness::{Reader, not_finite, put};
 use crate::meshes;
 
-/// Lines of an input that begin so are overrides.
+/// Lines of an input with this prefix are overrides.
 const SET: &str = "#--set ";
 
 pub const MATERIALS: &str = r#"title = "inputs"
@@ -139,7 +139,7 @@ tangential_force = [1.0, 0.5]
 increments = 3
 "#;
 
-/// What a scene and a plan of it may be made of: names of keys and their words, out of the schema.
+/// Words for mutations of scenes: the names of keys and their allowed values from the schema.
 pub fn words(schema: &serde_json::Value) -> Vec<String> {
     let mut found = Vec::new();
     collect(schema, &mut found);
@@ -172,7 +172,7 @@ fn collect(schema: &serde_json::Value, found: &mut Vec<String>) {
     }
 }
 
-/// A folder for a scene, with the files that scenes name.
+/// A folder for a scene with the files that the scenes refer to.
 pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let meshes = folder.path().join("meshes");
@@ -201,9 +201,9 @@ pub fn axes() -> String {
     tags.map(|tag| format!("{tag},1,0.1,0.2,0,1,0\n")).collect()
 }
 
-/// The scenes of the repository and those above.
+/// The scenes of the repository and the scenes above.
 pub fn seeds() -> Vec<Vec<u8>> {
-    // Those of the repository only: a user's own may lie beside them.
+    // Only the repository's scenes: a user's own scenes may be in the same folder.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed =
         Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().expect("git");
@@ -215,10 +215,10 @@ pub fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// The meshes of the scenes: read once for all cases.
+/// The meshes of the scenes, read once for all cases.
 static MESHES: LazyLock<MeshCache> = LazyLock::new(MeshCache::default);
 
-/// The plan without its document, and without what is free on the machine just now.
+/// The plan without its document and without the free memory of the machine.
 pub fn bare(mut plan: Plan) -> Plan {
     plan.document = Document::new(Path::new("scene"), String::new(), &[]);
     plan.document.folder.clear();
@@ -232,7 +232,7 @@ pub fn overrides(bytes: &[u8]) -> Vec<String> {
     text.lines().filter_map(|line| line.strip_prefix(SET)).map(str::to_owned).collect()
 }
 
-/// Reads a scene and checks what came of it.
+/// Reads a scene and checks the result.
 fn examine(path: &Path, bytes: &[u8]) -> String {
     put(path, bytes);
     let plan = match scene::read_with_meshes(path, &overrides(bytes), &MESHES) {
@@ -256,7 +256,7 @@ fn examine(path: &Path, bytes: &[u8]) -> String {
     check_plan(path, plan)
 }
 
-/// Checks that a plan holds numbers only and is the same when its document is written and read.
+/// Checks that a plan contains finite numbers only. Its document, written and read again, must give the same plan.
 pub fn check_plan(path: &Path, plan: Plan) -> String {
     let TomlValue::Table(entries) = &plan.document.root.value else { panic!("a document without a table") };
     let key = |name: &str| serde_json::Value::from(name).to_string().replace('\u{7f}', "\\u007f");
@@ -278,7 +278,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
 
-/// The parts of a debug text in an order of their own, for maps have none.
+/// The parts of a debug text in sorted order, because maps have no order.
 fn parts(debug: &str) -> Vec<&str> {
     let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
     let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();
@@ -286,8 +286,8 @@ fn parts(debug: &str) -> Vec<&str> {
     parts
 }
 
-/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with mistakes at places in its text, or is a plan of
-/// finite numbers that is the same when its keys are written and read again.
+/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with mistakes at places in its text, or it gives
+/// a plan of finite numbers. The same plan results when its keys are written and read again.
 #[test]
 fn scene_files() {
     let folder = folder();
@@ -302,8 +302,7 @@ fn scene_files() {
     reader.check(|bytes| examine(&path, bytes));
 }
 
-/// Truth (rel-no-panics): keys and lists as deep as a file or an option can make them are refused or read, on the stack of a thread
-/// of the program.
+/// Truth (rel-no-panics): keys and lists of any depth in a file or an option are refused or read, on the stack of a program thread.
 #[test]
 fn deep_scenes() {
     let folder = folder();

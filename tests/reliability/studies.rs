@@ -1,4 +1,4 @@
-//! Study files, taken apart.
+//! Mutated study files.
 
 use std::fs;
 
@@ -33,8 +33,8 @@ collect = ["indent.normal_force", "indent.tangential_force.0"]
 curves = ["indent.worn_volume"]
 "#;
 
-/// Truth (rel-no-panics, rel-nan-guard): a study is refused with mistakes, or has a run for each combination of its values that it does
-/// not leave out, each with a folder of its own below the study's.
+/// Truth (rel-no-panics, rel-nan-guard): a study is refused with mistakes, or it has a run for each combination of values that is
+/// not excluded. Each run has its own folder below that of the study.
 #[test]
 fn study_files() {
     let folder = tempfile::tempdir().expect("a folder");

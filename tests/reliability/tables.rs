@@ -1,4 +1,4 @@
-//! Tables that scenes name: heights, load histories, axes of elements.
+//! Table files of scenes: heights, load histories, material axes of elements.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use orthowear::scene;
 use crate::harness::{Reader, put};
 use crate::scenes::{self, LOADS, MATERIALS};
 
-/// An array in the format of NumPy.
+/// An array in NumPy format.
 fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
     let length = (header.len() as u16).to_le_bytes();
@@ -20,8 +20,8 @@ fn words(list: &[&str]) -> Vec<String> {
     list.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a table of heights is refused with a message, or has as many values as its shape says, all
-/// of them finite.
+/// Truth (rel-no-panics, rel-nan-guard): a table of heights is refused with a message, or it has as many finite values as its shape
+/// requires.
 #[test]
 fn height_files() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -50,7 +50,7 @@ fn height_files() {
     });
 }
 
-/// Reads a scene whose table `name` is the input.
+/// Reads a scene with the input as its table file `table`.
 fn examine(scene: &Path, table: &Path, bytes: &[u8]) -> String {
     put(table, bytes);
     match scene::read(scene, &[]) {
@@ -67,7 +67,7 @@ fn examine(scene: &Path, table: &Path, bytes: &[u8]) -> String {
     }
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a load history is refused with mistakes, or gives a plan of finite numbers.
+/// Truth (rel-no-panics, rel-nan-guard): a load history is refused with mistakes, or it gives a plan of finite numbers.
 #[test]
 fn load_histories() {
     let folder = scenes::folder();
@@ -103,7 +103,7 @@ fn load_histories() {
         .check(|bytes| examine(&path, &table, bytes));
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a table of axes is refused with mistakes, or gives a plan of finite numbers.
+/// Truth (rel-no-panics, rel-nan-guard): a table of axes is refused with mistakes, or it gives a plan of finite numbers.
 #[test]
 fn axes_of_elements() {
     let folder = scenes::folder();

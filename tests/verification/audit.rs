@@ -1,37 +1,36 @@
-//! Audits states cell by cell, from the fields alone.
+//! Audits states cell by cell from their fields alone.
 
 use orthowear::evolution::records::FrameState;
 use orthowear::laws::friction::FrictionEllipse;
 
-/// Largest violations of the laws, cell by cell.
+/// Largest violations of the contact and friction laws over all cells.
 #[derive(Debug)]
 pub struct Audit {
-    /// Of g >= 0, over the largest pressure times the flexibility scale `unit` (mm/MPa).
+    /// Violation of g >= 0, over the largest pressure times the flexibility scale `unit` (mm/MPa).
     pub gap: f64,
-    /// Of p >= 0, over the largest pressure.
+    /// Violation of p >= 0, over the largest pressure.
     pub tension: f64,
-    /// Of p g = 0, over the largest pressure squared times `unit`.
+    /// Violation of p g = 0, over the largest pressure squared times `unit`.
     pub complementarity: f64,
-    /// Of |q|_mu <= p, over the largest pressure.
+    /// Violation of |q|_mu <= p, over the largest pressure.
     pub cone: f64,
-    /// Slip of cells inside their ellipse, over the largest pressure times `unit`.
+    /// Slip of cells inside their friction ellipse, over the largest pressure times `unit`.
     pub stick: f64,
-    /// Angle between the slip of a cell and the inward normal of its ellipse, degrees, where it slips by more than the
-    /// resolution.
+    /// Angle between the slip of a cell and the inward normal of its ellipse, degrees. Only for slip above the resolution.
     pub angle: f64,
-    /// Least dissipation of a cell (traction against slip), over the largest pressure squared times `unit`.
+    /// Smallest dissipation of a cell (traction times slip), over the largest pressure squared times `unit`.
     pub dissipation: f64,
 }
 
 impl Audit {
-    /// Whether all violations are below `tolerance`, directions within 0.1 degrees.
+    /// Returns whether all violations are below `tolerance` and directions within 0.1 degrees.
     pub fn passes(&self, tolerance: f64) -> bool {
         let violations = [self.gap, self.tension, self.complementarity, self.cone, self.stick];
         violations.iter().all(|v| *v <= tolerance) && self.angle < 0.1 && self.dissipation >= -tolerance
     }
 }
 
-/// Audits a state; `unit` is the displacement of a cell by unit pressure on it.
+/// Audits a state. `unit` is the displacement of a cell under unit pressure.
 pub fn audit(state: &FrameState, ellipse: Option<FrictionEllipse>, unit: f64) -> Audit {
     let n = state.gap.len() / 3;
     let p_max = state.tractions[2 * n..].iter().copied().fold(f64::MIN_POSITIVE, f64::max);

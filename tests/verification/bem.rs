@@ -1,4 +1,4 @@
-//! Half-spaces: surface Green's function, polygon integrals, operators on the frame.
+//! Boundary-element bodies: surface Green's function, polygon integrals, operators on the frame, finite bodies.
 
 mod compressed;
 mod bodies;
@@ -25,7 +25,7 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// CFRP below steel.
+/// Green's function of CFRP below steel.
 fn pair(tilt_degrees: f64) -> SurfaceGreen {
     SurfaceGreen::sum(&[&green(&cfrp(tilt_degrees), Side::Lower), &green(&steel(), Side::Upper)])
 }
@@ -42,7 +42,7 @@ fn entries(value: &Value) -> impl Iterator<Item = (&str, &Value)> {
     value.as_object().expect("an object of the table").iter().map(|(key, entry)| (key.as_str(), entry))
 }
 
-/// Equal numbers in [0, 1) on every machine.
+/// Pseudo-random numbers in [0, 1), equal on every machine.
 struct Random(u64);
 
 impl Random {

@@ -1,4 +1,4 @@
-//! Scenes that several tests share: two half-spaces, or one and a rigid body, on a grid frame.
+//! Scenes of several tests: two half-spaces, or a half-space and a rigid body, on a grid frame.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise; docs/tests.md says what that leaves out.
+/// Returns `finest` in a thorough test (`scripts/test --thorough`) and `usual` otherwise. docs/tests.md lists the difference.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// Asserts that errors on meshes of `cells` along a side fall from mesh to mesh, in the end with more than `order`, before that with no
-/// less than `order` - 0.3.
+/// Asserts the order of convergence on meshes with `cells` along a side. The last order must exceed `order`, those before it
+/// `order` - 0.3.
 pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
     let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
     let orders: Vec<f64> = (0..N - 1).map(found).collect();
@@ -51,7 +51,7 @@ pub fn im7(tilt: f64) -> Stiffness {
     material.rotated(&fibre_axes(tilt.to_radians(), 0.0))
 }
 
-/// The CFRP that independent programs tabulated values for.
+/// The CFRP of the tables of independent programs.
 pub fn tabulated_cfrp() -> Stiffness {
     let constants = Orthotropic {
         e1: 140e3,
@@ -82,7 +82,7 @@ pub fn frp_wear(tilt: f64) -> WearLaw {
     WearLaw::Frp { i_l: 5.0e-10, i_t: 6.25e-10, i_n: 6.875e-10, tilt: tilt.to_radians(), azimuth: 0.0 }
 }
 
-/// A square grid frame of `cells` x `cells` cells on two half-spaces (`upper` rigid if `None`), gap by position.
+/// Two half-spaces (`upper` rigid if `None`) on a square grid of `cells` x `cells` cells, with the gap as a function of position.
 pub fn half_spaces(
     lower: &Stiffness,
     upper: Option<&Stiffness>,
@@ -139,7 +139,7 @@ pub fn sphere(radius: f64) -> impl Fn(f64, f64) -> f64 {
     move |x, y| (x * x + y * y) / (2.0 * radius)
 }
 
-/// A step that names nothing.
+/// A step without prescribed values.
 pub fn step(name: &str) -> Step {
     Step {
         name: name.to_owned(),
@@ -166,7 +166,7 @@ pub fn press(force: f64) -> Step {
     Step { normal: Some(Normal::Force(force)), ..step("press") }
 }
 
-/// A step to a given shift, angle in degrees.
+/// A step to a given tangential displacement, angle in degrees.
 pub fn shift(distance: f64, angle: f64) -> Step {
     let (s, c) = angle.to_radians().sin_cos();
     Step { tangential: Some(Tangential::Shift([distance * c, distance * s])), ..step("shift") }
@@ -186,7 +186,7 @@ pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator
     Step { cycles: Some(cycles), ..step("fretting") }
 }
 
-/// The closed path of a step of cycles.
+/// The closed path of a fretting step.
 pub fn path_of(step: &mut Step) -> &mut ClosedPath {
     match step.cycles.as_mut().map(|cycles| &mut cycles.motion) {
         Some(CycleMotion::ClosedPath(closed)) => closed,
@@ -194,7 +194,7 @@ pub fn path_of(step: &mut Step) -> &mut ClosedPath {
     }
 }
 
-/// Keeps nothing, says nothing.
+/// Discards records and progress.
 pub struct Silent;
 
 impl Observer for Silent {
@@ -220,7 +220,7 @@ pub fn relative(found: f64, wanted: f64) -> f64 {
     (found - wanted).abs() / wanted.abs()
 }
 
-/// The independent program's values for the sphere on fibre-reinforced half-spaces.
+/// Values of the independent program for the sphere on fibre-reinforced half-spaces.
 pub fn reference() -> serde_json::Value {
     serde_json::from_str(include_str!("../data/sphere-on-frp.json")).expect("a valid data file")
 }

@@ -1,4 +1,4 @@
-//! Contact of half-spaces: closed forms and an independent program.
+//! Contact of half-spaces against closed forms and an independent program.
 
 use std::sync::Arc;
 
@@ -21,8 +21,8 @@ fn value(case: &serde_json::Value, state: &str, quantity: &str) -> f64 {
     case[state][quantity]["value"].as_f64().expect("a number in the data file")
 }
 
-/// Truth: the exact Hertz ellipse of an anisotropic pair (independent program, exact to 1e-9); 3e-4 is what
-/// 64 x 64 constant cells give (the independent program's own value there is 1.0e-4 off).
+/// Truth: the exact Hertz ellipse of an anisotropic pair (independent program, exact to 1e-9). The tolerance 3e-4 is the error of
+/// 64 x 64 constant cells. There the independent program itself is off by 1.0e-4.
 #[test]
 fn frictionless_indentation_matches_the_exact_ellipse() {
     let data = reference();
@@ -37,8 +37,8 @@ fn frictionless_indentation_matches_the_exact_ellipse() {
     }
 }
 
-/// Truth: independent program on 256 x 256 cells; 5e-4 covers its and our discretisation error at 64 x 64.
-/// Symmetric answers (no force along an axis of symmetry, no tangential force at tilt 0 and 90) to 1e-9.
+/// Truth: independent program on 256 x 256 cells. 5e-4 covers the discretisation errors of both programs, ours at 64 x 64 cells.
+/// Forces that vanish by symmetry are zero to 1e-9: normal to an axis of symmetry, and tangential at tilts of 0 and 90 degrees.
 #[test]
 fn friction_and_shift_match_the_independent_program() {
     let data = reference();
@@ -71,8 +71,9 @@ fn friction_and_shift_match_the_independent_program() {
     }
 }
 
-/// Hertz, force-driven: delta and p0 of case `hertz-circular` (E 210 GPa, nu 0.3, R 10, P 1000) at 20, 40 and 80
-/// cells across the contact; 2e-3 and 1e-2 at 40 cells are the catalogue's; the order of delta is at least 1.
+/// Truth: Hertz under a prescribed force. Approach delta and p0 of case `hertz-circular` (E 210 GPa, nu 0.3, R 10, P 1000) at 20,
+/// 40 and 80 cells across the contact. The catalogue's tolerances at 40 cells are 2e-3 and 1e-2. The order of convergence of delta
+/// is at least 1.
 #[test]
 fn hertz_circular() {
     let (delta, p0, a) = (0.010_184_09, 4688.341, 0.319_125_2);
@@ -90,7 +91,7 @@ fn hertz_circular() {
             assert!(relative(found.peak_pressure, p0) < 1e-2, "p0 {}", found.peak_pressure);
             let radius = (found.contact_area / std::f64::consts::PI).sqrt();
             assert!((radius - a).abs() < 2.5 * a / 50.0, "a {radius}");
-            // The same state by approach control carries the same force.
+            // The same state under a prescribed approach carries the same force.
             let again = solve(&model, &[indent(found.approach)]);
             assert!(relative(again.records[0].normal_force, 1000.0) < 1e-6);
         }
@@ -99,7 +100,8 @@ fn hertz_circular() {
     assert!(order >= 1.0, "errors {errors:?}, order {order}");
 }
 
-/// Elliptic Hertz contacts of the catalogue (`hertz-elliptic-2to1`, `hertz-elliptic-10to1`): delta to 3e-3 and 5e-3.
+/// Truth: elliptic Hertz contacts of the catalogue (`hertz-elliptic-2to1`, `hertz-elliptic-10to1`). Tolerances for delta are 3e-3
+/// and 5e-3.
 #[test]
 fn hertz_elliptic() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -113,7 +115,7 @@ fn hertz_elliptic() {
         let found = &result.records[0];
         assert!(relative(found.approach, delta) < tolerance, "{} {delta}", found.approach);
         assert!(relative(found.peak_pressure, p0) < 1e-2, "{} {p0}", found.peak_pressure);
-        // Semi-axes within one cell: the farthest edges of cells in contact.
+        // The semi-axes reach to the farthest edges of cells in contact. They agree within one cell.
         let spacing = model.frame.grid.expect("a grid").spacing;
         let n = model.frame.n_cells();
         let mut reach = [0.0_f64; 2];
@@ -130,9 +132,9 @@ fn hertz_elliptic() {
     }
 }
 
-/// Cattaneo-Mindlin, nu = 0 (then exact): equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. The shift for
-/// Q = 0.3 and 0.9 mu P by the closed form with nu = 0, to 5e-3 at 40 cells per diameter; p unchanged by Q to 1e-8; the traction
-/// in the middle to 1e-2 of mu p0.
+/// Truth: Cattaneo-Mindlin for nu = 0, where the solution is exact. Equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. The
+/// displacement at Q = 0.3 and 0.9 mu P agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes the pressures by
+/// less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -157,7 +159,7 @@ fn cattaneo_mindlin() {
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
-        // In the middle q = mu p0 (1 - c / a), where both are smooth.
+        // At the centre q = mu p0 (1 - c / a). Both distributions are smooth there.
         let (n, middle) = (model.frame.n_cells(), 25 * 50 + 25);
         let peak = 3.0 * load / (2.0 * std::f64::consts::PI * a * a);
         let q = -result.state.tractions[middle];
@@ -166,7 +168,8 @@ fn cattaneo_mindlin() {
     }
 }
 
-/// Cattaneo-Mindlin, nu = 0.3 (case `cattaneo-mindlin`): the classical solution ignores transverse slip, hence 2 %.
+/// Truth: Cattaneo-Mindlin for nu = 0.3 (case `cattaneo-mindlin`). The classical solution neglects transverse slip, hence the
+/// tolerance of 2 %.
 #[test]
 fn cattaneo_mindlin_with_lateral_contraction() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -180,7 +183,7 @@ fn cattaneo_mindlin_with_lateral_contraction() {
     }
 }
 
-/// Truth: docs/theory-contact.md, all methods reach the same state; 1e-7 of the largest pressure at residual 1e-9.
+/// Truth: all methods converge to the same state (docs/theory-contact.md), to 1e-7 of the largest pressure at residual 1e-9.
 #[test]
 fn uzawa_and_barzilai_borwein_agree() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -198,8 +201,8 @@ fn uzawa_and_barzilai_borwein_agree() {
     assert!(states[0].records[1].iterations > 3 * states[1].records[1].iterations);
 }
 
-/// Truth: invariance under a change of units; nothing in the solver may carry a hidden length or stress. Powers of
-/// four change no rounding, so that even the number of iterations stays the same.
+/// Truth: invariance under a change of units. The solver must not contain a hidden length or stress. Powers of four do not change
+/// the rounding, and even the number of iterations stays the same.
 #[test]
 fn units_do_not_matter() {
     let run = |length: f64, stress: f64| {
@@ -220,7 +223,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// Truth: turning the shift by 180 degrees on an isotropic pair turns the answer.
+/// Truth: on an isotropic pair the tangential force turns with the direction of the displacement, here by 90 and 180 degrees.
 #[test]
 fn isotropic_answers_turn_with_the_shift() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -233,8 +236,8 @@ fn isotropic_answers_turn_with_the_shift() {
     assert!(relative(-forces[2][0], forces[0][0]) < 1e-7);
 }
 
-/// Truth: a tangential force beyond mu P has no equilibrium; the step is reported as gross sliding, kept, and the
-/// force below the limit converges.
+/// Truth: a tangential force beyond mu P has no equilibrium. The step is reported as gross sliding and its state is kept. A force
+/// below the limit converges.
 #[test]
 fn gross_sliding_is_reported() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
@@ -248,8 +251,8 @@ fn gross_sliding_is_reported() {
     }
 }
 
-/// Truth: approach and tangential force named together, the force below mu P of the end state: an equilibrium exists
-/// however wide the frame is (the first iterates carry far less than the end state).
+/// Truth: approach and tangential force are prescribed together, the force below mu P of the final state. An equilibrium exists for
+/// any frame width, although the first iterates carry much less load than the final state.
 #[test]
 fn a_wide_frame_does_not_slide_by_itself() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -262,13 +265,13 @@ fn a_wide_frame_does_not_slide_by_itself() {
         assert!(relative(held.records[0].tangential_force[0], 800.0) < 1e-8);
         let beyond = solve(&model, &[both(1100.0)]);
         assert_eq!(beyond.outcome, Outcome::NotConverged("gross-sliding"));
-        // The state kept slides at its limit with the right pressures.
+        // The reported state slides at the friction limit with the right pressures.
         let record = &beyond.records[0];
         assert!(relative(record.tangential_force[0], 0.3 * record.normal_force) < 1e-6);
     }
 }
 
-/// Truth: a tangential force on bodies that do not touch has no equilibrium, and that is not sliding.
+/// Truth: a tangential force on bodies that do not touch has no equilibrium. The outcome is lost contact, not gross sliding.
 #[test]
 fn a_lost_contact_is_reported() {
     let model = sphere_on_frp(30.0, 1.2, 12);
@@ -278,7 +281,7 @@ fn a_lost_contact_is_reported() {
     assert_eq!(result.records[0].normal_force, 0.0);
 }
 
-/// Truth: `str-zero-load`: tiny forces are carried as exactly as any other (their squares must not vanish).
+/// Truth: `str-zero-load`. Tiny forces are as accurate as any other. Their squares must not underflow.
 #[test]
 fn tiny_forces_are_carried() {
     let model = sphere_on_frp(30.0, 1.2, 12);
@@ -289,7 +292,7 @@ fn tiny_forces_are_carried() {
     }
 }
 
-/// Gives back NaN for one cell, as a damaged operator would.
+/// An operator with NaN in one cell.
 struct Damaged(Arc<dyn Flexibility>);
 
 impl Flexibility for Damaged {
@@ -312,7 +315,7 @@ impl Flexibility for Damaged {
     }
 }
 
-/// Truth: `rel-nan-guard`: a number that is not one ends the run with an error, never as a result.
+/// Truth: `rel-nan-guard`. NaN ends the run with an error and is never a result.
 #[test]
 fn not_a_number_is_an_error() {
     for friction in [true, false] {
@@ -329,7 +332,7 @@ fn not_a_number_is_an_error() {
     assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
-/// Truth: `rel-nonconvergence-is-loud`: a run cut short says so and keeps its state.
+/// Truth: `rel-nonconvergence-is-loud`. A run that is out of iterations reports it and keeps its state.
 #[test]
 fn too_few_iterations_are_loud() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -343,8 +346,8 @@ fn too_few_iterations_are_loud() {
     }
 }
 
-/// Truth: skipping only leaves out what is zero or what the answer does not depend on: agreement within the
-/// certificates (1e-6 of the forces at residual 1e-9).
+/// Truth: omitted work is zero or does not affect the result. Results agree within the certificates (1e-6 of the forces at residual
+/// 1e-9).
 #[test]
 fn skipping_changes_nothing() {
     let model = sphere_on_frp(30.0, 1.2, 24);
@@ -362,7 +365,7 @@ fn skipping_changes_nothing() {
     }
 }
 
-/// Truth: `str-zero-load`: nothing prescribed gives exact zeros, and a lifted body carries nothing.
+/// Truth: `str-zero-load`. Without a prescribed load the results are exactly zero. A lifted body carries no load.
 #[test]
 fn nothing_prescribed_is_nothing() {
     let model = sphere_on_frp(30.0, 1.2, 8);
@@ -374,7 +377,8 @@ fn nothing_prescribed_is_nothing() {
     }
 }
 
-/// Truth: loading in force steps and then by approach to the same end is the same frictionless state.
+/// Truth: controls that a step does not name keep their values. The tangential force stays while the normal force rises, and it is
+/// applied in proportion to the increments.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
@@ -389,7 +393,7 @@ fn what_a_step_does_not_name_stays() {
     assert!(relative(result.records[1].tangential_force[0], 50.0) < 1e-8);
 }
 
-/// Refusals: a tangential force that nothing can carry.
+/// A tangential force without friction is an error.
 #[test]
 fn a_tangential_force_needs_friction() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");

@@ -1,4 +1,4 @@
-//! Controls at the border of what makes sense: nothing prescribed, one cell, two spots.
+//! Controls in limiting cases: zero values, a single cell in contact, two spots.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -7,7 +7,7 @@ use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Two equal spheres of radius 5 at x = -1 and x = 1 under one punch, the second lower by `height`.
+/// Gap of two equal spheres of radius 5 at x = -1 and x = 1 under a punch. The second one is lower by `height`.
 fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     move |x: f64, y: f64| {
         let round = |at: f64| ((x - at).powi(2) + y * y) / 10.0;
@@ -15,7 +15,7 @@ fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Forces left and right of the middle.
+/// Forces on the left and right halves.
 fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64; 2] {
     let n = centers.len();
     let mut sums = [0.0; 2];
@@ -25,10 +25,10 @@ fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64;
     sums
 }
 
-/// Truth: case `str-two-spots`: equal heights share the load to 1e-10 (mirror images); 1e-6 of height changes the shares by
-/// no more than Hertz's slope times it, in proportion to it. A punch that may tilt stands on both: by statics with the same
-/// load but for the levers, which change as the spheres roll by R h / 2 when it leans by h / 2 (a share of 2.5 h, to 20 %
-/// with so few cells; without tilting it is fifty times that); 1e-7 where heights are equal.
+/// Truth: case `str-two-spots`. Equal heights share the load to 1e-10 (mirror images). A height of 1e-6 changes the shares in
+/// proportion to it, at most by Hertz's slope times it. A punch that is free to tilt rests on both spots. By statics the loads are
+/// equal except for the levers: a tilt of h / 2 rolls the spheres by R h / 2. This gives a share of 2.5 h, to 20 % with so few
+/// cells, and to 1e-7 for equal heights. Without tilting the share is fifty times larger.
 #[test]
 fn two_spots_share_the_load() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -50,8 +50,8 @@ fn two_spots_share_the_load() {
     assert!(one > 1e-4, "{one:e}");
 }
 
-/// Truth: case `str-single-node-contact`: where one cell touches, it carries the load exactly (1e-10); without levers nothing
-/// resists rotations about axes through it, and a moment of zero is balanced by the cell under the centre.
+/// Truth: case `str-single-node-contact`. A single cell in contact carries the load exactly (1e-10). Without levers nothing resists
+/// rotations about axes through it. A zero moment is balanced by the cell under the centre.
 #[test]
 fn one_cell_carries_everything() {
     let model = half_spaces(&steel(), None, (1.0, 9), sphere(10.0));
@@ -67,8 +67,8 @@ fn one_cell_carries_everything() {
     }
 }
 
-/// Truth: case `str-zero-load`: rotations and moments of zero, or of the smallest numbers, change nothing (1e-7 of the
-/// force and of the slope of the surface, with residuals of 1e-8).
+/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing. Tolerance 1e-7 of the
+/// force and of the slope of the surface, with residuals of 1e-8.
 #[test]
 fn nothing_turned_is_nothing() {
     let mut model = half_spaces(&steel(), None, (0.5, 12), sphere(10.0));

@@ -1,4 +1,4 @@
-//! Maps between frame and faces, patch test, Schur complement against the assembled block system.
+//! Two bodies coupled on one frame: maps to the contact faces, patch tests, Schur complement against the assembled block system.
 
 mod block;
 mod bricks;
@@ -23,7 +23,7 @@ mod symmetry_planes;
 mod touch;
 mod two_solvers;
 
-/// Values in [-1, 1), the same in every run (linear congruence).
+/// Values in [-1, 1), the same in every run (linear congruential generator).
 fn random(n: usize) -> Vec<f64> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     (0..n)

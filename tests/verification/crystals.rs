@@ -1,9 +1,9 @@
-//! Anisotropic materials of the literature that several tests share.
+//! Anisotropic materials from the literature for several tests.
 
 use nalgebra::Matrix6;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Stiffness from the upper entries, numbered from 1 in the order 11 22 33 23 13 12.
+/// Stiffness from the entries of the upper triangle, numbered from 1 in the order 11 22 33 23 13 12.
 pub fn voigt(entries: &[(usize, usize, f64)]) -> Stiffness {
     let mut c = Matrix6::zeros();
     for &(i, j, value) in entries {
@@ -13,13 +13,13 @@ pub fn voigt(entries: &[(usize, usize, f64)]) -> Stiffness {
     Stiffness::from_voigt(c).expect("an admissible stiffness")
 }
 
-/// Cube axes along the coordinate axes.
+/// Cubic stiffness with the cube axes along the coordinate axes.
 pub fn cubic(c11: f64, c12: f64, c44: f64) -> Stiffness {
     let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c11), (1, 2, c12), (1, 3, c12), (2, 3, c12)];
     voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, c44)]].concat())
 }
 
-/// Zinc, axis along 3, in GPa times `unit`.
+/// Zinc with its axis along 3, in GPa times `unit`.
 pub fn zinc(unit: f64) -> Stiffness {
     let [c11, c33, c12, c13, c44] = [165.0, 61.8, 31.1, 50.0, 39.6].map(|c| c * unit);
     let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c33), (1, 2, c12), (1, 3, c13), (2, 3, c13)];
@@ -32,7 +32,7 @@ pub fn topaz() -> Stiffness {
     voigt(&[&normal[..], &[(4, 4, 110.0), (5, 5, 135.0), (6, 6, 133.0)]].concat())
 }
 
-/// The CFRP of the catalogue: E = 140, 10, 9 GPa (MPa here), fibre along 1.
+/// The CFRP of the catalogue: E = 140, 10, 9 GPa (here in MPa), fibre along 1.
 pub const CFRP: Orthotropic = Orthotropic {
     e1: 140e3,
     e2: 10e3,
@@ -45,12 +45,12 @@ pub const CFRP: Orthotropic = Orthotropic {
     nu23: 0.45,
 };
 
-/// Its stiffness.
+/// Stiffness of [`CFRP`].
 pub fn cfrp_of_tables() -> Stiffness {
     Stiffness::orthotropic(&CFRP).expect("CFRP")
 }
 
-/// Stiffness with the ratio E1 / E2, fibre along x.
+/// Stiffness with the ratio E1 / E2 and the fibre along x.
 pub fn with_ratio(ratio: f64) -> Stiffness {
     let e2 = 10e3;
     let g23 = e2 / 2.6;
@@ -68,7 +68,7 @@ pub fn with_ratio(ratio: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Steel with the anisotropy `e` of the catalogue's way to isotropy.
+/// Steel with the anisotropy `e` of the catalogue's sequence towards isotropy.
 pub fn nearly_isotropic(e: f64) -> Stiffness {
     let (young, nu) = (210e3, 0.3);
     let g = young / 2.6;
@@ -86,7 +86,7 @@ pub fn nearly_isotropic(e: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Diagonal of Re W along axis 1 of an orthotropic solid, in its axes (Ting 1996).
+/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes (Ting 1996).
 pub fn admittance_along_1(stiffness: &Stiffness) -> [f64; 3] {
     let c = stiffness.voigt();
     let s = (c[(0, 0)] * c[(2, 2)]).sqrt();

@@ -1,4 +1,4 @@
-//! Finite elements against exact fields: patch tests, bars, rigid motions, loads.
+//! Finite elements against exact fields: patch tests, bars, rigid-body motions, loads.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 use orthowear::element::ElementKind::{self, Hex8, Tet4};
@@ -10,7 +10,7 @@ use orthowear::mesh::Mesh;
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{add_cells, block, boundary_nodes, bulging, macneal_harder, prescribe, rough, wavy};
 
-/// Displacement of a constant strain (Voigt, engineering shears), with a rotation added.
+/// Displacement field of a constant strain (Voigt, engineering shears) with an added rotation.
 fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     let [xx, yy, zz, yz, xz, xy] = strain;
     let spin = 2e-4;
@@ -19,8 +19,8 @@ fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     move |x| (h * Vector3::from(x)).into()
 }
 
-/// Solves a body with the linear field on its whole boundary and checks the patch test: displacements, energy, stresses,
-/// reactions. `tolerance` is that of energy and stress.
+/// Solves a body with the linear field on its whole boundary. Checks the patch test for displacements, energy, stresses and
+/// reactions. `tolerance` is for energy and stress.
 pub fn patch_test(
     mut mesh: Mesh,
     stiffness: Stiffness,
@@ -56,8 +56,8 @@ pub fn patch_test(
     }
 }
 
-/// Truth: constant strain on seven distorted hexahedra, stresses 2000 and 400 (catalogue patch-macneal-harder;
-/// MacNeal and Harder 1985). Tolerance: rounding; the strain field is exact for every consistent element.
+/// Truth: constant strain on seven distorted hexahedra, stresses 2000 and 400 (catalogue patch-macneal-harder; MacNeal and Harder
+/// 1985). The strain field is exact for every consistent element. Tolerance: rounding.
 #[test]
 fn patch_macneal_harder() {
     let strain = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3];
@@ -65,7 +65,7 @@ fn patch_macneal_harder() {
     let sigma = stiffness.voigt() * Vector6::from(strain);
     let published = Vector6::new(2000.0, 2000.0, 2000.0, 400.0, 400.0, 400.0);
     assert!((sigma - published).amax() < 1e-9);
-    // One corner is folded, no integration point: a warning, as in other programs.
+    // The element is folded at one corner, but at no integration point. This gives a warning, as in other programs.
     let quality = orthowear::mesh::quality::check(&macneal_harder()).expect("a mesh that can be computed");
     assert!(
         quality.folded_at_nodes == 1 && quality.warnings()[0].contains("1 of 7 solid elements are folded")
@@ -75,9 +75,9 @@ fn patch_macneal_harder() {
     }
 }
 
-/// Truth: stress 66.07146, 16.66125, .. and energy density 0.03919764 of a constant strain in a rotated orthotropic
-/// material (catalogue patch-orthotropic-rotated, independent computation, 7 digits), on distorted hexahedra and
-/// tetrahedra. Tolerance of the elements: rounding.
+/// Truth: a constant strain in a rotated orthotropic material gives the stress 66.07146, 16.66125, .. and the energy density
+/// 0.03919764. Source: catalogue patch-orthotropic-rotated, independent computation, 7 digits. The meshes are distorted hexahedra
+/// and tetrahedra. Tolerance of the elements: rounding.
 #[test]
 fn patch_orthotropic_rotated() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -89,7 +89,7 @@ fn patch_orthotropic_rotated() {
     for (kind, formulation) in ELEMENTS {
         let mesh = block(kind, [3, 3, 3], [1.0, 1.0, 1.0], wavy);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
-        // Curved in all directions; the middle nodes of order 2 follow.
+        // Curved in all directions. The middle nodes of elements of order 2 follow.
         let mesh = block(kind, [2, 2, 2], [1.0, 1.0, 1.0], bulging);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
     }
@@ -98,9 +98,9 @@ fn patch_orthotropic_rotated() {
     }
 }
 
-/// Truth: the patch test is scale-free: it holds at an aspect ratio of 1000 (catalogue str-aspect-ratio, 1e-8 there).
-/// Tolerance 1e-11 for stresses, 3e-11 where more nodes add up: strains are differences of displacements a thousand
-/// times larger.
+/// Truth: the patch test does not depend on scale and holds at an aspect ratio of 1000 (catalogue str-aspect-ratio, 1e-8 there).
+/// Tolerance 1e-11 for stresses, 3e-11 for elements with more nodes: strains are differences of displacements a thousand times
+/// larger.
 #[test]
 fn patch_slender() {
     let strain = [0.001, 0.0005, -0.0003, 0.0, 0.0, 0.0];
@@ -111,9 +111,9 @@ fn patch_slender() {
     }
 }
 
-/// Truth: sigma_xx = 100 alone gives the strain S'[:,0] sigma, E_apparent = 14390.32 (catalogue
-/// uniaxial-rotated-orthotropic, independent computation) under statically determinate supports. Tolerance: rounding
-/// of a solve with condition 1e6; 7 published digits.
+/// Truth: sigma_xx = 100 alone gives the strain S'[:,0] sigma, E_apparent = 14390.32, under statically determinate supports.
+/// Source: catalogue uniaxial-rotated-orthotropic, independent computation. Tolerance: rounding of a solve with condition 1e6, and
+/// 7 published digits.
 #[test]
 fn uniaxial_rotated_orthotropic() {
     let published = [0.006949115, -0.001998917, -0.002226602, 0.0001867743, 0.005359313, -0.002276476];
@@ -141,8 +141,8 @@ fn uniaxial_rotated_orthotropic() {
     }
 }
 
-/// Truth: internal forces of rigid motions vanish, K R = 0, on a distorted and on a graded
-/// (1000:1) mesh of rotated orthotropic material. Tolerance: rounding relative to |K| |R|.
+/// Truth: internal forces of rigid-body motions vanish, K R = 0, on a distorted mesh and on a graded one (1000:1) of rotated
+/// orthotropic material. Tolerance: rounding relative to |K| |R|.
 #[test]
 fn rigid_motions_cause_no_forces() {
     let graded = |x: [f64; 3]| x.map(|c| (1000f64.powf(c) - 1.0) / 999.0);
@@ -166,8 +166,8 @@ fn rigid_motions_cause_no_forces() {
     }
 }
 
-/// Truth: nu = 0: w(L) = -rho g L^2 / (2 E) = -0.0005, sum of reactions = weight; linear
-/// elements are exact at the nodes of a column. Tolerance: rounding.
+/// Truth: for nu = 0, w(L) = -rho g L^2 / (2 E) = -0.0005, and the reactions sum to the weight. Linear elements are exact at the
+/// nodes of a column. Tolerance: rounding.
 #[test]
 fn self_weight_column() {
     for formulation in HexFormulation::ALL {
@@ -184,9 +184,9 @@ fn self_weight_column() {
     }
 }
 
-/// Truth: a uniform pressure puts a quarter of its force on each node of a flat quadrilateral, a third on each of a
-/// triangle (docs/theory-finite-elements.md); on a curved distorted closed surface the forces balance and, with pressure on all
-/// sides, do the work p V of a uniform expansion (Gauss's theorem). Tolerance: rounding.
+/// Truth: each node of a flat quadrilateral carries a quarter of the force of a uniform pressure, of a triangle a third
+/// (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. Their work in a uniform expansion is
+/// p V (Gauss's theorem). Tolerance: rounding.
 #[test]
 fn pressurised_faces() {
     for (kind, weight) in [(Hex8, 0.25), (Tet4, 1.0 / 3.0)] {
@@ -223,7 +223,7 @@ fn pressurised_faces() {
     }
 }
 
-/// Truth: a layered bar in series: each layer's stress is the applied one and the shortening p (L1/E1 + L2/E2), nu = 0
+/// Truth: a layered bar in series with nu = 0. The stress of each layer is the applied one, and the shortening is p (L1/E1 + L2/E2)
 /// (catalogue contact-patch setup, without contact). Tolerance: rounding.
 #[test]
 fn regions_have_their_own_stiffness() {
@@ -243,8 +243,8 @@ fn regions_have_their_own_stiffness() {
     assert!((shortening / (10.0 * (3.0 / 1000.0 + 1.0 / 500.0)) - 1.0).abs() < 1e-12);
 }
 
-/// Truth: a middle node that moves along its straight edge leaves the shape of an element as it is: the cube of side 2 weighs 8 b, the
-/// tetrahedron b / 6. Both are folded at a node, which is warned of, and have a stiffness.
+/// Truth: a middle node that moves along its straight edge does not change the shape of an element. The cube of side 2 weighs 8 b,
+/// the tetrahedron b / 6. Both are folded at a node, which gives a warning, and have a stiffness.
 #[test]
 fn elements_that_fold_at_a_node_keep_their_weight() {
     let cases = [

@@ -1,4 +1,4 @@
-//! Bodies and materials that the finite-element tests share.
+//! Bodies and materials for several finite-element tests.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::crystals::cfrp_of_tables;
 
 /// All components.
 pub const ALL: [bool; 3] = [true; 3];
-/// The elements: kind and formulation.
+/// All elements: kind and formulation.
 pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
     (Hex8, HexFormulation::Enhanced),
     (Hex8, HexFormulation::Standard),
@@ -29,7 +29,7 @@ pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
     (ElementKind::Pyramid14, HexFormulation::Enhanced),
 ];
 
-/// Degree of the displacement of an element.
+/// Polynomial degree of the displacement of an element.
 pub fn degree(kind: ElementKind) -> usize {
     if kind.n_nodes() == kind.n_corners() { 1 } else { 2 }
 }
@@ -49,7 +49,7 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
     }
 }
 
-/// All components of a group held.
+/// A support that fixes all components of a group.
 pub fn clamp(group: &str) -> Support {
     Support { group: group.into(), components: ALL, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }

@@ -1,4 +1,4 @@
-//! Condensation to the contact nodes: exactness, reciprocity, bits, memory.
+//! Condensation to the contact nodes: exactness, reciprocity, reproducible bits, memory.
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
@@ -13,7 +13,7 @@ use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_
 use super::fem_meshes::{block, rough, wavy};
 use crate::common::usual_or_finest;
 
-/// A block held at its base with an inhomogeneous load, condensed to the nodes of its top.
+/// A block supported at its base, with an inhomogeneous load, condensed to the nodes of its top.
 fn loaded_block(
     kind: ElementKind,
     formulation: HexFormulation,
@@ -53,13 +53,13 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
     body.contact_nodes().iter().flat_map(|&node| u[node]).collect()
 }
 
-/// Truth: condensation is exact (Guyan 1965): F_cc f + u_free equals the full solution at the contact nodes, and F_cc is
-/// the block of the inverse of the assembled K computed by a dense factorisation of another library; energy equals
-/// work. Tolerance 1e-10. Prescribed contact dofs (the edge at x = 0) have zero rows.
+/// Truth: condensation is exact (Guyan 1965). F_cc f + u_free equals the full solution at the contact nodes. F_cc is the block of
+/// the inverse of the assembled K, from a dense factorisation of another library. Tolerance 1e-10. Prescribed contact dofs (the
+/// edge at x = 0) have zero rows.
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
-        // The dense inverse is what takes the time.
+        // The dense inverse dominates the run time.
         let body = loaded_block(
             kind,
             formulation,
@@ -104,9 +104,9 @@ fn condensation_is_exact() {
     }
 }
 
-/// Truth: work of load a on displacement b equals that of b on a (Betti 1872), through back-substitutions; and, for a
-/// body without other loads, strain energy = half the work of the forces (Clapeyron). Tolerance 1e-12 relative to
-/// |f| |u|, energy 1e-11 (schur-exactness).
+/// Truth: the work of load a on displacement b equals that of b on a (Betti 1872), through back-substitutions. For a body without
+/// other loads the strain energy is half the work of the forces (Clapeyron). Tolerance 1e-12 relative to |f| |u|, energy 1e-11
+/// (schur-exactness).
 #[test]
 fn maxwell_betti() {
     for (kind, formulation) in ELEMENTS {
@@ -131,7 +131,7 @@ fn maxwell_betti() {
     }
 }
 
-/// Truth: same input, same bits, whatever the number of threads.
+/// Truth: same input, same bits, for any number of threads.
 #[test]
 fn same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -149,8 +149,7 @@ fn same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the analysis foretells the factor: its entries are those of the computed one, and its bytes hold at least
-/// the factor, the matrix and one dense block.
+/// Truth: the analysis predicts the size of the factor. The estimated bytes cover at least the factor entries and one dense block.
 #[test]
 fn analysis_foretells_the_memory() {
     let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);
@@ -163,8 +162,8 @@ fn analysis_foretells_the_memory() {
     assert!(model.condense(&top).unwrap().residual() < 1e-12);
 }
 
-/// Truth: a body from the cache has the flexibility, the solution and the free displacement of one that was
-/// factorised, to the last bit; its factor is made when it is needed.
+/// Truth: flexibility, solution and free displacement of a body from the cache are those of a factorised body, to the last bit. The
+/// factor is computed when it is needed.
 #[test]
 fn cached_bodies_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -191,13 +190,13 @@ fn cached_bodies_are_the_same() {
         }
     }
     assert!(restored, "the factor of the loaded body was kept");
-    // Loads do not enter the flexibility: both bodies share one entry; the loaded one has left its factor beside it.
+    // The flexibility does not depend on loads, and both bodies share one entry. The loaded body has stored its factor, too.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     let cached = body(false).condense_with(&top, &resources).unwrap();
     assert!(cached.origin().cached);
 }
 
-/// A rough block, held at its base or free, and 24 nodes of its top.
+/// A distorted block, supported at its base or unconstrained, and 24 nodes of its top.
 fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
     let mesh = block(Hex8, [cells; 3], [1.0; 3], wavy);
     let contact = mesh.group_nodes("z1").unwrap().into_iter().step_by(7).take(24).collect();
@@ -207,7 +206,7 @@ fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
     (FeModel::new(spec).unwrap(), contact)
 }
 
-/// Condensed within one byte less than a factorisation needs.
+/// The body condensed with a memory limit one byte below the need of a factorisation.
 fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     let (model, contact) = rough_block(cells, held);
     let needed = model.analyse(&contact).unwrap().factorisation_peak_bytes();
@@ -220,8 +219,8 @@ fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     })
 }
 
-/// Truth: the inverse of K does not depend on how it is computed. Tolerance 1e-9 of the largest entry: the columns are
-/// solved to 1e-11 in energy. The bits do not depend on the threads.
+/// Truth: the inverse of K does not depend on the method. Tolerance 1e-9 of the largest entry: the columns are solved to 1e-11 in
+/// energy. The bits do not depend on the number of threads.
 #[test]
 fn conjugate_gradients_give_what_the_factor_gives() {
     for held in [true, false] {
@@ -247,8 +246,8 @@ fn conjugate_gradients_give_what_the_factor_gives() {
     }
 }
 
-/// Truth: with a coarse space of rigid motions the condition number is bounded for any mesh (Nicolaides 1987); the
-/// solution is that of the matrix itself, multiplied afresh. Moduli of the material differ by 15.
+/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). The moduli of
+/// the material differ by a factor of 15.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let counts = [6, 12].map(|cells| {

@@ -1,4 +1,4 @@
-//! Finite elements that converge: a manufactured solution, a cantilever.
+//! Convergence of finite elements: a manufactured solution and a cantilever.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ use super::fem_meshes::{block, linear, wavy};
 use crate::by_kind;
 use crate::common::usual_or_finest;
 
-/// L2 norm and H1 seminorm of the error of `u` against the manufactured field, by a rule of high degree.
+/// L2 norm and H1 seminorm of the error of `u` against the manufactured field, with an integration rule of high degree.
 fn mms_errors<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]) -> (f64, f64) {
     let rule = rule(mesh.kind(mesh.volume_cells().next().unwrap()));
     let (mut l2, mut h1) = (0.0, 0.0);
@@ -84,9 +84,9 @@ fn solve_mms(
     (l2, h1, body.model().strain_energy(u).unwrap())
 }
 
-/// Truth: orders p + 1 in L2 and p in the energy norm, on smoothly distorted meshes, in a thorough test on straight ones too, and the
-/// strain energy 1.304876 (Roache 1998). Tolerance: the catalogue's 0.15 of the order over the finest pair of
-/// three meshes; the energy within the discretisation error, checked by its own order 2 p.
+/// Truth: orders p + 1 in L2 and p in the energy norm, and the strain energy 1.304876 (Roache 1998). The meshes are smoothly
+/// distorted, in a thorough test also straight. Tolerance: the catalogue's 0.15 of the order over the finest pair of three meshes.
+/// The energy agrees within the discretisation error, checked by its own order 2 p.
 #[test]
 fn mms_isotropic() {
     let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [wavy, |x| x];
@@ -117,7 +117,7 @@ fn mms_isotropic() {
     }
 }
 
-/// End deflection of the catalogue's cantilever with `n` cells across, 10 n along.
+/// End deflection of the catalogue's cantilever with `n` cells across and 10 n along.
 fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
     let mesh = block(kind, [10 * n, n, n], [100.0, 10.0, 10.0], |x| x);
     let end = mesh.points.iter().position(|x| *x == [100.0, 5.0, 5.0]).unwrap();
@@ -127,17 +127,17 @@ fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
     let u = body.contact_free_displacement();
     let reactions = body.model().reactions(u).unwrap();
     let sum: f64 = reactions.iter().map(|r| r[2]).sum();
-    // Rounding: the displacements' last bits times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
+    // Rounding: last bits of displacements times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
     assert!((sum + 1000.0).abs() < 1e-9 * 1000.0, "reaction {sum}");
     let moment: f64 = reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| r[0] * x[2]).sum();
-    // The traction's moment about y at the root, 1000 N at 100 mm, is carried by axial reactions.
+    // Axial reactions carry the moment of the traction about y at the root, 1000 N at 100 mm.
     assert!((moment.abs() / 1e5 - 1.0).abs() < 1e-9, "moment {moment}");
     u[end][2]
 }
 
-/// Truth: 1.9066 +- 0.0002, three-dimensional solution of the clamped cantilever. Enhanced
-/// hexahedra come within 1 % from two cells across the height, plain ones lock: with h the error of a shear-locking
-/// element is h^2-like but about (cell length / height)^2 / 2 of the bending part, several per cent here.
+/// Truth: 1.9066 +- 0.0002, three-dimensional solution of the clamped cantilever. Enhanced hexahedra agree to 1 % from two cells
+/// across the height. Plain ones lock: their error is h^2-like but about (cell length / height)^2 / 2 of the bending part, several
+/// per cent here.
 #[test]
 fn cantilever_end_shear() {
     let exact: f64 = 1.9066;

@@ -1,4 +1,4 @@
-//! Directions of the material axes: every way to give them, windings and laminates against closed forms.
+//! Directions of the material axes in all input forms. Windings and laminates against closed forms.
 
 use std::sync::Arc;
 
@@ -25,27 +25,27 @@ fn single(orientation: Orientation) -> RegionMaterial {
     RegionMaterial::Single(Box::new(placed(orientation)))
 }
 
-/// A body of one placement without loads.
+/// A body of one material without loads.
 fn body(mesh: Mesh, placement: RegionMaterial, supports: Vec<Support>) -> FeSpec {
     let mut body = spec(mesh, cfrp_of_tables(), HexFormulation::Enhanced, supports);
     body.regions = vec![(None, placement)];
     body
 }
 
-/// The same two directions for each solid of a mesh.
+/// A table of two directions for each solid of a mesh, given by its tag.
 fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
     let mut table = ElementAxes::new("the test");
     for cell in mesh.volume_cells() {
         let (tag, axes) = (mesh.tag(cell), axes(mesh.tag(cell)));
-        // Any length, and any part along the fibre.
+        // Directions of any length. The second one may have a part along the fibre.
         let second = axes.column(1) * 0.5 + axes.column(0) * 0.2;
         table.add(tag, (axes.column(0) * 3.0).into(), Some(second.into())).unwrap();
     }
     Orientation::PerElement(Arc::new(table))
 }
 
-/// Truth: one direction is the same however it is given: the body's fibre, a table with and without a second
-/// direction, one ply. Tolerance: rounding of the direction's normalisation, 1e-14 of the largest entry.
+/// Truth: a direction is the same in all input forms: the fibre of the body, a table with or without a second direction, one ply.
+/// Tolerance: rounding in the normalisation of the direction, 1e-14 of the largest entry.
 #[test]
 fn one_direction_is_the_same_in_every_way() {
     let (tilt, azimuth) = (0.0f64, 0.35f64);
@@ -74,8 +74,8 @@ fn one_direction_is_the_same_in_every_way() {
     }
 }
 
-/// Truth: physics does not know the axes: a body turned with its loads and its directions moves by the turned
-/// displacement. Directions differ from element to element. Tolerance: rounding through the factor.
+/// Truth: invariance under rotation. A body that is rotated with its loads and its directions has the rotated displacement.
+/// Directions differ between elements. Tolerance: rounding in the factorisation.
 #[test]
 fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     let turn = fibre_axes(0.6, -1.2);
@@ -101,7 +101,7 @@ fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     );
 }
 
-/// Radial displacement of the inner wall of a tube of cylindrical orthotropy under internal pressure in plane strain.
+/// Radial displacement of the inner wall of a cylindrically orthotropic tube under internal pressure in plane strain.
 ///
 /// # Source
 /// Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 25: sigma_r = A r^(k-1) + B r^(-k-1),
@@ -120,9 +120,9 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     a * (b_tt * hoop - b_tr * pressure)
 }
 
-/// Truth: Lekhnitskii's tube of cylindrical orthotropy (fibres in the hoop), radii 1 and 2, internal pressure, plane
-/// strain; a quarter with symmetry planes. Asserted: second order in the element size between n = 4, 8 and 16, and 0.5 %
-/// there; the same with every element's axes in a table, to rounding, and not with straight fibres.
+/// Truth: Lekhnitskii's tube of cylindrical orthotropy (hoop fibres), radii 1 and 2, internal pressure, plane strain, a quarter
+/// with symmetry planes. Convergence is second order in the element size between n = 4, 8 and 16, with 0.5 % at n = 16. A table
+/// with the axes of every element gives the same to rounding. Straight fibres give another result.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);
@@ -168,7 +168,7 @@ fn hoop_wound_tube_under_internal_pressure() {
     assert!((straight / exact - 1.0).abs() > 0.5, "{straight} {exact}");
 }
 
-/// In-plane stiffness of a ply whose fibre is at `angle` from x, plane stress, rows and columns xx, yy, xy.
+/// In-plane stiffness of a ply with its fibre at `angle` from x, in plane stress. Rows and columns are xx, yy, xy.
 ///
 /// # Source
 /// Jones, Mechanics of Composite Materials (1999), equations 2.61 and 2.85.
@@ -187,9 +187,9 @@ fn reduced_stiffness(angle: f64) -> Matrix3<f64> {
     Matrix3::new(q11(c2, s2), cross, b16, cross, q11(s2, c2), b26, b16, b26, b66)
 }
 
-/// Truth: classical lamination theory: under a uniform in-plane strain the mean stresses of a laminate are the
-/// thickness-weighted sums of its plies' reduced stiffnesses. The exact displacement is linear in each ply (thickness
-/// changes included), so that the elements have it: tolerance is rounding.
+/// Truth: classical lamination theory. Under a uniform in-plane strain the mean stresses of a laminate are the thickness-weighted
+/// sums over the reduced stiffnesses of its plies. The exact displacement is linear in each ply, including thickness changes, and
+/// the elements represent it. Tolerance: rounding.
 #[test]
 fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     let cross_ply = vec![(0.2, 0.0), (0.3, 90.0), (0.3, 90.0), (0.2, 0.0)];
@@ -220,8 +220,8 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     }
 }
 
-/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides take part in a uniform strain, by the work of the
-/// reactions: E = 1/2 strain : stress volume, polarised with unit strains.
+/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. They result from the virtual work of
+/// the reactions: E = 1/2 strain : stress volume, polarised with unit strains.
 fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3<f64> {
     let field = |strain: [f64; 3], x: [f64; 3]| {
         [strain[0] * x[0] + 0.5 * strain[2] * x[1], strain[1] * x[1] + 0.5 * strain[2] * x[0]]
@@ -255,8 +255,8 @@ fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3
     Vector3::new(virtual_work([1.0, 0.0, 0.0]), virtual_work([0.0, 1.0, 0.0]), virtual_work([0.0, 0.0, 1.0]))
 }
 
-/// Truth: the geometry of the stack: what lies in no ply, plies that hold nothing and elements across a border are
-/// found, each counted.
+/// Truth: the geometry of the stack. Elements outside all plies, plies without elements and elements across an interface are found
+/// and counted.
 #[test]
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);

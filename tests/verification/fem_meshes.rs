@@ -1,4 +1,4 @@
-//! Meshes for the finite-element tests: mapped boxes of hexahedra or tetrahedra, with named faces and nodes.
+//! Meshes for the finite-element tests: mapped boxes of solid elements with named faces and nodes.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use orthowear::fem::Support;
 use orthowear::mesh::faces::outer_faces;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Adds cells of one kind with a group of all of them.
+/// Adds cells of one kind and a group of these cells.
 pub fn add_cells(mesh: &mut Mesh, kind: ElementKind, name: &str, nodes: Vec<usize>) {
     let n = nodes.len() / kind.n_nodes();
     let block = mesh.blocks.len();
@@ -18,14 +18,14 @@ pub fn add_cells(mesh: &mut Mesh, kind: ElementKind, name: &str, nodes: Vec<usiz
     mesh.groups.push(PhysicalGroup { name: name.to_string(), dim: kind.dim(), tag, cells });
 }
 
-/// Corner `c` of a cell in the hexahedron's order, as steps along x, y, z.
+/// Corners of a cell in the hexahedron's node order, as steps along x, y, z.
 const HEX_STEPS: [[usize; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
 /// Kuhn's six tetrahedra of a cell (paths from corner 0 to corner 6), positively oriented.
 const KUHN: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 5, 1, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 7, 4, 6]];
 
-/// Calls a function generic in an element's shape functions and number of nodes for an element kind.
+/// Calls a generic function of shape functions and number of nodes for an element kind.
 #[macro_export]
 macro_rules! by_kind {
     ($kind:expr, $function:ident($($argument:expr),*)) => {{
@@ -67,7 +67,7 @@ pub fn linear(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// Corners of the elements of kind `kind` that fill the unit cube.
+/// Corners of the elements of `kind` that fill the unit cube.
 fn parts_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     let corner = |i: usize| HEX_STEPS[i].map(|x| x as f64);
     let corners = |list: &[usize]| list.iter().map(|&i| corner(i)).collect::<Vec<_>>();
@@ -87,7 +87,7 @@ fn parts_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     }
 }
 
-/// Nodes of the elements of kind `kind` that fill the unit cube.
+/// Nodes of the elements of `kind` that fill the unit cube.
 fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     let nodes = by_kind!(kind, reference_nodes());
     let place = |corners: &Vec<[f64; 3]>, xi: [f64; 3]| {
@@ -97,7 +97,7 @@ fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     parts_of_cube(kind).iter().map(|corners| nodes.iter().map(|&xi| place(corners, xi)).collect()).collect()
 }
 
-/// The box 0..size in `cells` cells of elements of kind `kind`, all nodes moved by `map`, with the volume group "body" and
+/// The box 0..size with `cells` cells of elements of `kind`, all nodes moved by `map`. It has the volume group "body" and the
 /// surface groups "x0", "x1", .. "z1".
 pub fn block(
     kind: ElementKind,
@@ -106,7 +106,7 @@ pub fn block(
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Mesh {
     let parts = nodes_of_cube(kind);
-    // Nodes lie on quarters of a cell.
+    // Nodes have coordinates in quarters of a cell.
     let mut known: HashMap<[usize; 3], usize> = HashMap::new();
     let mut straight: Vec<[f64; 3]> = Vec::new();
     let mut nodes = Vec::new();
@@ -160,7 +160,7 @@ pub fn macneal_harder() -> Mesh {
     mesh
 }
 
-/// Nodes on the outside of the mesh, ascending.
+/// Nodes of the outer surface, ascending.
 pub fn boundary_nodes(mesh: &Mesh) -> Vec<usize> {
     let mut nodes: Vec<usize> = outer_faces(mesh).into_iter().flat_map(|face| face.nodes).collect();
     nodes.sort_unstable();
@@ -168,7 +168,7 @@ pub fn boundary_nodes(mesh: &Mesh) -> Vec<usize> {
     nodes
 }
 
-/// Supports that give each of `nodes` the displacement `u` of its point along `components`.
+/// Supports that prescribe for each of `nodes` the displacement `u` of its point along `components`.
 pub fn prescribe(
     mesh: &mut Mesh,
     nodes: &[usize],
@@ -185,20 +185,20 @@ pub fn prescribe(
         .collect()
 }
 
-/// The catalogue's smooth distortion of the unit cube, which keeps its boundary.
+/// The catalogue's smooth distortion of the unit cube. The boundary does not change.
 pub fn wavy([x, y, z]: [f64; 3]) -> [f64; 3] {
     let bump: f64 = [x, y, z].iter().map(|c| (2.0 * std::f64::consts::PI * c).sin()).product();
     [x + 0.1 * bump, y, z]
 }
 
-/// A smooth distortion of the inside of the unit cube along all three directions, which keeps its boundary.
+/// A smooth distortion of the inside of the unit cube in all three directions. The boundary does not change.
 pub fn bulging([x, y, z]: [f64; 3]) -> [f64; 3] {
     let bump = |c: f64| 4.0 * c * (1.0 - c);
     let inside = bump(x) * bump(y) * bump(z);
     [x + 0.06 * inside, y + 0.05 * inside * x, z - 0.04 * inside * (0.5 - y)]
 }
 
-/// A distortion of inner nodes that follows no pattern, and a curved boundary.
+/// An irregular distortion of the inner nodes, with a curved boundary.
 pub fn rough(x: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = x;
     [

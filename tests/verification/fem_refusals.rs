@@ -1,4 +1,4 @@
-//! Bodies that must be refused, and what the message must say.
+//! Bodies that must be refused, and the content of the messages.
 
 use orthowear::element::ElementKind::{Hex8, Tet4};
 use orthowear::error::ErrorKind;
@@ -26,8 +26,8 @@ fn assert_says(message: &str, words: &[&str]) {
     }
 }
 
-/// Truth: docs/scene.md: what does not fit into the memory limit is refused before it begins; entries alone (row and value of
-/// each of the lower triangle) take 16 bytes.
+/// Truth: docs/scene.md. Work beyond the memory limit is refused before it begins. The entries alone (row and value of each in the
+/// lower triangle) take 16 bytes.
 #[test]
 fn refuses_to_assemble_beyond_the_memory() {
     let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
@@ -37,7 +37,7 @@ fn refuses_to_assemble_beyond_the_memory() {
     assert_says(error.message(), &["assembling 54 unknowns", "coarser mesh", "solver.memory_limit"]);
 }
 
-/// Truth: what a spec names must exist, be finite, be unique and cover the body.
+/// Truth: names in a specification must exist, values must be finite, regions must be unique and cover the body.
 #[test]
 fn refuses_wrong_specs() {
     assert_says(&refusal(cube(vec![clamp("bottom")])), &["bottom", "z0"]);
@@ -66,7 +66,7 @@ fn refuses_wrong_specs() {
     assert_says(&refusal(surface), &["body", "surfaces"]);
 }
 
-/// Truth: a reversed or collapsed element is named with its number.
+/// Truth: the message names an inverted or degenerate element by its number.
 #[test]
 fn refuses_inverted_elements() {
     for kind in [Hex8, Tet4] {
@@ -82,12 +82,12 @@ fn refuses_inverted_elements() {
     assert_says(&message, &["degenerate"]);
 }
 
-/// The names of the motions that the supports leave free, in one line.
+/// Names of the rigid-body modes that the supports leave, in one line.
 fn free_names(spec: FeSpec) -> String {
     find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: the rigid motions that leave the prescribed dofs at rest, found by hand.
+/// Truth: rigid-body modes with zero displacement at the prescribed dofs, found by hand.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
@@ -125,7 +125,7 @@ fn names_free_rigid_motions() {
     assert_says(&hinge, &["rotation about the direction (0.707, 0.707, 0.000)"]);
 }
 
-/// Two unit cubes of n³ cells each; the second moved by `offset`, sharing the nodes that coincide.
+/// Two unit cubes of n³ cells each. The second one is moved by `offset` and shares coincident nodes.
 fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     let mut mesh = block(Hex8, [n; 3], [1.0; 3], |x| x);
     let first: Vec<usize> = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell).to_vec()).collect();
@@ -143,8 +143,8 @@ fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// Truth: a part that touches the held one nowhere floats; one joined along an edge only turns about it, which no rigid
-/// motion of the whole shows but the factorisation does, naming a node.
+/// Truth: a part without connection to the supported part is unconstrained. A part that shares only an edge rotates about it. The
+/// rigid-body modes of the whole body do not contain this rotation, but the factorisation finds it and names a node.
 #[test]
 fn refuses_loose_and_hinged_parts() {
     let loose = refusal(two_cubes([5.0, 0.0, 0.0], 1));
@@ -154,8 +154,8 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
-/// Truth: as above, joined along an edge, along a part of it and at a node, for a body whose stiffness matrix is not factorised
-/// for lack of memory.
+/// Truth: as above, for parts that share an edge, a part of an edge or a node. There is no memory for a factorisation of the
+/// stiffness matrix.
 #[test]
 fn refuses_hinged_parts_without_a_factor() {
     for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {
@@ -172,7 +172,7 @@ fn refuses_hinged_parts_without_a_factor() {
     }
 }
 
-/// Truth: contact nodes are on the body and given once.
+/// Truth: contact nodes belong to the body and are unique.
 #[test]
 fn refuses_wrong_contact_nodes() {
     let model = || FeModel::new(cube(vec![clamp("z0")])).unwrap();

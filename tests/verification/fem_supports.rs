@@ -18,15 +18,15 @@ fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
     (body, u)
 }
 
-/// Truth: a block on springs k per area under a pressure p sinks p / k at its base, and its top p / k + p h / E, whatever
-/// the mesh (uniform stress is in every element); along x and y, which normal springs leave free, its mean stays.
-/// Tolerance: rounding of the solve (1e-10).
+/// Truth: a block is on springs k per area under a pressure p. It sinks by p / k at its base and by p / k + p h / E at its top. The
+/// mesh does not matter, because every element represents uniform stress. Normal springs leave x, y and the rotation about z
+/// unconstrained. Tolerance: rounding of the solve (1e-10).
 #[test]
 fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);
     for (kind, formulation) in ELEMENTS {
         for bedding in [FoundationStiffness::Normal(k), FoundationStiffness::Components([0.0, 0.0, k])] {
-            // Coarse elements of order 2 would fold.
+            // Coarse second-order elements would fold.
             let map = if kind.n_nodes() > 8 { |x: [f64; 3]| x } else { wavy };
             let mesh = block(kind, [3, 2, 3], [1.0, 1.5, h], map);
             let mut body = spec(mesh, isotropic(), formulation, vec![]);
@@ -47,9 +47,9 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     assert!(find_rigid_body_modes(&held).expect("sound supports").is_none());
 }
 
-/// Truth: a long beam on a foundation, loaded at its end by P, sinks there by 2 P lambda / (k b), lambda^4 = k b / (4 E I),
-/// and lies at height 0 first at lambda x = pi / 2 (Hetenyi 1946, semi-infinite beam). lambda h = 0.05: shear adds about
-/// its square, the 60 elements of lambda l = 0.1 as much; so 1 %.
+/// Truth: semi-infinite beam on a foundation under an end load P (Hetenyi 1946). It deflects there by 2 P lambda / (k b),
+/// lambda^4 = k b / (4 E I). Its first zero is at lambda x = pi / 2. With lambda h = 0.05 shear adds about its square. The 60
+/// elements of lambda l = 0.1 add as much, hence 1 %.
 #[test]
 fn a_beam_on_a_foundation() {
     let (h, b, e) = (1.0, 1.0, 1000.0_f64);
@@ -74,12 +74,12 @@ fn a_beam_on_a_foundation() {
     };
     let wanted = -2.0 * force * lambda / (k * b);
     assert!((deflection(0.0) / wanted - 1.0).abs() < 1e-2, "{} {wanted}", deflection(0.0));
-    // lambda x = pi / 2 lies between the nodes at 1.5 and 1.6.
+    // lambda x = pi / 2 is between the nodes at 1.5 and 1.6.
     assert!(deflection(30.0) * wanted > 0.0 && deflection(32.0) * wanted < 0.0);
 }
 
-/// Truth: a field that is linear on the outside is linear inside (patch test), the far strain of a larger body; rows
-/// by component. 1e-12 of the largest displacement.
+/// Truth: a linear field on the boundary is linear inside (patch test), here the far-field strain of a larger body. Rows of the
+/// gradient are components. Tolerance 1e-12 of the largest displacement.
 #[test]
 fn a_far_strain_field() {
     let gradient = [[1e-3, 2e-4, -3e-4], [5e-4, -7e-4, 1e-4], [2e-4, 4e-4, 6e-4]];
@@ -102,8 +102,8 @@ fn a_far_strain_field() {
     }
 }
 
-/// Truth: half of a symmetric body behaves as the whole one: same displacement at the same points (1e-11 of the
-/// largest). Planes that are bent or oblique are refused with what was found.
+/// Truth: half of a symmetric body has the same displacement at the same points as the whole body (1e-11 of the largest). Curved or
+/// oblique planes are refused with their normal or shape.
 #[test]
 fn a_plane_of_symmetry() {
     let load = |mesh, supports| {
@@ -134,7 +134,7 @@ fn a_plane_of_symmetry() {
     assert!(bent.contains("not plane"), "{bent}");
 }
 
-/// Truth: a stiffness of springs is positive, and stands on the outside of the body.
+/// Truth: the stiffness of springs is positive, and foundations are on the outer surface of the body.
 #[test]
 fn refuses_wrong_foundations() {
     for (group, bedding, words) in [

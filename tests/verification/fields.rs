@@ -1,4 +1,4 @@
-//! Field files: their values by plain formulas, and as meshio and VTK read them.
+//! Field files: their values against direct formulas and against what meshio and VTK read.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ use orthowear::output::surface_properties::SurfaceProperties;
 use orthowear::output::volume::volume_grid;
 use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
-/// A body whose displacement is the affine field of [`displacement`], whatever the tractions.
+/// A body with the affine displacement field of [`displacement`] under any tractions.
 struct AffineBody(Vec<[f64; 3]>);
 
 fn displacement(x: &[f64; 3]) -> [f64; 3] {
@@ -60,7 +60,7 @@ impl ElasticBody for AffineBody {
     ) -> Result<Option<StressField>> {
         let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
         let n = self.0.len();
-        // The meshes of these tests are one cell.
+        // The meshes of these tests have one cell.
         let points = RecoveryPoints {
             mesh_nodes: (0..n).collect(),
             cell_points: (0..n).collect(),
@@ -76,14 +76,14 @@ impl ElasticBody for AffineBody {
     }
 }
 
-/// Displacement and stress.
+/// Displacement and stress of the body.
 fn whole_field(body: &AffineBody) -> BodyField {
     let field = body.recover(&[]).expect("a field");
     let stress = body.recover_stress(&[], &field.displacement, ErrorEstimation::Skip).expect("a stress");
     BodyField { stress, ..field }
 }
 
-/// Numbers without pattern in -1..1 (the golden ratio's multiples), so that a permuted entry shows.
+/// Numbers in -1..1 without a pattern (multiples of the golden ratio). A permuted entry is detected.
 fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| 2.0 * ((i as f64 + seed) * 0.618_033_988_749_894_9).fract() - 1.0).collect()
 }
@@ -98,7 +98,7 @@ fn state(n: usize) -> FrameState {
     }
 }
 
-/// A frame of 3 x 2 cells, 0.6 x 0.5 in size, turned by 30 degrees.
+/// A frame of 3 x 2 cells of 0.6 x 0.5, turned by 30 degrees.
 fn frame() -> ContactFrame {
     ContactFrame::grid([0.9, 0.5], [3, 2], [0.2, -0.1], 30_f64.to_radians()).expect("a frame")
 }
@@ -111,7 +111,7 @@ fn reals(arrays: &[DataArray], name: &str) -> Vec<f64> {
     }
 }
 
-/// A unit cube of one hexahedron with mid-edge nodes, gmsh's node order (its reference manual, "Node ordering").
+/// A unit cube of one hexahedron with mid-edge nodes in gmsh's node order (its reference manual, "Node ordering").
 fn quadratic_cube() -> Mesh {
     let corners = [
         [0.0, 0.0, -1.0],
@@ -128,7 +128,7 @@ fn quadratic_cube() -> Mesh {
     one_cell(ElementKind::Hex20, &corners, &edges)
 }
 
-/// A tetrahedron with mid-edge nodes, gmsh's node order.
+/// A tetrahedron with mid-edge nodes in gmsh's node order.
 fn quadratic_tetrahedron() -> Mesh {
     let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 0.0]];
     one_cell(ElementKind::Tet10, &corners, &[(0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3)])
@@ -141,7 +141,7 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
     Mesh { source: "by hand".into(), points, blocks: vec![block], ..Default::default() }
 }
 
-/// Truth: the definition of the planes; a global vector is the local one turned by the frame's azimuth.
+/// Truth: the definition of the planes. A global vector is the local one turned by the azimuth of the frame.
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
@@ -162,8 +162,8 @@ fn frame_fields_are_the_planes_by_cell() {
     }
 }
 
-/// Truth: the affine displacement at the reference position of every point; action and reaction: a traction that
-/// is constant on the frame is found at the contact nodes inside it, reversed on body 1, and nowhere else.
+/// Truth: the affine displacement at the reference position of every point. Action and reaction: the contact nodes inside the frame
+/// carry its constant traction, with opposite sign on body 1. All other nodes carry zero.
 #[test]
 fn surfaces_carry_displacement_and_traction() {
     let mesh = quadratic_cube();
@@ -171,7 +171,7 @@ fn surfaces_carry_displacement_and_traction() {
     let body = AffineBody(mesh.points.clone());
     let field = body.recover(&[]).expect("a field");
     let lowest = mesh.points.iter().map(|x| x[2]).fold(0.0, f64::min);
-    // Body 1 looks at the frame with its top, body 2 with its base.
+    // The contact surface is the top of body 1 and the base of body 2.
     for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
         let contact: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == height).collect();
         let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact };
@@ -192,7 +192,7 @@ fn surfaces_carry_displacement_and_traction() {
     }
 }
 
-/// Truth: a frame of general polygons finds the same cells as the grid it was cut from, borders included.
+/// Truth: a frame of general polygons gives the same cells as the grid that it was made from, borders included.
 #[test]
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
@@ -212,7 +212,7 @@ fn a_frame_without_grid_is_searched_to_the_same_end() {
     assert_eq!(inside, 13 * 9, "points of the pattern inside 1.8 x 1.0, borders included");
 }
 
-/// Truth: what is given; a field of the wrong size is refused, not cut.
+/// Truth: the input. A field of the wrong size is an error and is not truncated.
 #[test]
 fn a_recovered_field_that_does_not_fit_is_refused() {
     let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: None };
@@ -256,7 +256,7 @@ fn json_grid(grid: &UnstructuredGrid, straight: bool) -> serde_json::Value {
     })
 }
 
-/// Python with meshio and VTK: $ORTHOWEAR_PYTHON or the project's .venv.
+/// Python with meshio and VTK, from $ORTHOWEAR_PYTHON or the .venv of the project.
 fn python() -> Option<PathBuf> {
     let program = std::env::var_os("ORTHOWEAR_PYTHON")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python"), PathBuf::from);
@@ -282,8 +282,8 @@ fn compare_with_readers(dir: &Path, expected: &serde_json::Value) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Truth: two independent readers, meshio and VTK, give back every array to the last bit; VTK's own edges of
-/// quadratic cells have their middle node midway.
+/// Truth: two independent readers, meshio and VTK, return every array to the last bit. The edges that VTK makes of quadratic cells
+/// have their middle node at the midpoint.
 #[test]
 fn meshio_and_vtk_read_what_was_given() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -363,7 +363,7 @@ fn polygons() -> UnstructuredGrid {
     grid
 }
 
-/// The Hertzian pressure of a circle of radius 1 on 64 x 64 cells, sticking inside half of it.
+/// Hertzian pressure on a circle of radius 1 on n x n cells. Cells within half the radius stick.
 fn hertz(n: usize) -> (ContactFrame, FrameState) {
     let frame = ContactFrame::grid([1.2, 1.2], [n, n], [0.0, 0.0], 0.0).expect("a frame");
     let radius = |i: usize| frame.centers[i].xy().norm();
@@ -382,8 +382,7 @@ fn hertz(n: usize) -> (ContactFrame, FrameState) {
     (frame, state)
 }
 
-/// Truth: the pictures are well-formed XML (as Python's parser reads them), and their size stays bounded on fine
-/// frames.
+/// Truth: the pictures are well-formed XML according to Python's parser. Their size stays below a limit on a fine frame.
 #[test]
 fn pictures_are_valid_and_small() {
     let dir = tempfile::tempdir().expect("a temporary folder");

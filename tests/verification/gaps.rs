@@ -1,4 +1,4 @@
-//! Gaps of all kinds against the closed forms of axisymmetric indenters.
+//! All shapes of gaps against the closed forms of axisymmetric indenters.
 
 use std::f64::consts::PI;
 
@@ -30,8 +30,8 @@ fn radius(record: &IncrementRecord) -> f64 {
     (record.contact_area / PI).sqrt()
 }
 
-/// Truth: case `cone-sneddon`: delta = (pi / 2) a tan b to 5e-3, a within a cell, the pressure at half of the radius (away
-/// from the logarithmic tip) to 1e-2.
+/// Truth: case `cone-sneddon`. delta = (pi / 2) a tan b to 5e-3, a within a cell. The pressure at half the radius, away from the
+/// logarithmic singularity at the tip, to 1e-2.
 #[test]
 fn a_cone() {
     let (a, cells) = (0.177_572_3, 50);
@@ -51,7 +51,7 @@ fn a_cone() {
     }
 }
 
-/// Truth: case `power-law-quartic`: delta of B r^4 to 5e-3, a within a cell.
+/// Truth: case `power-law-quartic`. delta for the gap B r^4 to 5e-3, a within a cell.
 #[test]
 fn a_quartic() {
     let (a, cells) = (1.003_105_65, 50);
@@ -62,8 +62,8 @@ fn a_quartic() {
     assert!((radius(found) - a).abs() < 2.5 * a / cells as f64);
 }
 
-/// Truth: case `sphere-exact-profile` (Segedin 1957), a / R = 0.4: the force of the sphere itself to 5e-3; that of its
-/// paraboloid at the same radius of contact is 7 % less. An ellipsoid of three equal semi-axes is the same sphere.
+/// Truth: case `sphere-exact-profile` (Segedin 1957), a / R = 0.4. The force of the exact sphere agrees to 5e-3. The paraboloid at
+/// the same contact radius has 7 % less. An ellipsoid with three equal semi-axes is the same sphere.
 #[test]
 fn an_exact_sphere() {
     for gap in [GapShape::Sphere { radius: 10.0 }, GapShape::SemiAxes { semi_axes: [10.0; 3], angle: 0.4 }] {
@@ -75,13 +75,13 @@ fn an_exact_sphere() {
     }
 }
 
-/// Truth: case `hertz-conforming-socket`: ball of 10 in a socket of 10.5, both of steel: Hertz with R = 210; 1e-2.
+/// Truth: case `hertz-conforming-socket`. Ball of 10 in a socket of 10.5, both of steel: Hertz with R = 210, to 1e-2.
 #[test]
 fn a_ball_in_a_socket() {
     let (a, cells) = (0.880_442_270_8, 50);
     let mut model = half_spaces(&steel(), Some(&steel()), (1.25 * a, cells), |_, _| 0.0);
     let n = model.frame.n_cells();
-    // The true surfaces of both, not their paraboloids: a ball's height less that of its socket.
+    // The exact surfaces instead of their paraboloids: height of the ball minus height of the socket.
     for (cell, center) in model.frame.centers.iter().enumerate() {
         let height = |r: f64| r - (r * r - center.x * center.x - center.y * center.y).sqrt();
         model.initial_gap[2 * n + cell] = height(10.0) - height(10.5);
@@ -93,8 +93,8 @@ fn a_ball_in_a_socket() {
     assert!(relative(radius(found), a) < 1e-2 + 1.25 / cells as f64, "{}", radius(found));
 }
 
-/// Truth: heights sampled from a turned and shifted ellipsoid are that ellipsoid: bilinear interpolation between points a
-/// fifth of a cell apart errs by h^2 / 8R, 2e-4 of the approach; so do the pressures.
+/// Truth: heights sampled from a rotated and displaced ellipsoid describe this ellipsoid. Bilinear interpolation between points a
+/// fifth of a cell apart has an error of h^2 / 8R, 2e-4 of the approach. The same holds for the pressures.
 #[test]
 fn a_turned_height_map_is_its_surface() {
     let (offset, angle) = ([0.1, -0.05], 0.6);

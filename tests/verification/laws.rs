@@ -9,8 +9,8 @@ fn slip_rule(p: f64, mu: [f64; 2], v: [f64; 2]) -> [f64; 2] {
     [-p * mu[0] * mu[0] * v[0] / norm, -p * mu[1] * mu[1] * v[1] / norm]
 }
 
-/// Truth: docs/theory-contact.md: radial return belongs with the step r M², and no other: fixed points of the pair
-/// (r M², radial) obey the slip rule to rounding, those of (r 1, radial) miss it by several percent.
+/// Truth: docs/theory-contact.md. Radial return requires the step r M². Fixed points of the pair (r M², radial) obey the slip rule
+/// to rounding. Those of (r 1, radial) miss it, by more than 1e-3 p away from the axes.
 #[test]
 fn radial_return_goes_with_the_metric_step() {
     let (mu, p, r) = ([0.4, 0.55], 7.0, 3.0);
@@ -31,7 +31,7 @@ fn radial_return_goes_with_the_metric_step() {
     }
 }
 
-/// Truth: docs/scene.md with the coefficients of the reference scene: mu at tilt 0, 30, 90 (and |tilt|).
+/// Truth: docs/scene.md with the coefficients of the reference scene. mu at tilts of 0, 30, 90 degrees and their negatives.
 #[test]
 fn frp_interpolation() {
     for (tilt, mu) in [(0.0_f64, [0.4, 0.5]), (30.0, [0.45, 0.516_666_666_666_666_7]), (90.0, [0.55, 0.55])] {
@@ -46,7 +46,7 @@ fn frp_interpolation() {
             let ellipse = law.ellipse().expect("friction");
             assert!((ellipse.mu[0] - mu[0]).abs() < 1e-15 && (ellipse.mu[1] - mu[1]).abs() < 1e-15);
             assert_eq!(ellipse.angle, 0.3);
-            // i_j = k mu_j for every tilt with the source's data.
+            // i_j = k mu_j for every tilt with the data of the source.
             let wear = WearLaw::Energy { k: 1.25e-9 }.specific_rate(Some(ellipse)).expect("wear");
             let frp = WearLaw::Frp {
                 i_l: 5.0e-10,

@@ -1,4 +1,4 @@
-//! Problems with known answers; each test names its truth and why its tolerance.
+//! Problems with known solutions. Each test names its truth and the reason for its tolerance.
 mod anisotropic;
 mod audit;
 mod bem;

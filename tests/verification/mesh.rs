@@ -1,4 +1,4 @@
-//! Meshes: what gmsh and meshio write is read as it is meant; damaged files are refused, never fatal.
+//! Meshes: files of gmsh and meshio are read correctly; damaged files are refused and never cause a panic.
 
 mod element_fields;
 mod gmsh_writes;

@@ -1,4 +1,4 @@
-//! Increments that are their own mirror images: so are their answers.
+//! Solutions of mirror-symmetric increments are mirror-symmetric.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::Model;
@@ -11,11 +11,11 @@ use crate::common::{
 };
 use crate::observed::pull;
 
-/// Residuals of 1e-11, and what they leave open of the largest value.
+/// Tolerance relative to the largest value, for residuals of 1e-11.
 const SOLVED: f64 = 2e-9;
 
-/// Compares tractions and wear depths at the end with their images along axis `across`, to a share of the largest: the traction along
-/// that axis is odd, all else even.
+/// Compares tractions and wear depths at the end with their mirror images along axis `across`, to a `share` of the largest value.
+/// The traction along this axis is odd, all other fields are even.
 fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     let run = solve_with(model, steps, &SolverOptions { tolerance: 1e-11, ..SolverOptions::default() });
     assert_eq!(run.outcome, Outcome::Converged);
@@ -40,8 +40,8 @@ fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     }
 }
 
-/// Truth: the mirror image of a solution solves the mirrored problem, and there is one solution. Pressures alone, by approach and by
-/// force, on all of a small frame and on windows of a large one.
+/// Truth: the mirror image of a solution solves the mirrored problem, and the solution is unique. Pressures alone, by approach and
+/// by force, on a whole small frame and on windows of a large one.
 #[test]
 fn hertz() {
     for cells in [20, 72] {
@@ -51,8 +51,8 @@ fn hertz() {
     }
 }
 
-/// Truth: as above. Equal bodies pulled along x or y, in partial slip, by force and by shift, with a law that is the same in all
-/// directions, given by turned axes.
+/// Truth: as above. Equal bodies are pulled along x or y in partial slip, by force and by displacement. The friction law is
+/// isotropic, given in rotated axes.
 #[test]
 fn partial_slip() {
     for (cells, across) in [(24, 1), (64, 1), (24, 0)] {
@@ -63,7 +63,8 @@ fn partial_slip() {
     }
 }
 
-/// Truth: as above, where pressure and shear are coupled: fibres tilted in the plane of the mirror, by approach, shift and forces.
+/// Truth: as above, with coupled pressures and tangential tractions. Fibres are tilted in the plane of the mirror. Controls are
+/// approach, displacement and forces.
 #[test]
 fn tilted_fibres() {
     for cells in [24, 64] {
@@ -73,8 +74,8 @@ fn tilted_fibres() {
     }
 }
 
-/// Truth: as above, for wear depths of cycles in gross and in partial slip. Where cells stick through partial slip is found by strokes
-/// of residuals of 1e-6 only (src/evolution/fretting/cycle_state.rs).
+/// Truth: as above, for the wear depths of cycles in gross and in partial slip. In partial slip the stick zone results from strokes
+/// with residuals of only 1e-6 (src/evolution/fretting/cycle_state.rs).
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);

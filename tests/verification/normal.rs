@@ -1,4 +1,4 @@
-//! Isotropic normal contact and the displacements that known loads cause.
+//! Isotropic normal contact and displacements under known loads.
 
 mod loads;
 mod scaling;

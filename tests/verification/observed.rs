@@ -1,4 +1,4 @@
-//! Watches a run increment by increment.
+//! Observes a run increment by increment.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ impl Observer for Kept {
     }
 }
 
-/// Runs and keeps the fields of every increment.
+/// Runs and returns the fields of every increment.
 pub fn follow(model: &Model, steps: &[Step], options: &SolverOptions) -> (RunResult, Vec<FrameState>) {
     let mut kept = Kept::default();
     let result = run(model, steps, options, None, &mut kept).expect("a run without errors");
@@ -42,13 +42,13 @@ pub fn press_and_pull(normal: f64, tangential: [f64; 2]) -> Step {
     Step { normal: Some(Normal::Force(normal)), ..pull(tangential) }
 }
 
-/// Radius of the circle of the same area.
+/// Radius of the circle of this area.
 pub fn radius(area: f64) -> f64 {
     (area / PI).sqrt()
 }
 
-/// Semi-axes (long, short) and angle of the long one from x, degrees in (-90, 90], of the ellipse with pressures p0 sqrt(1 - ..)
-/// that has the second moments of `pressure`: the mean of X² over such pressures is a² / 5.
+/// Semi-axes (long, short) of the ellipse with pressures p0 sqrt(1 - ..) and the second moments of `pressure`. The third value is
+/// the angle of the long axis from x, degrees in (-90, 90]. For such pressures the mean of X² is a² / 5.
 pub fn hertz_ellipse(frame: &ContactFrame, pressure: &[f64]) -> (f64, f64, f64) {
     let mut moments = [0.0; 4];
     for ((center, area), p) in frame.centers.iter().zip(&frame.areas).zip(pressure) {

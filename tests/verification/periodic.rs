@@ -1,4 +1,4 @@
-//! Contact on frames that repeat themselves: line contacts and wavy surfaces.
+//! Contact on periodic frames: line contacts and wavy surfaces.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Two half-spaces (the upper rigid if `None`) on one period, gap by position.
+/// Two half-spaces (the upper one rigid if `None`) on one period, with the gap as a function of position.
 pub fn repeated(
     materials: [Option<&Stiffness>; 2],
     (half_width, cells, periodic): ([f64; 2], [usize; 2], [bool; 2]),
@@ -48,7 +48,7 @@ pub fn repeated(
     }
 }
 
-/// A line contact of a rigid body on steel: one cell along y, one mm long.
+/// A line contact of a rigid body on steel with one cell of 1 mm along y.
 fn line(half_width: f64, cells: usize, gap: impl Fn(f64) -> f64) -> Model {
     let (steel, frame) = (steel(), ([half_width, 0.5], [cells, 1], [false, true]));
     repeated([Some(&steel), None], frame, |x, _| gap(x))
@@ -62,9 +62,9 @@ fn pressures(result: &RunResult) -> &[f64] {
     &result.state.tractions[2 * n..]
 }
 
-/// Truth: catalogue case `hertz-line`: p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)); 1e-2 is the catalogue's, cells of a / 50 give
-/// 1e-3. The approach from the kernel that vanishes at half the frame's width w: δ = (2 P' / π E*) (ln(2 w / a) + 1/2), from
-/// ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
+/// Truth: catalogue case `hertz-line`. p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)). The catalogue's tolerance is 1e-2, and cells
+/// of a / 50 give 1e-3. The kernel vanishes at half the width w of the frame. Hence the approach δ = (2 P' / π E*) (ln(2 w / a) +
+/// 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
 #[test]
 fn hertz_line() {
     let (width, load) = (0.5, 500.0);
@@ -78,14 +78,14 @@ fn hertz_line() {
     assert!(!record.contact_touches_edge);
 }
 
-/// Truth: catalogue case `wedge-2d`: a = P' / (E* tan β) to a cell, p(a / 2) = (E* tan β / π) acosh 2 to 1e-2.
+/// Truth: catalogue case `wedge-2d`. a = P' / (E* tan β) to a cell, p(a / 2) = (E* tan β / π) acosh 2 to 1e-2.
 #[test]
 fn wedge_2d() {
     let model = line(0.1, 400, |x| x.abs() * 2.0_f64.to_radians().tan());
     let result = solve(&model, &[press(500.0)]);
     let (a, h) = (0.06204521545, 0.0005);
     assert!((result.records[0].contact_area / 2.0 - a).abs() < h, "{}", result.records[0].contact_area);
-    // Linear between the centres beside a / 2.
+    // Linear interpolation between the cell centres around a / 2.
     let position = (a / 2.0 + 0.1) / h - 0.5;
     let (cell, share) = (position.floor() as usize, position.fract());
     let p = pressures(&result);
@@ -93,13 +93,14 @@ fn wedge_2d() {
     assert!(relative(found, 3378.187305) < 1e-2, "{found}");
 }
 
-/// One wavelength of 1 mm with an amplitude of 0.002 mm.
+/// One period of a wave with a wavelength of 1 mm and an amplitude of 0.002 mm.
 fn wave(cells: [usize; 2], lower: &Stiffness) -> Model {
     let frame = ([0.5, 0.3], cells, [true, true]);
     repeated([Some(lower), None], frame, |x, _| 0.002 * (1.0 - (2.0 * PI * x).cos()))
 }
 
-/// Truth: catalogue case `wavy-1d-westergaard` in partial contact: half-width to one cell of 256, peak pressure to 5e-3.
+/// Truth: catalogue case `wavy-1d-westergaard` in partial contact. The half-width agrees to one cell of 256, the peak pressure to
+/// 5e-3.
 #[test]
 fn wavy_1d_westergaard() {
     let expected =
@@ -119,8 +120,8 @@ fn wavy_1d_westergaard() {
     }
 }
 
-/// Truth: the same beyond p*: contact is complete and p = p̄ + p* cos(2 π x / λ) to 1e-10, whatever the cells; the approach is that of
-/// the mean planes, Δ. On CFRP p* = 2 π Δ / W_nn of the wave's direction (catalogue case `aniso-sinusoidal-load`).
+/// Truth: beyond p* contact is complete and p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of cells. The approach is that of
+/// the mean planes, Δ. On CFRP p* = 2 π Δ / W_nn for the direction of the wave (catalogue case `aniso-sinusoidal-load`).
 #[test]
 fn complete_contact_is_exact() {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
@@ -139,9 +140,9 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame far larger than the contact does not feel its images. The nearest of them bend the surface by
-/// P / (π E* L³) against 1 / (2 R): 2e-4 of it here. Both grids have the same cells, whose tractions are constant on
-/// the open frame and smooth on the periodic one: 5e-3 of the peak at 16 cells along the contact.
+/// Truth: a frame much larger than the contact is not affected by its periodic images. The nearest images bend the surface by P /
+/// (π E* L³), against 1 / (2 R): here 2e-4 of it. Both grids have the same cells. Cell tractions are constant on the open frame and
+/// smooth on the periodic one. This gives 5e-3 of the peak at 16 cells along the contact.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));
@@ -157,8 +158,8 @@ fn large_frames_agree_with_open_ones() {
     }
 }
 
-/// Truth: Cattaneo and Mindlin in plane strain, c / a = sqrt(1 - Q / μP), for equal bodies, to one cell; and equal along y where the
-/// frame has several cells there. (K.L. Johnson 1985, 7.2.)
+/// Truth: Cattaneo and Mindlin in plane strain, c / a = sqrt(1 - Q / μP), for equal bodies, to one cell (K.L. Johnson 1985, 7.2).
+/// The frame has one or several cells along y.
 #[test]
 fn partial_slip_of_a_line_contact() {
     let steel = steel();
@@ -177,7 +178,8 @@ fn partial_slip_of_a_line_contact() {
     }
 }
 
-/// Truth: shapes stand at their nearest image, so a sphere off the middle by a third of a period is the middle one moved on.
+/// Truth: the gap is evaluated at the nearest periodic image. A sphere that is off the centre by a third of a period has the
+/// shifted gap of the centred one.
 #[test]
 fn shapes_stand_at_their_nearest_image() {
     let frame =

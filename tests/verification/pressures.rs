@@ -1,4 +1,4 @@
-//! Solvers of pressures alone: projected conjugate gradients against Barzilai-Borwein projection.
+//! Solvers for pressures alone: projected conjugate gradients against Barzilai-Borwein projection.
 
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use orthowear::frame::ContactFrame;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 
-/// A sphere with waves of three lengths, so that the contact is a number of islands.
+/// A sphere with waves of three lengths. The contact consists of several islands.
 fn rough(x: f64, y: f64) -> f64 {
     let wave = |k: f64, angle: f64| (k * (angle.cos() * x + angle.sin() * y)).cos();
     sphere(20.0)(x, y) + 5e-4 * (3.0 + wave(9.0, 0.3) + wave(17.0, 1.4) + wave(31.0, 2.2))
 }
 
-/// The operator of a model without an approximate inverse.
+/// The operator of a model without its preconditioner.
 struct Bare(Arc<dyn Flexibility>);
 
 impl Flexibility for Bare {
@@ -43,13 +43,13 @@ fn bare(model: Model) -> Model {
 }
 
 fn steps() -> [Step; 5] {
-    // Pressing, more, less, by approaches and by forces; nothing at the end.
+    // Loading, unloading, by approach and by force, and finally no contact.
     [indent(0.004), indent(0.012), press(150.0), press(90.0), indent(-0.001)]
         .map(|step| Step { friction: false, ..step })
 }
 
-/// Truth: the problem is strictly convex, so that every solver ends in its one solution (1e-7 of the peak pressure: residuals
-/// of 1e-10 times the condition number of S_nn, below 100); a solver that uses curvature needs fewer products.
+/// Truth: the problem is strictly convex, and all solvers converge to its unique solution. The tolerance 1e-7 of the peak pressure
+/// covers residuals of 1e-10 times the condition number of S_nn, below 100. A solver that uses curvature needs fewer products.
 #[test]
 fn conjugate_gradients_end_where_projection_does() {
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
@@ -79,8 +79,8 @@ fn conjugate_gradients_end_where_projection_does() {
     }
 }
 
-/// Truth: the approximate inverse of the half-space operator is symmetric and positive definite, and S times it is near the
-/// identity for pressures that vary inside the frame (within a factor of 2 for waves of 3 to 12 cells, Vollebregt 2014).
+/// Truth: the approximate inverse of the half-space operator is symmetric and positive definite. Its product with S is near the
+/// identity for pressures that vary inside the frame. (Within a factor of 2 for waves of 3 to 12 cells, Vollebregt 2014.)
 #[test]
 fn the_approximate_inverse_is_one() {
     let (n, half_width) = (48, 0.8);
@@ -112,7 +112,7 @@ fn the_approximate_inverse_is_one() {
         let other = bump(7.0, 0.4 + i as f64);
         let (a, b) = (dot(&other, &z), dot(&r, &apply(&other).0));
         let size = (dot(&z, &z) * dot(&other, &other)).sqrt();
-        // It is computed in single precision.
+        // The approximate inverse is computed in single precision.
         assert!((a - b).abs() < 1e-5 * size, "{a} {b}");
     }
 }

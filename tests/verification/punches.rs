@@ -1,4 +1,4 @@
-//! Flat punches of any outline: pressed, tilted, twisted, shifted, bonded.
+//! Flat punches of any outline: pressed, tilted, twisted, displaced tangentially, bonded.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use orthowear::material::Stiffness;
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
 use crate::observed::pull;
 
-/// Friction that no punch overcomes but in the cells at its rim.
+/// Friction that only the cells at the edge of a punch overcome.
 const BONDED: FrictionLaw = FrictionLaw::Coulomb { mu: 100.0 };
 
-/// A frame of cells inside `outline`, the largest extent of which has `cells` cells; a cell of room around it.
+/// A frame of the cells inside `outline`, with `cells` cells across the extent `2 extent` and a margin of one cell.
 pub fn frame(outline: &Outline, extent: f64, cells: usize) -> ContactFrame {
     let spacing = 2.0 * extent / cells as f64;
     let n = cells + 2;
@@ -35,7 +35,7 @@ fn disc(radius: f64) -> Outline {
     Outline::Circle { radius, center: [0.0; 2] }
 }
 
-/// Half-spaces (the upper rigid if `None`) on it.
+/// A model of half-spaces on `frame`. The upper body is rigid if it is `None`.
 pub fn model(lower: &Stiffness, upper: Option<&Stiffness>, frame: ContactFrame, gap: GapShape) -> Model {
     let mut body1 = HalfSpaceBody::new(lower, Side::Lower, &frame).expect("a half-space");
     let mut body2: Box<dyn ElasticBody> = match upper {
@@ -67,16 +67,16 @@ fn moduli(g: f64, nu: f64) -> Stiffness {
     Stiffness::isotropic(2.0 * g * (1.0 + nu), nu).expect("an admissible material")
 }
 
-/// Pressure of the cell whose centre is nearest to (x, y).
+/// Value of the cell whose centre is nearest to (x, y).
 fn at(frame: &ContactFrame, values: &[f64], x: f64, y: f64) -> f64 {
     let distance = |cell: usize| (frame.centers[cell].x - x).hypot(frame.centers[cell].y - y);
     let cell = (0..frame.n_cells()).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("cells");
     values[cell]
 }
 
-/// Truth: case `punch-flat-circular` (Boussinesq): F = 2 E* a delta to 1e-2 at 20 cells along the radius, the pressure in the
-/// middle to 5e-3, positive everywhere and without a checkerboard (it rises along a radius); the surface beside the punch
-/// rises as (2 delta / pi) asin(a / r), 1e-2 as the force. The outline is no edge of the frame.
+/// Truth: case `punch-flat-circular` (Boussinesq). F = 2 E* a delta to 1e-2 at 20 cells along the radius, the pressure at the
+/// centre to 5e-3. Pressures are positive and increase along a radius, without a checkerboard. Beside the punch the surface sinks
+/// by (2 delta / pi) asin(a / r), to 1e-2 as the force. The outline does not count as an edge of the frame.
 #[test]
 fn a_circular_punch() {
     let (a, delta) = (2.0, 0.01);
@@ -86,7 +86,7 @@ fn a_circular_punch() {
     let found = &result.records[0];
     assert!(relative(found.normal_force, 9_230.769_231) < 1e-2, "{}", found.normal_force);
     assert!(!found.contact_touches_edge && result.warnings.is_empty(), "{:?}", result.warnings);
-    // Cells keep their places in the grid, so the sums over them do too.
+    // Cells keep their places in the grid, and the convolution stays exact.
     assert!(found.certificate.operator_defect.expect("a grid") < 1e-12, "{:?}", found.certificate);
     let n = frame.n_cells();
     let pressure = &result.state.tractions[2 * n..];
@@ -96,7 +96,7 @@ fn a_circular_punch() {
     let along: Vec<f64> = (0..20).map(|i| at(&frame, pressure, 0.05 + 0.1 * f64::from(i), 0.05)).collect();
     assert!(along.windows(2).all(|pair| pair[1] > pair[0]), "{along:?}");
 
-    // The whole surface, from the pressures in the cells of a wider grid.
+    // Displacement of the whole surface, from the pressures on the cells of a wider grid.
     let wide = ContactFrame::grid([4.5; 2], [90, 90], [0.0; 2], 0.0).expect("a grid");
     let body = HalfSpaceBody::new(&steel(), Side::Lower, &wide).expect("a half-space");
     let mut tractions = vec![0.0; 3 * wide.n_cells()];
@@ -108,15 +108,15 @@ fn a_circular_punch() {
     let sunk: Vec<f64> =
         body.recover(&tractions).expect("a field").displacement.iter().map(|u| -u[2]).collect();
     for (r, wanted) in [(2.0 * a, 0.003_333_333_333), (1.1 * a, 0.007_264_446_963)] {
-        // Between the two centres around r.
+        // Mean of the two cells around r.
         let (low, high) = (at(&wide, &sunk, r - 0.05, 0.05), at(&wide, &sunk, r + 0.05, 0.05));
         assert!(relative(0.5 * (low + high), wanted) < 1e-2, "{r}: {low} {high} {wanted}");
     }
 }
 
-/// Truth: case `punch-flat-square`: F / (E* L delta) = pi C = 1.152303513 from the capacitance of a square plate (Hwang,
-/// Mascagni, Won 2010): 6e-3 at 64 cells, 3e-3 at 128, Richardson of order 1 to 1e-3. A polygon on a wider grid has the same
-/// cells, hence the same force to the solver's tolerance.
+/// Truth: case `punch-flat-square`. F / (E* L delta) = pi C = 1.152303513 from the capacitance of a square plate (Hwang, Mascagni,
+/// Won 2010). Tolerances: 6e-3 at 64 cells, 3e-3 at 128, 1e-3 after Richardson extrapolation of order 1. A polygon on a wider grid
+/// has the same cells and the same force to the tolerance of the solver.
 #[test]
 fn a_square_punch() {
     let material = Stiffness::isotropic(1.0, 0.0).expect("E* = 1");
@@ -134,11 +134,12 @@ fn a_square_punch() {
     assert!(relative(force(within), coarse) < 1e-6);
 }
 
-/// Truth: a frictionless circular punch under a load P at a distance e < a/3 from its middle leans by theta = 3 P e /
-/// (4 E* a^3) (Johnson 1985, 3.3). Derived here: a pressure C x / sqrt(a^2 - r^2) gives a linear displacement; its slope in
-/// the middle is (1 / pi E*) of the integral of p x / r^3, C pi / (2 E*), so C = 2 E* theta / pi, and its moment is
-/// C pi (2 a^3 / 3) = (4/3) E* a^3 theta. 1.5e-2 at 30 cells along the radius, 1e-2 and less than before at 60 (the
-/// singular rim costs the first order, the stair of cells about 3e-3 of a). About any axis; unloaded in increments and loaded again the same, without friction.
+/// Truth: a frictionless circular punch tilts by theta = 3 P e / (4 E* a^3) under a load P at an eccentricity e < a/3 (Johnson
+/// 1985, 3.3). Derived here: a pressure C x / sqrt(a^2 - r^2) gives a linear displacement. Its slope at the centre is (1 / pi E*)
+/// times the integral of p x / r^3, which is C pi / (2 E*). Hence C = 2 E* theta / pi, and the moment is C pi (2 a^3 / 3) = (4/3)
+/// E* a^3 theta. The error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge gives first order,
+/// the stepped outline about 3e-3 of a. Axes are arbitrary. Without friction, unloading in increments and loading again gives the
+/// same state.
 #[test]
 fn a_tilting_punch() {
     let (a, force, modulus) = (1.0, 1000.0, 210e3 / 0.91);
@@ -159,7 +160,7 @@ fn a_tilting_punch() {
         (0..2).for_each(|k| {
             assert!((again.rotation[k] - found.rotation[k]).abs() < 1e-5 * found.rotation[1].abs())
         });
-        // The rotation found, prescribed, needs the moment.
+        // The rotation of the solution, prescribed, needs the same moment.
         let turned = Step { tilt: Some(Tilt::Rotation(found.rotation.map(f64::to_radians))), ..press(force) };
         let held = last(&flat, &[turned]);
         (0..2).for_each(|k| assert!((held.moment[k] - moment[k]).abs() < 1e-5 * 200.0));
@@ -170,15 +171,15 @@ fn a_tilting_punch() {
         relative(last(model, std::slice::from_ref(&lean)).rotation[1].to_radians(), 200.0 / stiffness)
     });
     assert!(fine < 1e-2 && fine < 0.8 * coarse, "{coarse} {fine}");
-    // Beyond a / 3 it lifts on one side; beyond a it tips off.
+    // Beyond a / 3 the punch lifts on one side. Beyond a it tips over.
     let lifted = last(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 700.0])), ..press(force) }]);
     assert!(lifted.contact_area < 0.9 * PI * a * a, "{}", lifted.contact_area);
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 1050.0])), ..press(force) }]);
     assert_eq!(off.outcome, Outcome::NotConverged("contact-lost"));
 }
 
-/// Truth: case `torsion-reissner-sagoci`: T = (16/3) G a^3 theta and tau = 4 G theta r / (pi sqrt(a^2 - r^2)) under a bonded
-/// disc, 1e-2.
+/// Truth: case `torsion-reissner-sagoci`. Under a bonded disc T = (16/3) G a^3 theta and tau = 4 G theta r / (pi sqrt(a^2 - r^2)),
+/// to 1e-2.
 #[test]
 fn torsion_of_a_bonded_disc() {
     let frame = frame(&disc(1.0), 1.0, 60);
@@ -192,15 +193,15 @@ fn torsion_of_a_bonded_disc() {
     let torque = result.records[1].moment[2] / theta;
     assert!(relative(torque, 16.0 / 3.0) < 1e-2, "{torque}");
     let n = frame.n_cells();
-    // Traction on body 2 is against its motion: along -y at x > 0.
+    // The traction on body 2 opposes its motion: along -y at x > 0.
     let shear = -at(&frame, &result.state.tractions[n..2 * n], 0.5 - 1.0 / 60.0, 1.0 / 60.0) / theta;
     let (x, y) = (0.5 - 1.0 / 60.0, 1.0 / 60.0_f64);
     let wanted = 4.0 / PI * x / (1.0 - x * x - y * y).sqrt();
     assert!(relative(shear, wanted) < 1e-2, "{shear} {wanted}");
 }
 
-/// Truth: case `stick-tangential-punch`: Q = 8 G a u / (2 - nu) for one half-space, half of it for two equal ones, where
-/// shift and pressure do not touch each other; 1e-2. nu = 0.4999 in the place of 0.5, which is no elastic constant here.
+/// Truth: case `stick-tangential-punch`. Q = 8 G a u / (2 - nu) for one half-space and half of it for two equal ones, to 1e-2. For
+/// equal bodies tangential displacement and pressure are uncoupled. nu = 0.4999 replaces 0.5, which is not admissible here.
 #[test]
 fn shift_of_a_sticking_disc() {
     for (nu, wanted) in [(0.0, 4.0), (0.3, 4.705_882_353), (0.4999, 5.333_333_333)] {
@@ -217,8 +218,8 @@ fn shift_of_a_sticking_disc() {
     }
 }
 
-/// Truth: case `punch-bonded-normal` (Mossakovskii 1954): pressed in while it sticks, a disc carries ((1 - nu) / (1 - 2 nu))
-/// ln(3 - 4 nu) of what it carries without friction; 1e-2.
+/// Truth: case `punch-bonded-normal` (Mossakovskii 1954). Pressed under full stick, a disc carries ((1 - nu) / (1 - 2 nu)) ln(3 - 4
+/// nu) times the frictionless load, to 1e-2.
 #[test]
 fn a_bonded_punch_is_stiffer() {
     for (nu, wanted) in [(0.0, 1.098_612_289), (0.3, 1.028_626_664), (0.49, 1.000_128_185)] {
@@ -230,7 +231,7 @@ fn a_bonded_punch_is_stiffer() {
     }
 }
 
-/// Springs under each cell: uniform pressure under a flat punch.
+/// A spring under each cell: the pressure under a flat punch is uniform.
 struct Springs(usize);
 
 impl Flexibility for Springs {
@@ -251,8 +252,8 @@ impl Flexibility for Springs {
     }
 }
 
-/// A disc of radius 1 of 100 cells across on springs of unit stiffness under unit pressure that has slid far: by `distance`
-/// along x while it turns by `angle`, many times what the springs give.
+/// A disc of radius 1 with 100 cells across on springs of unit stiffness under unit pressure, after large sliding. It moves by
+/// `distance` along x and turns by `angle`, many times the deflection of the springs.
 fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let frame = frame(&disc(1.0), 1.0, 100);
     let n = frame.n_cells();
@@ -269,9 +270,9 @@ fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     last(&disc, &[pressed, Step { spin: Some(Spin::Twist(angle)), ..shift(distance, 0.0) }])
 }
 
-/// Truth: case `spin-slide-isotropic` (Contensou 1963): force and moment of a disc under uniform pressure that slides by
-/// lambda of its rim's spin; 1e-3 of the load on a disc of 100 cells. Reported ones act on the body below: against those on the disc.
-/// Pure sliding mu P, pure spin (2/3) mu P a.
+/// Truth: case `spin-slide-isotropic` (Contensou 1963). A disc under uniform pressure slides at lambda times the spin velocity of
+/// its edge. Force and moment agree to 1e-3 of the load with 100 cells. The reported values act on the lower body, opposite to
+/// those on the disc. Pure sliding gives mu P, pure spin (2/3) mu P a.
 #[test]
 fn spinning_and_sliding() {
     let far = 1e6;
@@ -289,8 +290,8 @@ fn spinning_and_sliding() {
     assert!(relative(spinning.moment[2], 2.0 / 3.0 * spinning.normal_force) < 1e-3, "{}", spinning.moment[2]);
 }
 
-/// Truth: case `spin-orthotropic-closed-form`: T = (2/3) P a (2 / pi) mu2 E(1 - mu1^2 / mu2^2) = 0.1027976283 P a; 1e-3. The
-/// ellipse may be turned by any angle.
+/// Truth: case `spin-orthotropic-closed-form`. T = (2/3) P a (2 / pi) mu2 E(1 - mu1^2 / mu2^2) = 0.1027976283 P a, to 1e-3. The
+/// angle of the friction ellipse is arbitrary.
 #[test]
 fn spinning_with_elliptic_friction() {
     for angle in [0.0, 0.7] {
@@ -300,8 +301,8 @@ fn spinning_with_elliptic_friction() {
     }
 }
 
-/// Truth: case `str-conforming-flat`: every cell of a flat contact stays in contact and under pressure, singular as it is at
-/// the rim; noise of an ulp in the gaps changes nothing beyond 1e-9.
+/// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact under pressure, although the pressure is
+/// singular at the edge. Noise of an ulp in the gaps changes nothing beyond 1e-9.
 #[test]
 fn noise_in_a_conforming_gap() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -322,9 +323,9 @@ fn noise_in_a_conforming_gap() {
     assert!(relative(a.records[0].approach, b.records[0].approach) < 1e-9);
 }
 
-/// Truth: case `str-conforming-flat`: flat on flat with every cell of the frame in contact and noise of an ulp in the gaps takes fewer
-/// than ten iterations to a residual of 1e-6, pressed by itself and pulled after with mu P / 3, and not one more than without the noise:
-/// nothing flutters between sets. (The catalogue names no residual; conjugate gradients take twelve to 1e-8.)
+/// Truth: case `str-conforming-flat`. Flat on flat, all cells of the frame are in contact, with noise of an ulp in the gaps.
+/// Pressing and then pulling with mu P / 3 each take fewer than ten iterations to a residual of 1e-6. The noise adds no iteration:
+/// the active set does not oscillate. (The catalogue names no residual. Conjugate gradients take twelve iterations to 1e-8.)
 #[test]
 fn conforming_contacts_take_few_iterations() {
     let square = ContactFrame::grid([1.0; 2], [40; 2], [0.0; 2], 0.0).expect("a grid");

@@ -1,4 +1,4 @@
-//! Recovered stress, its error estimate, and what is derived from them.
+//! Recovered stress, its error estimate, and derived quantities.
 
 mod estimate;
 mod manufactured;

@@ -1,4 +1,4 @@
-//! Runs taken up again from each of their checkpoints, against the run that was not interrupted.
+//! Runs resumed from each of their checkpoints, against the uninterrupted run.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ use orthowear::simulation::{Simulation, build_with};
 
 use crate::common::usual_or_finest;
 
-/// Writes a checkpoint wherever the run could be taken up, each into a folder of its own, and keeps every state.
+/// Writes every checkpoint into a folder of its own and keeps every state.
 struct Keeping<'a> {
     operator: &'a dyn Flexibility,
     folder: &'a Path,
@@ -45,7 +45,7 @@ fn origin() -> Provenance {
     Provenance::new(serde_json::Value::Null, Vec::new())
 }
 
-/// Everything of a run that follows from the scene, as text and bits.
+/// All results of a run that the scene determines, as text and bits.
 #[derive(PartialEq)]
 struct Outcome {
     records: Vec<String>,
@@ -71,7 +71,7 @@ impl Outcome {
         }
     }
 
-    /// Says where the end of a run differs from that of another.
+    /// Asserts that the run ends as another one, and names the first difference.
     #[track_caller]
     fn assert_ends_as(&self, whole: &Self, place: &str) {
         for (i, (found, expected)) in self.records.iter().zip(&whole.records).enumerate() {
@@ -86,7 +86,7 @@ impl Outcome {
     }
 }
 
-/// Runs `plan` from a checkpoint, or the start, on some threads; writes its checkpoints into `folder`.
+/// Runs `plan` from a checkpoint or from the start, on some threads. Writes its checkpoints into `folder`.
 fn run(
     plan: &Plan,
     frame: Option<&ContactFrame>,
@@ -109,12 +109,12 @@ fn run(
     })
 }
 
-/// Takes a scene up from each of its checkpoints, and each of those runs from one of its own.
+/// Resumes a scene from each of its checkpoints, and each resumed run from one of its own.
 fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }
 
-/// The same from every `nth` checkpoint.
+/// As [`check`], from every `nth` checkpoint.
 fn check_every(nth: usize, scene: &str, frame: Option<&ContactFrame>) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -173,8 +173,9 @@ fn half_spaces(frame: &str, steps: &str) -> String {
     )
 }
 
-/// Truth (rel-restart-equals-continuous): the run that was not interrupted, to the last bit, from every checkpoint, in chains and with
-/// other numbers of threads: loads in increments, fretting cycles, what follows on them. The frame is large enough for windows.
+/// Truth (rel-restart-equals-continuous): the uninterrupted run, to the last bit. Runs resume from every checkpoint, in chains and
+/// with other numbers of threads. The steps are loads in increments, fretting cycles and a step after them. The frame is large
+/// enough for windows.
 #[test]
 #[ignore = "97 s; usual: cycles_and_sliding_of_all_kinds and windows_that_shrink"]
 fn loads_and_cycles_of_half_spaces() {
@@ -199,8 +200,8 @@ wear = false
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
 }
 
-/// Truth: the same for jumps as long as their estimated error allows, under a load that changes meanwhile; for ellipses, strokes in
-/// increments and forces to and fro; for steady sliding.
+/// Truth: the same for jumps with error control under a changed load, for ellipses, strokes in increments and cyclic forces, and
+/// for steady sliding.
 #[test]
 fn cycles_and_sliding_of_all_kinds() {
     let steps = r#"
@@ -234,7 +235,7 @@ shift = { distance = 0.0, angle = 0.0 }
     );
 }
 
-/// Truth: the same where a frame's windows shrink: those of a run that was not interrupted are served by the grids of earlier ones.
+/// Truth: the same where the windows of a frame shrink. The uninterrupted run reuses the grids of earlier windows.
 #[test]
 fn windows_that_shrink() {
     let steps = r#"
@@ -250,7 +251,7 @@ increments = 5
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
 }
 
-/// Truth: the same for sliding without friction, whose pressures move the surfaces along each other.
+/// Truth: the same for sliding without friction, where pressures cause tangential displacements of the surfaces.
 #[test]
 fn sliding_without_friction() {
     let steps = r#"
@@ -274,7 +275,7 @@ sliding = { distance = 20.0, angle = 30.0, jumps = 4 }
     }
 }
 
-/// Truth: the same for rolling, whose worn volume and distance go on from increment to increment.
+/// Truth: the same for rolling, where worn volume and distance accumulate from increment to increment.
 #[test]
 fn rolling() {
     let steps = r#"
@@ -289,7 +290,7 @@ increments = 3
     check(&half_spaces("half_width = [1.2, 1.2]\ncells = [24, 24]", steps), None);
 }
 
-/// Truth: the same for rotations and moments, loaded and unloaded.
+/// Truth: the same for rotations and moments, with loading and unloading.
 #[test]
 fn turns() {
     let steps = r#"
@@ -311,7 +312,7 @@ increments = 2
     check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
 }
 
-/// Truth: the same for a meshed body whose flexibility is formed as contact spreads: first in the middle cells only.
+/// Truth: the same for a meshed body whose flexibility grows with the contact, at first for the middle cells only.
 #[test]
 fn growing_contact_of_a_meshed_body() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
@@ -347,6 +348,6 @@ increments = 2
     let mut frame = ContactFrame::grid([1.2, 1.2], [8, 8], [0.0, 0.0], 0.0).expect("a frame");
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
-    // Each run condenses the body anew.
+    // Each run condenses the body again.
     check_every(usual_or_finest(6, 2), &scene, Some(&frame));
 }

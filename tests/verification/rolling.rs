@@ -18,7 +18,7 @@ fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
     Step { rolling: Some(Rolling { quarter_turns, creepage, spin, distance: 1.0 }), ..step("roll") }
 }
 
-/// Equal steel cylinders: relative radius, line load, friction; half-width of contact.
+/// Equal steel cylinders: relative radius, line load, friction coefficient. `half_width` is that of the contact.
 const RADIUS: f64 = 20.0;
 const LOAD: f64 = 500.0;
 const MU: f64 = 0.3;
@@ -45,9 +45,9 @@ fn converged(model: &Model, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3): the creep that belongs to the force, |ξ| = (μ a / R)(1 - c / a) with
-/// c / a = sqrt(1 - Q / μP), to the catalogue's 2 %; the stick zone reaches the leading edge, and no cell behind it sticks. Body 2
-/// slipping along +x drags body 1 along +x.
+/// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a) with c / a = sqrt(1 - Q / μP),
+/// to 2 % as in the catalogue. The stick zone reaches the leading edge, and no cell behind it sticks. Body 2 slips along +x and
+/// drags body 1 along +x.
 #[test]
 fn carter() {
     let model = cylinders(256);
@@ -73,7 +73,8 @@ fn carter() {
     }
 }
 
-/// Truth: creepages grow over the increments and each is a steady state: the last equals the same creepage at once.
+/// Truth: creepages grow in increments, and each increment is a steady state. The last one equals the same creepage in a single
+/// increment.
 #[test]
 fn increments_are_a_creep_curve() {
     let (model, creep) = (cylinders(100), 0.5 * MU * half_width() / RADIUS);
@@ -94,9 +95,9 @@ fn ball(stiffness: &Stiffness, cells: usize) -> Model {
     model
 }
 
-/// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), 2.5 % (nu = 0.4999 for 0.5): Q = G a² C11 ξ, and so on, on body 1 the
-/// opposite of the forces on the other body. The creepages are a hundredth of those of full sliding, which lowers the forces by 0.5 %; tractions and
-/// slips that stand half a cell apart move the couplings C23 by C22 h / 4a, 0.9 % here.
+/// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), 2.5 % (nu = 0.4999 for 0.5). Q = G a² C11 ξ, and
+/// so on, with opposite sign for the forces on body 1. The creepages are a hundredth of those of full sliding, which lowers the
+/// forces by 0.5 %. Tractions and slips half a cell apart change the couplings C23 by C22 h / 4a, here 0.9 %.
 #[test]
 fn kalker_circle() {
     let (load, e) = (300.0, 210e3);
@@ -133,8 +134,8 @@ fn kalker_circle() {
     }
 }
 
-/// Truth: far beyond adhesion every cell slides against the creepage: Q = μP along it, on body 1 with it; for an ellipse of friction
-/// Q = P M² v / |M v|.
+/// Truth: far beyond adhesion every cell slides against the creepage. Q = μP along the creepage, on body 1 in its direction. For a
+/// friction ellipse Q = P M² v / |M v|.
 #[test]
 fn full_sliding() {
     let load = 300.0;
@@ -153,7 +154,7 @@ fn full_sliding() {
     }
 }
 
-/// Truth: in plane strain nothing happens across the plane, so an ellipse of friction acts with its semi-axis along it.
+/// Truth: in plane strain there is no slip across the plane. A friction ellipse acts with its semi-axis in the plane.
 #[test]
 fn an_ellipse_along_its_axis_is_coulomb() {
     let creep = [0.5 * MU * half_width() / RADIUS, 0.0];
@@ -166,8 +167,8 @@ fn an_ellipse_along_its_axis_is_coulomb() {
     assert_eq!(a.stick_area, b.stick_area);
 }
 
-/// Truth: the mirror y -> -y of a half-space whose fibres lie in the plane of rolling turns lateral creepage, spin, lateral force
-/// and moment round, and leaves the rest.
+/// Truth: fibres lie in the plane of rolling. The mirror y -> -y reverses lateral creepage, spin, lateral force and moment, and
+/// nothing else.
 #[test]
 fn mirrored_rolling_on_cfrp() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.5, 24), sphere(10.0));
@@ -184,9 +185,9 @@ fn mirrored_rolling_on_cfrp() {
     assert!(left.stick_area > 0.0 && left.stick_area < left.contact_area);
 }
 
-/// Truth: in a steady state the elastic energy stays as it is, so friction dissipates the work of the creepages over the rolled
-/// distance, to rounding; with an energy law the worn volume is k times the dissipation (to 1e-2: where stick ends, tractions turn
-/// within a cell), and the gap stays as it is.
+/// Truth: in a steady state the elastic energy is constant. Friction dissipates the work of the creepages over the rolled distance,
+/// to rounding. With an energy law the worn volume is k times the dissipation, to 1e-2: at the end of stick, tractions turn within
+/// a cell. The gap does not change.
 #[test]
 fn wear_per_rolled_distance() {
     let mut model = ball(&steel(), 48);
@@ -208,8 +209,8 @@ fn wear_per_rolled_distance() {
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));
 }
 
-/// Truth: convergence with the cells. Tilted fibres couple pressures and tractions; steel rolls on them as on cells twice as long, to
-/// 0.1 % of the force, and Newton steps alone find it.
+/// Truth: convergence with the cells. Tilted fibres couple pressures and tractions. The forces on cells of half the size agree to
+/// 0.1 %, and Newton's method finds them alone.
 #[test]
 fn rolling_on_tilted_fibres() {
     let rolled = |cells| {
@@ -225,8 +226,8 @@ fn rolling_on_tilted_fibres() {
     }
 }
 
-/// Truth: `max_iterations` is the only limit on the iterations of a step: friction three hundred times weaker across takes thousands on
-/// the cells in contact, ends certified, and is what the whole frame gives.
+/// Truth: `max_iterations` is the only limit on the iterations of a step. Friction three hundred times weaker across needs many
+/// iterations (more than 500) on the cells in contact. The result is certified and equals that on the whole frame.
 #[test]
 fn rolling_with_little_friction_across() {
     let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));

@@ -1,6 +1,6 @@
-//! Numerical stability: parameters are taken to where methods break down. Every run ends certified, its state audited afresh, or says
-//! why not; none is silently wrong, panics or leaves a number that is none. `cargo run --release --example stability` tells the
-//! sweeps as a table (docs/stability.md).
+//! Numerical stability: parameters reach the limits of the methods. Every run ends certified, with an independent audit of its
+//! state, or reports why not. No run is silently wrong, panics or returns a non-finite number.
+//! `cargo run --release --example stability` prints the sweeps as a table (docs/stability.md).
 
 mod bounds;
 mod ends;
@@ -16,7 +16,7 @@ use crate::mesh::writer;
 use sweeps::{Case, End};
 use verdict::{Run, Verdict};
 
-/// Runs a case, which has to end as it says.
+/// Runs a case and asserts its required outcome.
 fn ended(case: &Case) -> Verdict {
     let name = case.name();
     let verdict = verdict::run(&name, &case.scene, case.mesh.as_deref());
@@ -30,7 +30,7 @@ fn ended(case: &Case) -> Verdict {
     verdict
 }
 
-/// The runs of the certified cases of a sweep by its values.
+/// The certified runs of a sweep with their values.
 fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     let of_sweep = cases.iter().filter(|case| case.sweep == sweep);
     let runs = of_sweep.filter_map(|case| match ended(case) {
@@ -42,17 +42,17 @@ fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     runs
 }
 
-/// The run of a value.
+/// The run for a value.
 fn of<'r>(runs: &'r [(&str, Run)], value: &str) -> &'r Run {
     &runs.iter().find(|(known, _)| *known == value).unwrap_or_else(|| panic!("no run of {value}")).1
 }
 
-/// All iterations of a run.
+/// Total number of iterations of a run.
 fn iterations(run: &Run) -> usize {
     run.records.iter().map(|record| record.iterations).sum()
 }
 
-/// Largest difference of the forces of two runs, entry by entry, over the normal force.
+/// Largest difference between the forces of two runs, record by record, over the normal force.
 fn apart(a: &Run, b: &Run) -> f64 {
     assert_eq!(a.records.len(), b.records.len());
     let pairs = a.records.iter().zip(&b.records);

@@ -1,4 +1,4 @@
-//! Problems of solid mechanics with known answers, for the elements they are meant for.
+//! Problems of solid mechanics with known solutions for the elements.
 
 mod bending;
 mod free_modes;

@@ -1,4 +1,4 @@
-//! Rotations of body 2 and the moments that turn it.
+//! Rotations of body 2 and moments on it.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
@@ -37,10 +37,10 @@ fn near(found: [f64; 2], wanted: [f64; 2], within: f64) {
     assert!((0..2).all(|k| (found[k] - wanted[k]).abs() <= within), "{found:?} {wanted:?}");
 }
 
-/// Truth: a paraboloid of radius R that is rotated by small angles (a, b) about x and y through the frame's centre is the
-/// same paraboloid with its lowest point at R (b, -a), by R (a^2 + b^2) / 2 deeper: the same system of equations, hence the
-/// same answer to the tolerance of the solver (1e-8 of the peak pressure; 1e-6 of the forces). With and without friction,
-/// under an approach and under a force.
+/// Truth: small rotations (a, b) about x and y through the centre of the frame move a paraboloid of radius R. Its lowest point is
+/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. The system of equations is the same, and so is the solution to the tolerance of
+/// the solver. That is 1e-8 of the peak pressure and 1e-6 of the forces. With and without friction, with prescribed approach and
+/// prescribed force.
 #[test]
 fn a_rotated_sphere_is_a_shifted_one() {
     let (a, b) = (0.003, -0.008);
@@ -66,10 +66,10 @@ fn a_rotated_sphere_is_a_shifted_one() {
     }
 }
 
-/// Truth: a frictionless sphere under P and the moments M rolls until its contact lies under the resultant: lowest point at
-/// (M_y, -M_x) / P, so the rotation is (M_x, M_y) / (P R) (Hertz's contact has the same shape everywhere). The cells see it
-/// to the order of their size, 1e-3 with 12 cells along the radius of contact. Unloaded and loaded again in increments, and
-/// with the rotation held and the moment found, it is the same.
+/// Truth: a frictionless sphere under P and moments M rolls until its contact is below the resultant. The lowest point is at (M_y,
+/// -M_x) / P and the rotation (M_x, M_y) / (P R), because Hertz's contact has the same shape everywhere. The discretisation error
+/// is 1e-3 with 12 cells along the contact radius. Unloading and loading in increments, or prescribing the rotation, gives the same
+/// state.
 #[test]
 fn a_sphere_rolls_under_a_moment() {
     let (force, moment) = (400.0, [12.0, 30.0]);
@@ -102,10 +102,10 @@ fn a_sphere_rolls_under_a_moment() {
     near([found_again.moment[0], found_again.moment[1]], moment, 1e-5 * moment[1]);
 }
 
-/// Truth: case `lubkin-torsion`: a rigid sphere under a constant force, turned by 0.897338429 of the torque of full slip
-/// (3 pi / 16) mu P a: it sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. The catalogue's tolerance: c within a
-/// cell, the angle to 1e-2; torsion does not change the pressure (1e-6: residuals of 1e-8). In ten increments it is the same, since the torque
-/// only grows, and by the twist found the torque is the one prescribed.
+/// Truth: case `lubkin-torsion`. A rigid sphere under a constant force carries 0.897338429 of the torque of full slip (3 pi / 16)
+/// mu P a. It sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. Tolerances of the catalogue: c within a cell, the angle to
+/// 1e-2. Torsion does not change the pressure (1e-6: residuals of 1e-8). Ten increments give the same, since the torque only grows.
+/// The resulting twist, prescribed, gives the same torque.
 #[test]
 fn lubkin() {
     let (force, mu, g) = (1000.0, 0.3, 210e3 / 2.6);
@@ -131,8 +131,8 @@ fn lubkin() {
     assert!(relative(last(&by_twist).moment[2], torque) < 1e-6);
 }
 
-/// Truth: Masing's rule: after the torque T is reversed to -T the twist is the opposite one, and after another reversal the
-/// first one again (closed loop under a constant force); 1e-6 of it, the solver's tolerance over the compliance of the rim.
+/// Truth: Masing's rule under a constant force. Reversal of the torque T to -T reverses the twist, and another reversal gives the
+/// first twist again (closed loop). Tolerance 1e-6, that of the solver over the compliance of the edge.
 #[test]
 fn a_torsional_loop_closes() {
     let mut model = half_spaces(&steel(), None, (0.4, 32), sphere(RADIUS));
@@ -147,8 +147,8 @@ fn a_torsional_loop_closes() {
     assert!(relative(-angles[2], angles[1]) < 1e-6 && relative(angles[3], angles[1]) < 1e-6, "{angles:?}");
 }
 
-/// Truth: statics: beyond (3 pi / 16) mu P a a sphere spins, reported with its step and the share that friction carries; a
-/// normal force without contact on one side of a moment tips off. Both keep their step.
+/// Truth: statics. Beyond (3 pi / 16) mu P a a sphere spins, reported with the largest moment that friction carries. Without
+/// contact on one side of the moment the punch tips over. Both outcomes keep the step.
 #[test]
 fn too_large_a_moment_is_reported() {
     let mut model = half_spaces(&steel(), None, (0.4, 24), sphere(RADIUS));
@@ -160,7 +160,7 @@ fn too_large_a_moment_is_reported() {
     assert!(spun.warnings.iter().any(|note| note.contains("spins about n")), "{:?}", spun.warnings);
     assert!(relative(spun.records[1].moment[2], full) < 5e-3, "{}", spun.records[1].moment[2]);
 
-    // The resultant of a flat punch has to lie inside it.
+    // The resultant of a flat punch has to lie inside its outline.
     let flat = half_spaces(&steel(), None, (1.0, 16), |_, _| 0.0);
     let held = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 80.0])), ..press(100.0) }]);
     assert_eq!(held.outcome, Outcome::Converged);
@@ -170,8 +170,8 @@ fn too_large_a_moment_is_reported() {
     assert!(off.warnings.iter().any(|note| note.contains("tips off about y")), "{:?}", off.warnings);
 }
 
-/// Truth: what a step does not name stays: a rotation a rotation, a moment a moment, through cycles too, whose two ends are
-/// mirror images of each other where the scene is symmetric in x.
+/// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles. The reversal
+/// points of a cycle mirror each other if the scene is symmetric in x.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let mut model = half_spaces(&steel(), None, (0.5, 32), sphere(RADIUS));
@@ -197,7 +197,7 @@ fn what_a_step_does_not_name_stays() {
     );
 }
 
-/// Refusals: nothing carries a spin moment without friction; one of zero holds wherever the body is.
+/// A spin moment needs friction and is an error without it. A zero moment is admissible.
 #[test]
 fn a_spin_moment_needs_friction() {
     let model = half_spaces(&steel(), None, (0.5, 8), sphere(RADIUS));
@@ -208,7 +208,7 @@ fn a_spin_moment_needs_friction() {
     assert!(error.to_string().contains("spin moment"), "{error}");
 }
 
-/// Truth: a force and a torque together on a level contact are found by one balance; each is what was prescribed.
+/// Truth: force and torque on an inclined contact follow from one balance. Each agrees with its prescribed value.
 #[test]
 fn forces_and_moments_act_together() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, 32), sphere(RADIUS));
@@ -229,7 +229,7 @@ fn forces_and_moments_act_together() {
     assert!(found.certificate.tangential_gap_energy.abs() < 1e-8);
 }
 
-/// Truth: docs/theory-contact.md: under no force the bodies just touch, turned or not, and nothing is wrong with that.
+/// Truth: docs/theory-contact.md. Without a force the bodies just touch, rotated or not, without a warning.
 #[test]
 fn turned_bodies_without_load_just_touch() {
     for friction in [FrictionLaw::None, FrictionLaw::Coulomb { mu: 0.3 }] {

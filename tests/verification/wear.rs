@@ -1,4 +1,4 @@
-//! Wear: the reference cycles, identities, orders, limits.
+//! Wear: reference cycles, identities, orders of convergence, limits.
 
 mod broken;
 mod control;
@@ -21,7 +21,7 @@ use crate::common::{
     solve_with, sphere, sphere_on_frp, steel, step,
 };
 
-/// k = i / mu of the reference scene, 1/MPa.
+/// Energy wear coefficient k = i / mu of the reference scene, 1/MPa.
 const K: f64 = 1.25e-9;
 
 fn worn_sphere(
@@ -35,9 +35,9 @@ fn worn_sphere(
     solve(&model, &[indent(0.02), fretting(100_000, 0.08, jumps, integrator)])
 }
 
-/// Truth: independent program, 100 000 cycles with incremental slip, one increment per stroke: worn volume within
-/// 1 % with at most 40 jumps; the load at the end as well. The FRP law makes worn volume = k x dissipation, summed
-/// from tractions and slips apart from the wear update: 1e-10.
+/// Truth: independent program with 100 000 cycles, incremental slip and one increment per stroke. Worn volume and final load agree
+/// to 1 % with at most 40 jumps. The FRP law gives worn volume = k x dissipation, to 1e-10. The dissipation is summed from
+/// tractions and slips, independent of the wear update.
 #[test]
 fn reference_cycles() {
     let data = reference();
@@ -56,8 +56,8 @@ fn reference_cycles() {
     }
 }
 
-/// Truth: docs/theory-wear.md: implicit Euler is first order, SDIRK2 with the slip at the stages second order,
-/// measured on the worn depth against a fine run.
+/// Truth: docs/theory-wear.md. Implicit Euler is first order, SDIRK2 with the slip at the stages second order, measured on the wear
+/// depth against a fine run.
 #[test]
 fn orders_of_the_integrators() {
     let depth = |jumps, integrator| {
@@ -73,9 +73,8 @@ fn orders_of_the_integrators() {
     }
 }
 
-/// Truth: V = k F path exactly for straight sliding under a constant force with Archard's law when every cell slides
-/// by the same path: rigid translation much longer than the elastic displacements; 4 N i P D,
-/// with the measured slip through the dissipation: V / (i/mu) = dissipation to 1e-10.
+/// Truth: Archard's law under Coulomb friction gives V = (i / mu) x dissipation, to 1e-10. The bound 4 N i P D holds for sliding of
+/// all cells over the rigid path, much longer than the elastic displacements.
 #[test]
 fn archard_volume_is_proportional_to_dissipation() {
     let steel = crate::common::steel();
@@ -88,14 +87,13 @@ fn archard_volume_is_proportional_to_dissipation() {
     let since = last.dissipation - result.records[0].dissipation;
     let volume = last.worn_volume - result.records[0].worn_volume;
     assert!(relative(volume, 1e-8 / 0.5 * since) < 1e-10, "{volume} {since}");
-    // Rigid path 4 x 0.02 mm per cycle; the elastic lag takes some of it.
+    // The rigid path is 4 x 0.02 mm per cycle. Elastic displacements shorten the slip path.
     let rigid = 1000.0 * 4.0 * 1e-8 * 500.0 * 0.02;
     assert!(volume < rigid && volume > 0.8 * rigid, "{volume} {rigid}");
     assert!(relative(last.normal_force, 500.0) < 1e-10);
 }
 
-/// Truth: the volume that can be worn at fixed approach is bounded by pi R delta^2, and the
-/// worn shape tends to (delta - h)+.
+/// Truth: at fixed approach the worn volume is bounded by pi R delta^2, and the worn shape tends to (delta - h)+.
 #[test]
 fn the_limit_shape_is_the_rigid_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
@@ -110,8 +108,7 @@ fn the_limit_shape_is_the_rigid_overlap() {
     assert!(result.records.last().expect("records").worn_volume < std::f64::consts::PI * 50.0 * 0.02 * 0.02);
 }
 
-/// Truth: a stroke small enough to stick in the middle leaves the middle unworn, wears the rim, and keeps the
-/// identity of volume and dissipation.
+/// Truth: a stroke in partial slip leaves the centre unworn and wears the annulus. The identity of volume and dissipation holds.
 #[test]
 fn partial_slip_wears_only_the_annulus() {
     let steel = crate::common::steel();
@@ -129,7 +126,7 @@ fn partial_slip_wears_only_the_annulus() {
     assert!(relative(volume, 1e-8 * energy) < 1e-6, "{volume} {energy}");
 }
 
-/// Truth: `wear-two-body-split`: the shares of the bodies add up and stand in the ratio given.
+/// Truth: `wear-two-body-split`. The shares of the bodies add up and have the prescribed ratio.
 #[test]
 fn wear_is_shared_as_told() {
     let mut model = sphere_on_frp(0.0, 1.2, 12);
@@ -142,7 +139,7 @@ fn wear_is_shared_as_told() {
     assert!(relative(last.worn_volume_by_body.iter().sum(), last.worn_volume) < 1e-12);
 }
 
-/// Truth: wear that a step switches off does not happen; the cold start of `skip = false` ends in the same state.
+/// Truth: a step without wear has no worn volume. The cold start of `skip = false` ends in the same state.
 #[test]
 fn wear_off_and_cold_starts() {
     let mut model = sphere_on_frp(0.0, 1.4, 12);
@@ -159,7 +156,7 @@ fn wear_off_and_cold_starts() {
     assert!(relative(warm.normal_force, cold.normal_force) < 1e-6);
 }
 
-/// Truth: `rel-nonconvergence-is-loud`: whatever stage of a jump is cut short, the run says so.
+/// Truth: `rel-nonconvergence-is-loud`. A run reports any stage of a jump that runs out of iterations.
 #[test]
 fn an_unconverged_stage_is_loud() {
     let mut model = sphere_on_frp(90.0, 1.5, 16);
@@ -179,7 +176,8 @@ fn an_unconverged_stage_is_loud() {
     }
 }
 
-/// Truth: at a fixed approach no more than the overlap can wear, however many cycles there are; the worn volume by energy is missing where part of it wore without friction.
+/// Truth: at a fixed approach no more than the overlap can wear, for any number of cycles. The worn volume by energy is missing
+/// where part of the wear happened without friction.
 #[test]
 fn nothing_is_left_to_wear() {
     let mut model = sphere_on_frp(0.0, 1.6, 16);
@@ -202,8 +200,8 @@ fn nothing_is_left_to_wear() {
     assert_eq!(result.records.last().expect("records").worn_volume_by_energy, None);
 }
 
-/// Truth: no jump, however long, wears more than the rigid overlap (pi R approach^2) or deeper than
-/// the approach, and each takes off no less than a shorter history; a jump too long for second order says so.
+/// Truth: a jump of any length wears at most the rigid overlap (pi R approach^2) and no deeper than the approach. More cycles wear
+/// a larger volume. A jump that is too long for second order gives a warning.
 #[test]
 fn jumps_of_any_length_stay_within_the_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
@@ -226,7 +224,7 @@ fn jumps_of_any_length_stay_within_the_overlap() {
     }
 }
 
-/// Truth: explicit jumps below the critical size converge to the implicit answer at first order.
+/// Truth: explicit jumps below the critical length converge to the implicit result with first order.
 #[test]
 fn explicit_agrees_below_the_critical_jump() {
     let volume =
@@ -236,8 +234,8 @@ fn explicit_agrees_below_the_critical_jump() {
     assert!(errors[0] < 2e-2 && errors[1] < 0.65 * errors[0], "{errors:?}");
 }
 
-/// Truth: the same strokes one after the other, 24 of them, of which the last cycles differ by less than 0.1 % of the range of the
-/// tangential force: cells stick where their history has brought them, and tilted fibres couple that with the pressures.
+/// Truth: the same 24 strokes computed one after the other. The last cycles differ by less than 0.1 % of the range of the
+/// tangential force. Stick depends on the loading history, and tilted fibres couple it with the pressures.
 #[test]
 fn stroke_ends_follow_from_strokes() {
     let mut model = half_spaces(&im7(30.0), None, (0.7, 24), sphere(10.0));
@@ -267,8 +265,8 @@ fn stroke_ends_follow_from_strokes() {
     }
 }
 
-/// Truth: strokes one after the other, 12 of them, where cells that stick but for a thousandth of the amplitude keep the ends from an
-/// answer: tangential forces within 1 % of their range, normal ones within 0.3 %.
+/// Truth: 12 strokes computed one after the other. Some cells stick except for a thousandth of the amplitude, and without their
+/// release the reversal points do not converge. Tangential forces agree to 1 % of their range, normal forces to 0.3 %.
 #[test]
 fn cells_that_creep_are_let_go() {
     let model = sphere_on_frp(30.0, 1.5, 24);
@@ -291,7 +289,8 @@ fn cells_that_creep_are_let_go() {
     }
 }
 
-/// Truth: cells stick where strokes bring them, whichever solver finds the two ends and whether or not work is skipped: one answer.
+/// Truth: the stick zone is a result of the strokes. Worn volume and forces do not depend on the solver of the two reversal points
+/// or on omitted work.
 #[test]
 fn worn_volumes_do_not_depend_on_the_solver() {
     let mut model = half_spaces(&im7(60.0), Some(&im7(45.0)), (1.0, 32), sphere(14.0));
@@ -317,8 +316,8 @@ fn worn_volumes_do_not_depend_on_the_solver() {
     }
 }
 
-/// Truth: docs/theory-wear.md: cycles end at the rim where wear takes the contact there, not where it was from the start; that it is
-/// there is said once a step.
+/// Truth: docs/theory-wear.md. Cycles stop when wear extends the contact to the edge of the frame, but not if the contact reaches
+/// the edge from the start. Contact at the edge is reported once per step.
 #[test]
 fn contact_that_begins_at_the_rim_wears() {
     let mut model = half_spaces(&steel(), None, (0.5, 8), |_, _| 0.0);

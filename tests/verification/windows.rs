@@ -1,4 +1,4 @@
-//! From coarse to fine cells and on windows of the frame: the same answers as on the whole frame at once.
+//! Coarse-to-fine starts and windows of the frame: same results as on the whole frame.
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::Model;
@@ -10,7 +10,7 @@ use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
 };
 
-/// Runs with windows and on the whole frame by `method`; compares forces, areas and tractions.
+/// Runs with windows and on the whole frame with `method`. Compares forces, areas and tractions.
 fn same(model: &Model, steps: &[Step], method: Method) {
     let options = SolverOptions { tolerance: 1e-9, ..SolverOptions::default() };
     let windows = solve_with(model, steps, &options);
@@ -32,8 +32,8 @@ fn same(model: &Model, steps: &[Step], method: Method) {
     }
 }
 
-/// Truth: the state has one solution (a contraction at these coefficients of friction): whatever cells are left out on the
-/// way, forces agree to 1e-7 and tractions to 1e-6 at residuals of 1e-9. The contact grows, shrinks and moves.
+/// Truth: the solution is unique (a contraction at these friction coefficients). Omitted cells do not change it: forces agree to
+/// 1e-7 and tractions to 1e-6 at residuals of 1e-9. The contact grows, shrinks and moves.
 #[test]
 fn windows_change_nothing_with_friction() {
     let model = sphere_on_frp(30.0, 1.6, 64);
@@ -41,7 +41,7 @@ fn windows_change_nothing_with_friction() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: as above; two spots far apart, of which the second touches in the second step only, outside the window of the first.
+/// Truth: as above, for two distant spots. The second one gets into contact in the second step, outside the window of the first.
 #[test]
 fn windows_grow_to_spots_that_touch_later() {
     let spots = |x: f64, y: f64| {
@@ -58,8 +58,8 @@ fn pull(force: [f64; 2], increments: usize) -> Step {
     Step { tangential: Some(Tangential::Force(force)), increments, ..step("pull") }
 }
 
-/// Truth: as above, for equal bodies, whose pressures are found before the tractions in the surface, those at first on coarser
-/// cells: partial slip there and back, by force and by shift, at a growing and a falling load, with an elliptic law.
+/// Truth: as above, for equal bodies. Pressures are solved before tangential tractions, at first on coarser cells. Partial slip is
+/// reversed under force and displacement, under rising and falling load, with an elliptic law.
 #[test]
 fn pressures_first_change_nothing() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.8, 64), sphere(10.0));
@@ -82,7 +82,7 @@ fn pressures_first_change_nothing() {
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
 }
 
-/// Truth: as above, for a contact that takes almost all of the frame, so that no window is smaller than it.
+/// Truth: as above, for a contact on almost the whole frame. No window is smaller than the frame.
 #[test]
 fn wide_contacts_begin_on_coarser_cells() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
@@ -91,8 +91,8 @@ fn wide_contacts_begin_on_coarser_cells() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: as above. On the window of the first step the second one could not be in equilibrium: contact has to spread far beyond
-/// it before the moment, the spin moment or the force is carried.
+/// Truth: as above. On the window of the first step the second one has no equilibrium. Contact has to spread far beyond it to carry
+/// the moment, the spin moment or the force.
 #[test]
 fn a_window_too_small_is_no_verdict() {
     let tipping = |moment| Step { tilt: Some(Tilt::Moment(moment)), friction: false, ..press(100.0) };
@@ -109,8 +109,8 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
-/// Truth: as above, for rolling, where the slip of a cell is measured from the one ahead, outside the contact at its rim: on frames
-/// that could be made of coarser cells and on such that could not.
+/// Truth: as above, for rolling. The slip of a cell refers to the cell ahead, which lies outside the contact at its edge. The
+/// numbers of cells allow coarser grids or not.
 #[test]
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {
@@ -121,8 +121,8 @@ fn rolling_on_a_window_is_rolling_on_the_frame() {
     }
 }
 
-/// Truth: by hand. Where no force presses the bodies they just touch, whatever was before: the centres of the four cells in the
-/// middle, h / 2 off it along x and y, where the gap is h² / 4R.
+/// Truth: by hand. Without a force the bodies just touch, for any history. They touch at the centres of the four middle cells, h /
+/// 2 from the origin along x and y. The gap there is h² / 4R.
 #[test]
 fn bodies_without_load_just_touch() {
     let model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));

@@ -1,4 +1,4 @@
-//! Disks without room: a limit on the size of files, so that no file system has to be made.
+//! Full disks, represented by a limit on the size of files, so that no file system has to be created.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::job::{Job, results, whole};
 const NONE: &str = "output.fields=[]";
 const ALL: &str = "output.fields=[\"vtu\", \"svg\"]";
 
-/// Every file but the summary is as that of the run that was not interrupted.
+/// Requires that every file except the summary equals that of the uninterrupted run.
 #[track_caller]
 fn assert_files_of_whole(out: &Path) {
     let (found, expected) = (results(out), whole());
@@ -15,9 +15,9 @@ fn assert_files_of_whole(out: &Path) {
     assert!(found.len() > 1 && found.iter().all(same), "{:?}", found.keys());
 }
 
-/// Truth (rel-disk-full, docs/checkpoints.md): where no more can be written (a limit on the size of files: of none, of small ones, of
-/// the checkpoints alone) the run ends with exit code 4 and names the file; the checkpoints stay as they were, and the run goes
-/// on once there is room.
+/// Truth (rel-disk-full, docs/checkpoints.md): if nothing more can be written, the run ends with exit code 4 and names the file.
+/// The limits on the size of files are zero, small, or below the checkpoints only. The checkpoints stay unchanged, and the run
+/// resumes once there is space.
 #[test]
 fn a_full_disk() {
     for (bytes, fields) in [(0, ALL), (4096, ALL), (50_000, ALL), (50_000, NONE)] {
@@ -38,7 +38,8 @@ fn assert_goes_on_after_a_full_disk(bytes: u64, fields: &str) {
     assert_files_of_whole(&job.out);
 }
 
-/// Truth: the same for files that may not get larger, as on a disk that fills up while the run works: the last checkpoint that fitted is gone on with.
+/// Truth: the same for files that may not get larger, as on a disk that fills up during the run. The run resumes from the last
+/// checkpoint that fitted.
 #[test]
 fn a_disk_that_fills_up() {
     let job = Job::new();

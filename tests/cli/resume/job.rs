@@ -1,4 +1,4 @@
-//! A run that is interrupted, killed or starved, and the results of one that is not.
+//! Runs that are interrupted, killed or limited in file size, and the results of an uninterrupted run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A scene of some seconds, in a folder of its own.
+/// A scene with a run of some seconds, in its own folder.
 pub struct Job {
     pub folder: tempfile::TempDir,
     pub out: PathBuf,
@@ -85,24 +85,24 @@ impl Job {
         said(&self.command(more).output().unwrap())
     }
 
-    /// Runs where no file can be longer than so many bytes.
+    /// Runs with file sizes limited to `bytes`.
     pub fn limited(&self, more: &[&str], bytes: u64) -> (Option<i32>, String) {
         let mut command = self.command(more);
         let limit = move || {
             let limit = libc::rlimit { rlim_cur: bytes, rlim_max: bytes };
-            // SAFETY: both calls are among those that may be made between fork and exec.
+            // SAFETY: both calls are allowed between fork and exec.
             let done = unsafe {
                 libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
                 libc::setrlimit(libc::RLIMIT_FSIZE, &raw const limit)
             };
             if done == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
         };
-        // SAFETY: as said there.
+        // SAFETY: the closure is safe to call before exec, as above.
         unsafe { command.pre_exec(limit) };
         said(&command.output().unwrap())
     }
 
-    /// Starts a run and waits until so many entries are in a checkpoint that was not there before.
+    /// Starts a run and waits until it has written the given number of checkpoints.
     pub fn start(&self, more: &[&str], checkpoints: u64) -> Child {
         let wanted = self.number() + checkpoints;
         let child = self.command(more).spawn().unwrap();
@@ -121,7 +121,7 @@ impl Job {
         numbers.map(|bytes| u64::from_le_bytes(bytes[20..28].try_into().unwrap())).max().unwrap_or(0)
     }
 
-    /// Interrupts a run after so many checkpoints: what it said.
+    /// Interrupts a run after the given number of checkpoints. Returns its output.
     pub fn interrupt(&self, more: &[&str], checkpoints: u64) -> String {
         let child = self.start(more, checkpoints);
         send(&child, libc::SIGTERM);
@@ -130,7 +130,7 @@ impl Job {
         text
     }
 
-    /// Kills a run after so many checkpoints and `delay`.
+    /// Kills a run after the given number of checkpoints and `delay`.
     pub fn kill(&self, more: &[&str], checkpoints: u64, delay: Duration) {
         let child = self.start(more, checkpoints);
         std::thread::sleep(delay);
@@ -158,11 +158,11 @@ pub fn said(output: &Output) -> (Option<i32>, String) {
 }
 
 pub fn send(child: &Child, signal: libc::c_int) {
-    // SAFETY: sends a signal to the child that was started, which has not been waited for.
+    // SAFETY: sends a signal to a child that was started and has not been waited for.
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), signal) };
 }
 
-/// Everything in a directory of results but what depends on time and memory.
+/// Files of an output directory without what depends on time and memory.
 pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(out).unwrap().map(|entry| entry.unwrap());
     let files = entries.filter(|entry| entry.file_type().unwrap().is_file()).map(|entry| {
@@ -192,7 +192,7 @@ fn timeless_table(text: &[u8]) -> Vec<u8> {
     text.lines().map(without).collect::<String>().into_bytes()
 }
 
-/// A run that was not interrupted.
+/// Results of an uninterrupted run.
 pub fn whole() -> &'static BTreeMap<String, Vec<u8>> {
     static WHOLE: std::sync::OnceLock<BTreeMap<String, Vec<u8>>> = std::sync::OnceLock::new();
     WHOLE.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Values of the literature that the tests of the Green's function in `bem` do not have.
+//! Published values of the Green's function that the tests in `bem` do not cover.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -13,12 +13,12 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// Turned by `degrees` about y: axis 3 along x.
+/// The material turned by `degrees` about y. 90 degrees put axis 3 along x.
 pub fn about_y(stiffness: &Stiffness, degrees: f64) -> Stiffness {
     stiffness.rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), degrees.to_radians()).matrix())
 }
 
-/// 2 / <W_nn>.
+/// Indentation modulus, 2 / <W_nn>.
 fn modulus(stiffness: &Stiffness) -> f64 {
     let green = green(stiffness, Side::Lower);
     2.0 * 512.0 / (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>()
@@ -37,8 +37,8 @@ fn indentation_moduli_of_orthotropic_half_spaces() {
     }
 }
 
-/// Truth: `surface-admittance-orthotropic-closed-form`: values of 10 digits along and across the fibre, 1e-9 of the largest (the
-/// catalogue's 1e-10 is beyond the digits of the values; its closed forms are tested to 1e-12 in `bem`).
+/// Truth: `surface-admittance-orthotropic-closed-form`: values of 10 digits along and across the fibre, 1e-9 of the largest. The
+/// catalogue's 1e-10 is beyond the digits of the values. Its closed forms are tested to 1e-12 in `bem`.
 #[test]
 fn admittance_along_and_across_the_fibre() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -53,8 +53,8 @@ fn admittance_along_and_across_the_fibre() {
     }
 }
 
-/// Truth: `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975), the other
-/// directions of the tables, 1e-8 of the largest entry; G(x) = G(-x)^T.
+/// Truth: `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975): the other
+/// directions of the tables, 1e-8 of the largest entry, and G(x) = G(-x)^T.
 #[test]
 fn point_forces_along_the_axes() {
     let symmetric =
@@ -94,9 +94,9 @@ fn point_forces_along_the_axes() {
     }
 }
 
-/// Truth: `barnett-lothe-identities`: the tensors belong to the plane of (m, n), so that L(w) = L(w + pi), and all are the same for
-/// every pair of axes in that plane: a half-space whose surface is turned about m x n by any angle has the same S, H and L.
-/// Tolerance 1e-11 as published.
+/// Truth: `barnett-lothe-identities`: the tensors belong to the plane of (m, n), so that L(w) = L(w + pi). All are the same for
+/// every pair of axes in that plane. A half-space whose surface is turned about m x n by any angle therefore has the same S, H and
+/// L. Tolerance 1e-11 as published.
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];

@@ -12,7 +12,7 @@ use crate::crystals::{cfrp_of_tables, cubic, with_ratio, zinc};
 use crate::observed::{hertz_ellipse, radius};
 use nalgebra::{Rotation3, Vector3};
 
-/// A case of the catalogue: material in the frame's axes, force, semi-axes, angle of the long one, peak pressure, approach.
+/// A case of the catalogue: material in the axes of the frame, force, semi-axes, angle of the long axis, peak pressure, approach.
 struct Case {
     name: &'static str,
     material: Stiffness,
@@ -79,15 +79,15 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Degrees between two lines.
+/// Angle between two lines, degrees.
 fn between(a: f64, b: f64) -> f64 {
     let d = (a - b).rem_euclid(180.0);
     d.min(180.0 - d)
 }
 
-/// Truth: `aniso-hertz-cfrp`, `aniso-hertz-zinc-copper`, rigid sphere R = 10: approach to 5e-3, semi-axes (from the second moments of
-/// the pressures) within one cell, direction within 1 degree (5 degrees where a / b < 1.05), as in the catalogue; peak pressure
-/// to 1e-2.
+/// Truth: `aniso-hertz-cfrp`, `aniso-hertz-zinc-copper`, rigid sphere R = 10. As in the catalogue, the approach holds to 5e-3 and
+/// the semi-axes (from the second moments of the pressures) within one cell. The direction holds within 1 degree (5 degrees where a
+/// / b < 1.05). Peak pressure to 1e-2.
 #[test]
 fn spheres_on_crystals_and_cfrp() {
     for case in cases() {
@@ -111,8 +111,8 @@ fn spheres_on_crystals_and_cfrp() {
     }
 }
 
-/// Truth: `swanson-vs-average-modulus`: with the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius
-/// 0.40953 mm; the exact semi-axes are 6 % off it. Found within 1 % of the exact ones, at 64 cells along the frame.
+/// Truth: `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius 0.40953
+/// mm. The exact semi-axes differ from it by 6 %. The found ones are within 1 % of the exact ones, at 64 cells along the frame.
 #[test]
 fn the_mean_modulus_is_not_the_answer() {
     let model = half_spaces(&cfrp_of_tables(), None, (0.52, 64), sphere(10.0));
@@ -124,9 +124,10 @@ fn the_mean_modulus_is_not_the_answer() {
     assert!(relative(result.records[0].approach, 0.01677123538) < 5e-3);
 }
 
-/// Truth: `indentation-modulus-cubic`: F = 2 M a delta under a flat circular punch, 1e-2, on the (100) and (111) faces of copper and
-/// the (110) face of silicon, in GPa. The punch is the cells with centres inside a circle, a the radius of their area; cells
-/// on the rim take half a cell of the singular pressure beyond it, which two grids show as an error of first order.
+/// Truth: `indentation-modulus-cubic`: F = 2 M a delta under a flat circular punch, 1e-2. The surfaces are the (100) and (111)
+/// faces of copper and the (110) face of silicon, in GPa. The punch is the cells with centres inside a circle, a the radius of
+/// their area. Cells at the edge take half a cell of the singular pressure beyond it. Two grids show this as an error of first
+/// order.
 #[test]
 fn flat_punches_on_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -152,8 +153,8 @@ fn flat_punches_on_crystals() {
     }
 }
 
-/// Truth: `str-modulus-ratio`: the contact of a sphere gets longer the larger E1 / E2 is (1 to 1e4), and the solver does not take five
-/// times as many iterations.
+/// Truth: `str-modulus-ratio`: the contact of a sphere gets longer with increasing E1 / E2 (1 to 1e4). The solver takes less than
+/// five times as many iterations.
 #[test]
 fn extreme_ratios_make_longer_ellipses() {
     let mut ratios = Vec::new();

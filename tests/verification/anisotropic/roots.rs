@@ -1,4 +1,4 @@
-//! Materials and directions next to degenerate Stroh roots.
+//! Materials and directions close to degenerate Stroh roots.
 
 use orthowear::bem::half_space::{Side, SurfaceGreen};
 use orthowear::material::Stiffness;
@@ -8,9 +8,9 @@ use super::green::about_y;
 use crate::common::steel;
 use crate::crystals::{nearly_isotropic, zinc};
 
-/// Truth: `str-near-degenerate-roots`: with the axis of a transversely isotropic solid along x, the plane across it is isotropic
-/// and has a triple root. H is smooth there: what the two sides differ by is odd and linear in the distance, the mean
-/// even, for 1e-12 to 1e-3 rad; 1e-9 beyond that.
+/// Truth: `str-near-degenerate-roots`. With the axis of a transversely isotropic solid along x, the plane across it is isotropic
+/// and has a triple root. H is smooth there. The difference of the two sides is odd and linear in the distance, their mean is even,
+/// for 1e-12 to 1e-3 rad. 1e-9 beyond that.
 #[test]
 fn directions_next_to_a_degenerate_plane() {
     let green = SurfaceGreen::new(&about_y(&zinc(1.0), 90.0), Side::Lower).expect("a Green's function");
@@ -25,8 +25,8 @@ fn directions_next_to_a_degenerate_plane() {
     }
 }
 
-/// Truth: `aniso-near-isotropic-limit`, `str-near-degenerate-roots`: the whole H, not only its normal part, tends linearly to that of
-/// the isotropic material as the anisotropy e falls from 1e-1 to 1e-16; 1e-9 beyond that.
+/// Truth: `aniso-near-isotropic-limit`, `str-near-degenerate-roots`: the whole H, not only its normal part, tends linearly to the
+/// isotropic H as the anisotropy e falls from 1e-1 to 1e-16. 1e-9 beyond that.
 #[test]
 fn all_components_tend_to_the_isotropic_ones() {
     let symbol = |stiffness: &Stiffness| {

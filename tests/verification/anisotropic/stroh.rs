@@ -1,4 +1,4 @@
-//! The admittance by Stroh's eigenvectors, which shares nothing with the integrals of the program.
+//! The admittance by Stroh's eigenvectors, independent of the integrals of the program.
 
 use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -9,7 +9,7 @@ use crate::crystals::{cfrp_of_tables, cubic, topaz, with_ratio, zinc};
 
 type C = Complex<f64>;
 
-/// c_ijkl from Voigt's matrix in the order 11 22 33 23 13 12.
+/// Contraction a_i c_ijkl b_l, with c_ijkl from Voigt's matrix in the order 11 22 33 23 13 12.
 fn contract(c: &Matrix6<f64>, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
     let voigt = |i: usize, j: usize| if i == j { i } else { 6 - i - j };
     Matrix3::from_fn(|j, k| {
@@ -35,7 +35,7 @@ fn admittance(stiffness: &Stiffness, w: f64) -> Matrix3<C> {
     let roots = matrix.complex_eigenvalues();
     let upper = roots.iter().filter(|p| p.im > 0.0);
     for (column, p) in upper.enumerate() {
-        // Inverse iteration: two solves with a shift a little beside the eigenvalue.
+        // Inverse iteration: three solves with a shift close to the eigenvalue.
         let shifted = matrix.map(|x| C::new(x, 0.0)) - Matrix6::identity() * (p + C::new(1e-13, 2e-13));
         let lu = shifted.lu();
         let mut v = nalgebra::Vector6::from_fn(|i, _| C::new(1.0 + 0.3 * i as f64, 0.7 - 0.2 * i as f64));
@@ -54,8 +54,8 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
     (a - b).map(|x| x.norm()).amax() / b.map(|x| x.norm()).amax()
 }
 
-/// Truth: `barnett-lothe-identities`, the eigenvalue route: agreement to 1e-9 away from degenerate roots, as in the catalogue, in
-/// 36 directions of random cuts, for the tensors of single directions and for the series of the Green's function.
+/// Truth: `barnett-lothe-identities`, the eigenvalue route. Agreement to 1e-9 away from degenerate roots, as in the catalogue, in
+/// 36 directions of random cuts. Compared are the tensors of single directions and the series of the Green's function.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
     let materials = [

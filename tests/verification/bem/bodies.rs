@@ -1,4 +1,4 @@
-//! Finite bodies of boundary elements under a frame: own loads, finite elements of the same body, large bodies and half-spaces.
+//! Finite boundary-element bodies under a frame: own loads, finite elements of the same body, large bodies against half-spaces.
 
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ pub(super) fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFram
     BeBody::new(spec, (contact, side), frame, (None, &MemoryLimit::of_machine())).unwrap()
 }
 
-/// Gap of one or two bodies under tractions.
+/// Gap between two bodies under tractions.
 fn gap(bodies: [&mut dyn ElasticBody; 2], frame: &ContactFrame, tractions: &[f64]) -> Vec<f64> {
     let [one, other] = bodies;
     let coupled = couple(one, other, frame, Coupling::Schur, CrossBlocks::SkipVanishing).unwrap();
@@ -58,7 +58,7 @@ fn single(mut body: impl ElasticBody, frame: &ContactFrame, tractions: &[f64]) -
     gap
 }
 
-/// Work of tractions on a gap over equal cells.
+/// Work of tractions on a gap, over cells of equal area.
 fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
@@ -68,8 +68,9 @@ pub(super) fn held(group: &str, component: usize) -> Support {
     Support { group: group.into(), components, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
 
-/// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b per
-/// volume; a displaced base moves it. Linear elements have what is left of the field beside that of the weight.
+/// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b
+/// per volume. A displaced base moves it. Linear elements represent the rest of the field, without the particular field of the
+/// weight.
 #[test]
 fn column_between_smooth_walls() {
     let (height, pressure, weight, lift) = (2.0, 50.0, 30.0, 1e-3);
@@ -97,7 +98,8 @@ fn column_between_smooth_walls() {
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
     }
-    // σ_z = -(p + b depth), and σ_x = σ_y by the sides that do not move; at the points of the surface, as in its field files, and inside.
+    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move. Checked at points of the surface, as in its field files,
+    // and inside.
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let tractions = vec![0.0; 3 * n];
@@ -122,14 +124,14 @@ fn column_between_smooth_walls() {
     }
 }
 
-/// Truth: the same block of finite elements with the near field of a half-space on cells of a quarter of the side, whose error is below 1e-3
-/// (docs/theory-hybrid.md): the work of pressures and shear on the mean displacement of the faces.
+/// Truth: the same block of finite elements with the near field of a half-space, on cells of a quarter of the side. Its error is
+/// below 1e-3 (docs/theory-hybrid.md). Compared is the work of pressures and shear on the mean displacement of the faces.
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
     let w = 2.0;
     let stiffness = blocks::cfrp();
-    // Cells are faces of the middle half.
+    // The cells are the faces of the middle half.
     let on_faces = |n: usize| {
         let frame = ContactFrame::grid([0.5 * w; 2], [n / 2; 2], [0.0; 2], 0.0).unwrap();
         let cells = frame.n_cells();
@@ -171,8 +173,8 @@ fn the_block_of_finite_elements() {
     assert!(difference < 5e-3 && asymmetry < fine.1, "{difference} {asymmetry}");
 }
 
-/// A block of half-width and height `size` from z = 0 on along `up`, four elements on each side of the square of half-width 1 in its middle, from
-/// there on growing ones.
+/// A block of half-width and height `size`, from z = 0 along `up`. Four elements lie along each side of the central square of
+/// half-width 1. The elements grow from there on.
 pub(super) fn graded(size: f64, up: f64) -> Mesh {
     let grown = |t: f64, n: f64| {
         let ratio = (size - 1.0).powf(1.0 / n) + 0.6;
@@ -188,7 +190,8 @@ pub(super) fn graded(size: f64, up: f64) -> Mesh {
     })
 }
 
-/// Truth: bodies that are large beside their contact are half-spaces: what they lack falls as 1 over their size, here doubled twice.
+/// Truth: bodies that are large compared with their contact become half-spaces. The difference falls as 1 over their size, which is
+/// doubled twice here.
 #[test]
 fn large_bodies_become_half_spaces() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -208,7 +211,7 @@ fn large_bodies_become_half_spaces() {
         1.0 - work(&tractions, &gap([&mut lower, &mut upper], &frame, &tractions)) / infinite
     };
     let found = [4.0, 8.0, 16.0].map(lacks);
-    // The rest that does not fall is the error of the elements, which drops out of the differences.
+    // The part that does not fall is the error of the elements. It drops out of the differences.
     let ratio = (found[0] - found[1]) / (found[1] - found[2]);
     assert!((1.6..2.4).contains(&ratio), "{ratio}");
     let left = 2.0 * found[2] - found[1];

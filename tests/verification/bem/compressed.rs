@@ -1,4 +1,4 @@
-//! The compressed operator on irregular frames beside the dense one.
+//! The compressed operator on irregular frames against the dense one.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -26,8 +26,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Triangles and distorted quadrangles over a square of the side 2, finer in the middle; some squares are cut in
-    /// two.
+    /// Triangles and distorted quadrangles over a square of side 2, finer in the middle. Some squares are cut in two.
     pub fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
@@ -50,7 +49,7 @@ impl Cells {
         Self::of(corners)
     }
 
-    /// By the corners.
+    /// Cells with the given corners.
     pub fn of(corners: Vec<Vec<[f64; 2]>>) -> Self {
         let (mut centers, mut areas) = (Vec::new(), Vec::new());
         for polygon in &corners {
@@ -103,7 +102,7 @@ impl Cells {
         }
     }
 
-    /// Norm in which S is symmetric.
+    /// Norm of the inner product in which S is symmetric.
     fn norm(&self, values: &[f64]) -> f64 {
         values
             .chunks(self.n())
@@ -114,7 +113,7 @@ impl Cells {
     }
 }
 
-/// Largest eigenvalue of S, roughly.
+/// Largest eigenvalue of S, approximately (power method).
 fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     let (mut v, mut image) = (vec![1.0; 3 * cells.n()], vec![0.0; 3 * cells.n()]);
     let mut value = 0.0;
@@ -128,10 +127,9 @@ fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     value
 }
 
-/// Truth: the dense operator of the same cells, whose integrals are made in another way. The error of products, over
-/// the largest eigenvalue, follows the tolerance and stays below it, for a smooth vector and a rough one; for isotropic
-/// bodies and for CFRP with tilted fibres. Diagonal blocks and entries, which are integrals of their own: a tenth of
-/// the tolerance.
+/// Truth: the dense operator of the same cells, whose integrals are computed in another way. The error of products, over the
+/// largest eigenvalue, follows the tolerance and stays below it. Vectors are smooth and rough, bodies isotropic and of CFRP with
+/// tilted fibres. Diagonal blocks are integrals of their own and agree to 1e-12.
 #[test]
 fn products_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(27);
@@ -168,8 +166,8 @@ fn products_are_those_of_the_dense_operator() {
     }
 }
 
-/// Truth: Betti, v·A S w = w·A S v, and S positive definite, however coarse the tolerance; direct sums over the cells
-/// are products with the dense operator.
+/// Truth: Betti's theorem, v·A S w = w·A S v, and S positive definite, for a coarse tolerance too. Direct sums over the cells are
+/// products with the dense operator.
 #[test]
 fn compressed_operators_are_symmetric_and_sums_direct() {
     let cells = Cells::irregular(25);
@@ -202,8 +200,8 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     assert!(compressed.couples_normal_tangential() && compressed.unformed_cells().is_empty());
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components, and the operator then has no such
-/// blocks: their products vanish exactly.
+/// Truth: equal isotropic bodies do not couple normal and tangential components. The operator then has no coupling blocks, and
+/// their products vanish exactly.
 #[test]
 fn vanishing_components_are_not_stored() {
     let cells = Cells::irregular(17);
@@ -220,8 +218,8 @@ fn vanishing_components_are_not_stored() {
     assert!(unlike.couples_normal_tangential() && unlike.bytes() > compressed.bytes());
 }
 
-/// Truth: every block is made by itself and parts of products are summed in a fixed order: one, two and three threads
-/// give the same bits, in products and in the approximate inverses.
+/// Truth: every block is computed independently, and parts of products are summed in a fixed order. One, two and three threads
+/// therefore give the same bits, in products and in the approximate inverses.
 #[test]
 fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -245,9 +243,8 @@ fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the approximate inverse is symmetric and positive definite in the areas, and the eigenvalues of it times S
-/// lie within a factor that grows little with the number of cells (here 25; of S itself they spread over more than
-/// 100).
+/// Truth: the approximate inverse is symmetric and positive definite, with the areas as weights. The eigenvalues of its product
+/// with S lie within a factor that grows little with the number of cells (here 25). Those of S itself spread over more than 100.
 #[test]
 fn the_approximate_inverse_makes_eigenvalues_alike() {
     let green = pair(30.0);
@@ -266,7 +263,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
         let (v, w) = (random.vector(3 * n), random.vector(3 * n));
         let (mv, mw) = (inverse(&v), inverse(&w));
         assert!((product(&v, &mw) - product(&w, &mv)).abs() < 1e-11 * product(&v, &mv));
-        // Rayleigh quotients of x in the energy of S after some steps of the power method, and of the shifted one.
+        // Rayleigh quotients of x in the energy of S, after steps of the power method and of the shifted power method.
         let step = |x: &[f64]| {
             let mut image = vec![0.0; 3 * n];
             operator.apply(x, &mut image);
@@ -295,7 +292,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
     }
 }
 
-/// A steel sphere over CFRP on the cells, by an operator.
+/// Model of a steel sphere over CFRP on the cells, with the given operator.
 pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     let n = cells.n();
     let mut initial_gap = vec![0.0; 3 * n];
@@ -312,9 +309,9 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     }
 }
 
-/// Truth: the solution on the dense operator. An indentation and a shift with friction: forces within ten tolerances,
-/// the certificate with its direct sums; pressures alone under a force. With its approximate inverse the compressed
-/// operator needs no more than twice the products.
+/// Truth: the solution with the dense operator. Indentation and shift with friction give forces within ten tolerances, and a
+/// certificate with direct sums. Under a force without friction, the approach agrees to 1e-7. With its approximate inverse the
+/// compressed operator needs no more products than the dense one.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);
@@ -343,7 +340,7 @@ fn contacts_are_those_of_the_dense_operator() {
     assert!(found.operator_applications <= wanted.operator_applications);
 }
 
-/// Truth: what cannot be meant is refused as an input.
+/// Truth: invalid tolerances and cells are refused as input errors.
 #[test]
 fn unusable_tolerances_and_cells_are_refused() {
     let cells = Cells::irregular(3);

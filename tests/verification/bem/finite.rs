@@ -1,4 +1,4 @@
-//! Finite bodies of boundary elements: uniform stress, spheres and cavities under pressure, rigid motions, Somigliana's identity.
+//! Finite boundary-element bodies: uniform stress, spheres and cavities under pressure, rigid motions, Somigliana's identity.
 
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
@@ -12,8 +12,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{assert_order, steel, tabulated_cfrp as cfrp};
 
-/// Quadrilaterals of nine nodes, or triangles of six, on the six sides of the cube [-1, 1]³, `n` x `n` on each, moved by `map`; normals
-/// outward.
+/// Quadrilaterals of nine nodes, or triangles of six, on the six sides of the cube [-1, 1]³, with `n` x `n` squares on each side.
+/// `map` moves the nodes. Normals point outward.
 pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> Vec<Panel> {
     let mut panels = Vec::new();
     for (axis, sign) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
@@ -22,7 +22,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
             let mut x = Point::zeros();
             x[axis] = sign;
             x[u_axis] = u;
-            // The sense of the nodes follows the normal.
+            // The order of the nodes follows the normal.
             x[v_axis] = sign * v;
             map(x)
         };
@@ -46,7 +46,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
     panels
 }
 
-/// The cube's sides on a sphere.
+/// The sides of the cube, projected onto a sphere.
 pub(super) fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
     // Equal angles instead of equal lengths.
     let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
@@ -67,7 +67,7 @@ pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
     values.flat_map(|x| [x.x, x.y, x.z]).collect()
 }
 
-/// The body `elements` whose displacement is known where `held` holds, and its traction elsewhere.
+/// Solution for the body `elements`, with known displacements where `held` holds and known tractions elsewhere.
 pub(super) fn solved(
     elements: &BoundaryElements,
     domain: Domain,
@@ -93,7 +93,7 @@ pub(super) fn solved(
     solution
 }
 
-/// Largest difference of the displacement of the nodes from an exact one, over its largest size.
+/// Largest error of the nodal displacements, relative to the largest exact displacement.
 pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl Fn(&Point) -> Point) -> f64 {
     let positions = elements.positions();
     let apart = positions.iter().zip(&state.displacement).map(|(x, u)| (Point::from(*u) - exact(x)).norm());
@@ -101,7 +101,7 @@ pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl
     apart.fold(0.0, f64::max) / size
 }
 
-/// Root mean square over the surface of the same.
+/// The same error, as a root mean square over the surface.
 fn off_in_the_mean(
     elements: &BoundaryElements,
     state: &SurfaceState,
@@ -129,7 +129,7 @@ impl Linear {
     }
 }
 
-/// Displacement at a point off the surface, mm: that of the body inside, zero on the other side.
+/// Displacement at a point off the surface, mm: the body's displacement inside the body, zero on the other side.
 ///
 /// # Source
 /// Somigliana's identity, u(y) = ∫ U t dS - ∫ T u dS.
@@ -145,9 +145,9 @@ fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point)
     sum
 }
 
-/// Truth: a linear field, which linear elements have exactly, from its displacements on one side and its tractions on the others (in
-/// tension u_x = p x / E, u_y = -ν p y / E: be-cube-tension): 1e-6 by the integrals. Somigliana's identity: inside the
-/// field, outside nothing, a thousandth of the side from the surface too; the stress inside likewise.
+/// Truth: a linear field, which linear elements represent exactly, from its displacements on one side and its tractions on the
+/// others. In tension u_x = p x / E, u_y = -ν p y / E (be-cube-tension). 1e-6: accuracy of the integrals. Somigliana's identity
+/// gives the field inside and zero outside, also a thousandth of the side from the surface. It gives the stress inside too.
 #[test]
 fn uniform_strain_in_a_cube() {
     let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
@@ -186,8 +186,8 @@ fn uniform_strain_in_a_cube() {
     }
 }
 
-/// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E, a linear field, for materials that nearly keep their volume, and for plates and needles: to the
-/// accuracy of the integrals, over 1 - 2ν, by which errors of the displacement become pressure.
+/// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E, a linear field, for nearly incompressible materials, and for plates and
+/// needles. The error is the accuracy of the integrals over 1 - 2ν, by which errors of the displacement become pressure.
 #[test]
 fn nearly_incompressible_and_slender_bodies_in_tension() {
     let stretches = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.02], [1.0, 0.05, 0.05]];
@@ -211,12 +211,13 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
     }
 }
 
-/// Relative error of the displacement of a body under pressure, in the mean over its surface: a sphere that floats, or the body around a cavity.
+/// Relative error of the displacement of a body under pressure, as a root mean square over its surface. The body is an
+/// unconstrained sphere, or surrounds a cavity.
 fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
     let mut panels = sphere(n, radius, triangles);
     if domain == Domain::Exterior {
-        // Normals into the cavity: mirrored.
+        // Mirror the nodes, so that normals point into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -229,8 +230,9 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
     off_in_the_mean(&elements, &state, exact)
 }
 
-/// Truth: Lamé: a solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p a / 4G; errors fall with order 2 for
-/// linear and quadratic elements (their geometry is of order 2 at the corners of the cube), and with 384 of them are below 1e-3.
+/// Truth: Lamé. A solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p a / 4G. Errors fall with
+/// order 2 for linear and quadratic elements (their geometry is of order 2 at the corners of the cube). With 384 linear elements
+/// they are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -258,8 +260,8 @@ fn spheres_under_pressure() {
     }
 }
 
-/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is the first column of the compliance: displacements differ from it by the
-/// rigid motion that the mean takes off, which vanishes by symmetry; order 2 with linear elements, 1e-3 with 96 quadratic ones.
+/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is the first column of the compliance. The rigid motion that the
+/// condition of zero mean removes vanishes by symmetry. Order 2 with linear elements, 1e-3 with 96 quadratic ones.
 #[test]
 fn anisotropic_sphere_under_uniform_stress() {
     let stiffness = cfrp();
@@ -279,7 +281,7 @@ fn anisotropic_sphere_under_uniform_stress() {
     assert!(error < 1e-3, "{error:e}");
 }
 
-/// Truth: rigid motions need no traction: translations by construction, rotations to the accuracy of the integrals.
+/// Truth: rigid motions cause no tractions: translations by construction, rotations to the accuracy of the integrals.
 #[test]
 fn rigid_motions() {
     let stiffness = cfrp();
@@ -295,7 +297,7 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: the same bits for any number of threads.
+/// Truth: the result has the same bits for any number of threads.
 #[test]
 fn threads_change_nothing() {
     let stiffness = steel();

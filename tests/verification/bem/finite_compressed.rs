@@ -1,4 +1,4 @@
-//! Compressed equations of finite bodies of boundary elements: beside dense ones, rigid motions, uniform strain, threads.
+//! Compressed equations of finite boundary-element bodies: against dense ones, rigid motions, uniform strain, threads.
 
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
@@ -18,7 +18,7 @@ fn body(n: usize, interpolation: Interpolation, stiffness: &Stiffness) -> Bounda
     elements(cube(n, false, |x| x), interpolation, stiffness, 1e-7)
 }
 
-/// The body held where `held` holds, with known displacements there and tractions elsewhere.
+/// Solution for the body, with known displacements of the components where `held` holds and known tractions elsewhere.
 fn solved(
     elements: &BoundaryElements,
     held: impl Fn(&Point) -> [bool; 3],
@@ -45,8 +45,9 @@ fn solved(
     problem.solve_by(equations, Par::Seq).unwrap()
 }
 
-/// Truth: the dense equations of the same body, held at its base along all axes and at a wall along its normal, with loads: displacements,
-/// tractions and responses to unit tractions differ by less than 10 times the tolerance of their largest.
+/// Truth: the dense equations of the same body with loads. Displacements are known at its base along all axes and at a wall along
+/// its normal. Displacements, tractions and responses to unit tractions differ by less than 10 times the tolerance, relative to
+/// their largest.
 #[test]
 fn the_dense_equations() {
     let elements = body(usual_or_finest(8, 10), Constant, &cfrp());
@@ -84,8 +85,8 @@ fn the_dense_equations() {
     }
 }
 
-/// Truth: a body whose base is displaced and turned moves as a whole: translations to the rounding of single precision (6e-8, some
-/// twenty times over), for which the blocks of the nodes on themselves are made; turns to some times the tolerance.
+/// Truth: a body whose base is displaced and turned moves as a whole. Translations hold to the rounding of single precision (6e-8,
+/// some twenty times over): the diagonal blocks are made for them. Rotations hold to some times the tolerance.
 #[test]
 fn rigid_motions() {
     let elements = body(6, LinearElements, &steel());
@@ -99,8 +100,8 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: a linear field, which linear elements have exactly, from its displacements on one side and its tractions on the others, and from
-/// its tractions alone without mean motion: displacements to some times the tolerance.
+/// Truth: a linear field, which linear elements represent exactly. It follows from its displacements on one side and its tractions
+/// on the others, and from its tractions alone without mean motion. Displacements hold to some times the tolerance.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());
@@ -141,7 +142,7 @@ fn threads_do_not_change_bits() {
     assert!(run(2) == one && run(3) == one);
 }
 
-/// Truth: the blocks are kept in single precision, which has no more digits.
+/// Truth: the blocks are stored in single precision, which has no more digits.
 #[test]
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());

@@ -12,7 +12,7 @@ use orthowear::quadrature::gauss_legendre;
 use super::Random;
 use crate::common::{im7, steel, tabulated_cfrp as cfrp};
 
-/// Entries xx, yy, zz, yz, xz, xy.
+/// Symmetric matrix with the entries xx, yy, zz, yz, xz, xy.
 fn symmetric([xx, yy, zz, yz, xz, xy]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
@@ -21,8 +21,8 @@ fn largest(fields: [&Matrix3<f64>; 3]) -> f64 {
     fields.into_iter().map(Matrix3::amax).fold(0.0, f64::max)
 }
 
-/// Truth: displacements and tractions (on the plane across x, for unit forces) of an independent program, integrals over the unit
-/// circle to ten digits; Kelvin's solution for steel.
+/// Truth: displacements and tractions of an independent program, by integrals over the unit circle to ten digits. Tractions are
+/// those on the plane across x, for unit forces. For steel: Kelvin's solution.
 #[test]
 fn tabulated_values() {
     let points = [[1.0, 2.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Point::from);
@@ -91,7 +91,7 @@ fn tabulated_values() {
     }
 }
 
-/// Truth: integrals over directions have Kelvin's solution as a special case, derivatives included.
+/// Truth: Kelvin's solution is a special case of the integrals over directions, derivatives included.
 #[test]
 fn isotropic_limit() {
     let stiffness = steel();
@@ -108,8 +108,8 @@ fn isotropic_limit() {
     }
 }
 
-/// Truths: the integrals over directions, which the table is made of, at other directions, to 1e-8, also with a fibre a hundred
-/// times stiffer than what is around it; differences of the displacement for its derivatives.
+/// Truths: the integrals over directions, from which the table is made, at other directions, to 1e-8. One material has a fibre a
+/// hundred times stiffer than its matrix. Differences of the displacement give its derivatives.
 #[test]
 fn tables() {
     let stiff_fibre = Stiffness::transversely_isotropic(500e3, 5e3, 4e3, 0.25, 0.4).unwrap();
@@ -148,7 +148,7 @@ fn tables() {
     }
 }
 
-/// Tractions of unit forces at the origin summed over a sphere that is moved and stretched, 30 x 60 points.
+/// Tractions of unit forces at the origin, summed over a shifted and stretched sphere with `n` x `2 n` points.
 fn flux(
     (field, stiffness): (&FullSpaceField, &Stiffness),
     (middle, half_axes): (Point, Point),
@@ -161,7 +161,7 @@ fn flux(
             let (sin, cos) = (step * k as f64).sin_cos();
             let rho = (1.0 - z * z).sqrt();
             let unit = Vector3::new(rho * cos, rho * sin, z);
-            // The area vector of a stretched sphere.
+            // Area vector of a stretched sphere.
             let [a, b, c] = half_axes.into();
             let area = unit.component_mul(&Vector3::new(b * c, a * c, a * b)) * (weight * step);
             let x = middle + unit.component_mul(&half_axes);
@@ -171,8 +171,8 @@ fn flux(
     sum
 }
 
-/// Truth: tractions about a force balance it, those on a closed surface beside it are in balance; so for spheres, an ellipsoid off the
-/// centre, a cube.
+/// Truth: tractions about a force balance it. Tractions on a closed surface beside the force balance each other. The surfaces are
+/// spheres, an ellipsoid off the centre and a cube.
 #[test]
 fn equilibrium() {
     // Tractions under a tilted fibre vary over shorter distances.

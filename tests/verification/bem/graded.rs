@@ -1,4 +1,4 @@
-//! Compressed operators on cells of unlike size.
+//! Compressed operators on cells of very different size.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};
 use crate::common::{indent, press, relative, solve, usual_or_finest};
 
-/// Rectangles over a square of the side 2 whose sides grow from the middle to the edge by the factor `ratio`, `2 m`
-/// along each direction.
+/// Rectangles over a square of side 2, `2 m` along each direction. Their sides grow from the middle to the edge, by the factor
+/// `ratio` in total.
 fn graded(m: usize, ratio: f64) -> Cells {
     let growth = ratio.powf(1.0 / (m - 1) as f64);
     let mut ends = vec![0.0];
@@ -27,8 +27,8 @@ fn graded(m: usize, ratio: f64) -> Cells {
     Cells::of((0..4 * m * m).map(cell).collect())
 }
 
-/// Truth: the dense operator, which takes Gauss points for each cell that is far away for its own size. Entries are a
-/// fifth of the tolerance off, products by three tolerances of the largest gap, where sides differ by 1e3 and 1e5.
+/// Truth: the dense operator, which takes Gauss points for each distant cell according to its own size. Entries are off by a fifth
+/// of the tolerance, products by three tolerances of the largest gap, where sides differ by 1e3 and 1e5.
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
@@ -51,8 +51,8 @@ fn cells_of_unlike_size_keep_the_tolerance() {
     }
 }
 
-/// Truth: the operator that a body gave away is that of its fields, bit by bit; where nothing is to be left out it is the
-/// dense one, and so is the one that fields alone ask for. One compressed to 1e-3 is not.
+/// Truth: a body recovers its fields with the operator that it gave away, bit by bit. If no block is omitted this is the dense
+/// operator, and so is the operator built for fields alone. An operator compressed to 1e-3 differs from it.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -85,10 +85,10 @@ fn fan(n: usize) -> Cells {
     Cells::of((0..n).map(|k| vec![[0.0; 2], corner(k), corner(k + 1)]).collect())
 }
 
-/// Truth: pressures on the dense operator under a sphere. A gap that is wrong by the tolerance moves the pressure of a cell
-/// by the tolerance times the contact over the cell. That is 28 cells of mean size at most, four times as much for cells
-/// that are just not small enough to get more, and no more for the smallest, whose sides are 1e5 times smaller. In the other
-/// direction: nothing is stored exactly.
+/// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by the
+/// tolerance times contact size over cell size. This ratio is 28 at most for cells of mean size. It is four times as much for cells
+/// just too large for a tighter tolerance, and no more for the smallest, whose sides are 1e5 times smaller. The lower bound shows
+/// that nothing is stored exactly.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -115,8 +115,9 @@ fn pressures_follow_the_tolerance() {
     }
 }
 
-/// Truth: the bytes of what was made: what is told from the cells alone is right to a third on cells of like size and where
-/// no cells are far apart, and up to twice as much on cells of unlike size. Half of it is refused before anything is made, with the tolerance as a remedy.
+/// Truth: the bytes of the operator. The estimate from the cells alone is right to a third on cells of similar size and if no cells
+/// are far apart. On cells of different size it is up to twice as much. Half of it as a limit is refused before anything is built,
+/// with the tolerance as a remedy.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -149,8 +150,8 @@ fn memory_is_told_by_the_cells() {
     }
 }
 
-/// Sectors of rings around the origin, out to a polygon of the area of the unit circle; widths of the rings fall geometrically from the
-/// middle to the edge, the last being a thousandth of the first.
+/// Sectors of rings around the origin, out to a polygon with the area of the unit circle. The widths of the rings fall
+/// geometrically from the middle to the edge. The last is a thousandth of the first.
 fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     let fall = 1e-3f64.powf(1.0 / (n_rings - 1) as f64);
     let widths: Vec<f64> = (0..n_rings).map(|k| fall.powi(k as i32)).collect();
@@ -176,9 +177,9 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     Cells::of(cells)
 }
 
-/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat circular punch (Boussinesq), on cells that get a thousand times smaller
-/// towards the edge. 1e-4 as there, of values extrapolated with second order in the angle of a sector and the growth of a ring. Every
-/// influence is positive, every pressure too, and grows from ring to ring.
+/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat circular punch (Boussinesq), on cells that get a
+/// thousand times smaller towards the edge. 1e-4 as there, for values extrapolated with second order in the angle of a sector and
+/// the growth of a ring. Every influence and every pressure is positive, and pressures grow from ring to ring.
 #[test]
 fn flat_punch_on_graded_rings() {
     let modulus = 210e3 / 0.91;
@@ -207,9 +208,9 @@ fn flat_punch_on_graded_rings() {
         force
     };
     let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
-    // Errors that fall with the square: 36^2 / (48^2 - 36^2) = 9 / 7 of the last change are left.
+    // Errors fall with the square of the angle: 36^2 / (48^2 - 36^2) = 9 / 7 of the last change are left.
     let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
-    // Half as many rings: the logarithm of the growth is twice as large (11 and 22 steps to a thousand).
+    // With half as many rings the logarithm of the growth is twice as large (11 and 22 steps to a thousand).
     let limit = fine + (fine - coarse) / 3.0;
     assert!(relative(limit, 1.0) < 1e-4, "{coarse} {fine} {limit}");
 }

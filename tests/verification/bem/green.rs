@@ -11,8 +11,8 @@ use orthowear::material::Stiffness;
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Truth: an independent program (tests/data/half-space-table.json, 12 digits). Tolerance 1e-9 of the largest
-/// entry of each matrix, as the table's series was cut there.
+/// Truth: an independent program (tests/data/half-space-table.json, 12 digits). Tolerance 1e-9 of the largest entry of each matrix,
+/// because the series of the table was truncated there.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");
@@ -42,8 +42,8 @@ fn kernels_agree_with_an_independent_program() {
     }
 }
 
-/// Truth: Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). Tolerance
-/// 1e-13: closed form against rounding.
+/// Truth: Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). Tolerance 1e-13:
+/// rounding of the closed form.
 #[test]
 fn isotropic_limit_is_boussinesq_and_cerruti() {
     let (e, nu) = (210e3, 0.3);
@@ -65,7 +65,7 @@ fn isotropic_limit_is_boussinesq_and_cerruti() {
     }
 }
 
-/// Truth: reciprocity, G(-x) = G(x)^T; W Hermitian and positive definite (the surface stores energy).
+/// Truth: reciprocity, G(-x) = G(x)^T. W is Hermitian and positive definite (the surface stores energy).
 #[test]
 fn green_is_reciprocal_and_the_admittance_positive() {
     for tilt in [0.0, 17.0, 30.0, 60.0, 90.0] {
@@ -81,7 +81,7 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-/// Mean over the directions of W_nn, 2 / (indentation modulus).
+/// Mean of W_nn over the directions, 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
@@ -108,9 +108,8 @@ fn gamma_is_the_principal_value_integral() {
     }
 }
 
-/// Truth: identities of Barnett and Lothe (1973), Chadwick and Smith (1977): H L - S S = I, L S + S^T L = 0,
-/// S H + H S^T = 0, H and L positive definite, for 50 random rotations of each material. Tolerance 1e-11, that of
-/// the published check.
+/// Truth: identities of Barnett and Lothe (1973), Chadwick and Smith (1977), for 50 random rotations of each material: H L - S S =
+/// I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, that of the published check.
 #[test]
 fn barnett_lothe_identities() {
     let mut random = Random(7);
@@ -128,9 +127,9 @@ fn barnett_lothe_identities() {
     }
 }
 
-/// Truth: closed forms along the principal directions (Ting 1996) and published values at 30 degrees for a solid
-/// x3 > 0 with the components in the axes of the solid, that is, our upper side. Tolerance 1e-12 for the closed
-/// form, 1e-9 for values of 10 digits.
+/// Truth: closed forms along the principal directions (Ting 1996) and published values at 30 degrees. They hold for a solid x3 > 0
+/// with the components in the axes of the solid, which is our upper side. Tolerance 1e-12 for the closed form, 1e-9 for values of
+/// 10 digits.
 #[test]
 fn orthotropic_surface_admittance() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -214,8 +213,8 @@ fn indentation_modulus_of_zinc() {
     assert!((found / 69.61813335 - 1.0).abs() < 1e-9);
 }
 
-/// Truth: moduli of cubic crystals after Vlassak and Nix (1993, 1994), GPa, 10 digits; the (111) surface needs a
-/// stiffness without any symmetry plane along the axes. Tolerance 1e-8.
+/// Truth: moduli of cubic crystals after Vlassak and Nix (1993, 1994), GPa, 10 digits. The (111) surface requires a stiffness
+/// without any symmetry plane along the axes. Tolerance 1e-8.
 #[test]
 fn indentation_modulus_of_cubic_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -258,8 +257,8 @@ fn extreme_modulus_ratios_keep_nine_digits() {
     }
 }
 
-/// Truth: W_nn at 0.3 rad tends smoothly to 2 / E* as the anisotropy e vanishes (triple Stroh root at e = 0);
-/// values of 10 digits from an independent program, tolerance 1e-9.
+/// Truth: W_nn at 0.3 rad tends smoothly to 2 / E* as the anisotropy e vanishes (triple Stroh root at e = 0). Values of 10 digits
+/// come from an independent program, tolerance 1e-9.
 #[test]
 fn nearly_isotropic_materials_are_no_special_case() {
     let normal_admittance = |e: f64| green(&nearly_isotropic(e), Side::Lower).symbol(0.3)[(2, 2)].re;

@@ -1,4 +1,4 @@
-//! Stress on the surface of finite bodies of boundary elements; displacement and stress inside them and inside half-spaces.
+//! Stress on the surface of finite boundary-element bodies; displacement and stress inside them and inside half-spaces.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ use crate::common::{assert_order, im7, steel};
 use crate::fem_bodies::{self, clamp};
 use crate::fem_meshes::block;
 
-/// Stress at the corners of elements, means over the elements around, and where.
+/// Corners of the elements, with the stress averaged over the adjacent elements.
 fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, Matrix3<f64>)> {
     let field = elements.surface_solution(state);
     let mut all: Vec<(Point, Matrix3<f64>, f64)> = Vec::new();
@@ -38,13 +38,13 @@ fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, 
     all.into_iter().map(|(x, sum, count)| (x, sum / count)).collect()
 }
 
-/// Errors of the stress over the pressure: of a sphere or of the body around a cavity, both of radius 1.
+/// Errors of the stress, relative to the pressure, in a sphere or in the body around a cavity, both of radius 1.
 struct Errors {
-    /// Root mean square at the corners of the elements.
+    /// At the corners of the elements, root mean square.
     corners: f64,
-    /// Of the tangential stress in the mean over the surface.
+    /// Error of the mean tangential stress over the surface.
     mean: f64,
-    /// At these distances from the surface.
+    /// At `DISTANCES` from the surface.
     inside: [f64; 4],
 }
 
@@ -54,7 +54,7 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     let pressure = 100.0;
     let mut panels = sphere(n, 1.0, false);
     if domain == Domain::Exterior {
-        // Normals into the cavity: mirrored.
+        // Mirror the nodes, so that normals point into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -95,10 +95,10 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure): around a cavity under pressure p σ_t = p/2 on the wall, σ_r = -p a³/r³ and
-/// σ_t = p a³/(2 r³) off it; in a sphere -p everywhere. Errors on the surface fall with order 1.5 at the corners of linear elements (those at the corners of
-/// the cube are not regular);
-/// the mean of σ_t over the surface is right to 1.2 % of p with 216.
+/// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity under pressure p, σ_t = p/2 on the wall, and σ_r =
+/// -p a³/r³ and σ_t = p a³/(2 r³) off it. In a sphere the stress is -p everywhere. Errors on the surface fall with order 1.5 at the
+/// corners of linear elements (those at the corners of the cube are not regular). With 216 elements the mean of σ_t over the
+/// surface is right to 1.2 % of p.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -115,8 +115,8 @@ fn spheres_and_cavities() {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure): σ_t = p/2 on the wall, of quadratic elements to 1e-3 in the mean over it, with order 1.5 at least at
-/// their corners.
+/// Truth: Lamé (be-cavity-pressure): σ_t = p/2 on the wall. Quadratic elements give it to 1e-3 in the mean over the wall, and with
+/// order 1.5 at least at their corners.
 #[test]
 fn the_wall_of_a_cavity() {
     let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Exterior));
@@ -124,9 +124,9 @@ fn the_wall_of_a_cavity() {
     assert!(coarse.corners / fine.corners > 1.5_f64.powf(1.5), "{} {}", coarse.corners, fine.corners);
 }
 
-/// Truth: Hertz (Johnson 3.45, 4.2): under the pressure p0 √(1 - r²/a²) the stresses on the axis
-/// σ_z = -p0 / (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))) with ζ = z / a; the largest shear stress 0.310 p0 at 0.48 a for ν = 0.3. Of 64 x 64
-/// cells with the pressure in their middles; in both bodies.
+/// Truth: Hertz (Johnson 3.45, 4.2). The stresses on the axis under the pressure p0 √(1 - r²/a²) are, with ζ = z / a, σ_z = -p0 /
+/// (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at 0.48 a for ν = 0.3. 64
+/// x 64 cells carry the pressure at their centres, on both bodies.
 #[test]
 fn below_a_circular_contact() {
     let frame = ContactFrame::grid([1.05; 2], [64; 2], [0.3, -0.2], 0.4).unwrap();
@@ -151,7 +151,8 @@ fn below_a_circular_contact() {
         let shear = |k: usize| 0.5 * (found[k].stress[(0, 0)] - found[k].stress[(2, 2)]);
         assert!((shear(3) - 0.310).abs() < 1e-3, "{}", shear(3));
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
-        // Towards the other body's push, and to 0 far away like the approach a π p0 / (2 E*) in the middle of the surface.
+        // The displacement follows the push of the other body and tends to 0 far away. In the middle of the surface it is the
+        // approach a π p0 / (2 E*).
         let modulus = 210e3 / (1.0 - 0.09);
         let middle =
             body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
@@ -159,8 +160,8 @@ fn below_a_circular_contact() {
     }
 }
 
-/// Truth: equilibrium of the surface: just below the middle of a wide cell under a uniform traction σ n is the traction on the body, which for body 1 is
-/// minus that on body 2; of CFRP too, in axes that are turned.
+/// Truth: equilibrium of the surface. Just below the middle of a wide cell under a uniform traction, σ n is the traction on the
+/// body. The traction on body 1 is minus that on body 2. Cases include CFRP; the axes of the frame are turned.
 #[test]
 fn tractions_below_the_surface() {
     let frame = ContactFrame::grid([1.0; 2], [1; 2], [0.0; 2], 0.3).unwrap();
@@ -177,8 +178,9 @@ fn tractions_below_the_surface() {
     }
 }
 
-/// Truth: a block that is large beside what presses on it is a half-space: 16 half-widths of the pressed square, and constant elements of a
-/// quarter of it, leave less than 5 % of the pressure at half an element and deeper; in both bodies, under pressure and shear.
+/// Truth: a block that is large compared with the pressed square is a half-space. The block extends over 16 half-widths of the
+/// square, and its constant elements are a quarter of the square. Less than 5 % of the pressure is left at half an element and
+/// deeper, in both bodies, under pressure and shear.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -204,8 +206,8 @@ fn a_large_block_beside_the_half_space() {
     }
 }
 
-/// Truth: the same block of finite elements (hexahedra of 20 nodes) under the same tractions on faces in the middle of its top: stress at nodes inside and
-/// on its sides, two elements from the edges, to 2 % of the largest pressure.
+/// Truth: the same block of finite elements (hexahedra of 20 nodes), under the same tractions on faces in the middle of its top.
+/// Stress agrees to 2 % of the largest pressure, at nodes inside and on its sides, two elements from the edges.
 #[test]
 fn a_block_of_finite_elements() {
     let n = 6;
@@ -244,8 +246,9 @@ fn a_block_of_finite_elements() {
     }
 }
 
-/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) has the stress of the same pressure on its 64 parts, and at these
-/// depths that of an independent program (Stroh's formalism, integrals over angles and the square): -73.285 and -98.621 % of the pressure.
+/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts. At these
+/// depths an independent program (Stroh's formalism, integrals over angles and the square) gives -73.285 and -98.621 % of the
+/// pressure.
 #[test]
 fn below_a_cubic_crystal() {
     let [c11, c12, c44] = [142e3, 126e3, 96e3];

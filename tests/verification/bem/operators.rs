@@ -11,8 +11,7 @@ use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;
 
-/// Truth: direct summation of the same kernels, and the symmetry of the operator. Tolerance 1e-13 of the largest
-/// entry: rounding of the transforms.
+/// Truth: direct summation of the same kernels. Tolerance 1e-13 of the largest entry: rounding of the transforms.
 #[test]
 fn fft_equals_direct_sum() {
     for (cells, spacing) in [([7, 5], [0.1, 0.1]), ([12, 9], [0.2, 0.05]), ([1, 6], [1.0, 1.0])] {
@@ -42,7 +41,7 @@ fn fft_equals_direct_sum() {
     }
 }
 
-/// Truth: Betti, v·S w = w·S v on a uniform grid, and S positive definite. The normal operator is the nn block of the whole one.
+/// Truth: Betti's theorem, v·S w = w·S v on a uniform grid, and S positive definite. The normal operator is the nn block of S.
 #[test]
 fn fft_operator_is_symmetric_and_positive() {
     let operator =
@@ -72,7 +71,7 @@ fn fft_operator_is_symmetric_and_positive() {
     }
 }
 
-/// Truth: every row and column is transformed by itself, so one, two and three threads give the same bits.
+/// Truth: every row and column is transformed independently, so one, two and three threads give the same bits.
 #[test]
 fn operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -100,9 +99,9 @@ fn operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts
-/// cancel), unlike ones do, and equal tilted ones do through the even part of G_xn (docs/theory-half-space.md). Leaving the
-/// vanishing blocks out changes the result by rounding only.
+/// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts cancel). Unlike bodies do,
+/// and equal tilted ones do through the even part of G_xn (docs/theory-half-space.md). Omitting the vanishing blocks changes the
+/// result by rounding only.
 #[test]
 fn vanishing_cross_blocks_may_be_skipped() {
     let equal = SurfaceGreen::sum(&[&green(&steel(), Side::Lower), &green(&steel(), Side::Upper)]);
@@ -176,8 +175,8 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
     assert!(relative(&dense.diagonal_blocks()[5], &fft.diagonal_blocks()[5]) < 1e-12);
 }
 
-/// Truth: A S symmetric and positive definite on an irregular frame (a distorted grid split into triangles), and
-/// the field of a uniform pressure over its square is Love's, to the order of the asymmetry of collocation.
+/// Truth: A S is symmetric and positive definite on an irregular frame (a distorted grid split into triangles). The field of a
+/// uniform pressure over its square is Love's, to the order of the asymmetry of collocation.
 #[test]
 fn dense_operator_on_triangles() {
     let green = green(&steel(), Side::Lower);
@@ -221,7 +220,7 @@ fn dense_operator_on_triangles() {
     assert!(worst < 5e-3, "{worst}");
 }
 
-/// Truth: what cannot be meant or cannot be stored is refused, with the right kind of error.
+/// Truth: frames that are invalid, or too large for the memory, are refused with the right kind of error.
 #[test]
 fn unusable_frames_are_refused() {
     let green = green(&steel(), Side::Lower);

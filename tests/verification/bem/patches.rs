@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
 
-/// Truth: `load-uniform-square`, Love (1929), uniform pressure on a rectangle; centre, corner and middle of a side of a 4 x 4 square.
-/// Tolerance 1e-13: closed form against rounding; 1e-9 for the published values (10 digits).
+/// Truth: `load-uniform-square`, Love (1929): uniform pressure on a rectangle, at the centre, a corner and the middle of a side of
+/// a 4 x 4 square. Tolerance 1e-13: rounding of the closed form. 1e-9 for the published values (10 digits).
 #[test]
 fn uniform_pressure_on_a_square() {
     let green = green(&steel(), Side::Lower);
@@ -34,8 +34,8 @@ fn uniform_pressure_on_a_square() {
     }
 }
 
-/// Truth: Cerruti's solution integrated over rectangles (Johnson 1985, section 3.6), published to 10 digits;
-/// the normal displacement under shear has the sign of the outward normal and vanishes at the centre.
+/// Truth: Cerruti's solution integrated over rectangles (Johnson 1985, section 3.6), published to 10 digits. The normal
+/// displacement under shear has the sign of the outward normal and vanishes at the centre.
 #[test]
 fn uniform_shear_on_rectangles() {
     let green = green(&steel(), Side::Lower);
@@ -57,8 +57,8 @@ fn uniform_shear_on_rectangles() {
     assert!(polygon::integrate(&green, &SQUARE, [3.0, 0.0])[(2, 0)] < 0.0);
 }
 
-/// Truth: uniform pressure on a disc (Johnson 1985, section 3.4) on a pixelised disc, 5e-3 as published for
-/// pixels; and on CFRP the centre p a <W_nn> with a fine polygon, where the loss of area is the error.
+/// Truth: uniform pressure on a disc (Johnson 1985, section 3.4). A disc of pixels holds 5e-3, as published for pixels. On CFRP the
+/// value at the centre is p a <W_nn>, on a fine polygon whose loss of area is the error.
 #[test]
 fn uniform_pressure_on_a_disc() {
     let (radius, n) = (2.0, 160);
@@ -89,8 +89,8 @@ fn uniform_pressure_on_a_disc() {
     assert!((found / 0.003663079204 - 1.0).abs() < 2e-6);
 }
 
-/// Truth: multipole expansion of a square, F / (π E* r) (1 + L^2 / (24 r^2)), on an axis at 1e3 and 1e6 sides,
-/// to 1e-10, where the exact edge formula has lost digits; and Γ(φ) / r for CFRP at 1e6 sides.
+/// Truth: multipole expansion of a square, F / (π E* r) (1 + L^2 / (24 r^2)), on an axis at 1e3 and 1e6 sides, to 1e-10. The exact
+/// edge formula has lost digits there. For CFRP, Γ(φ) / r at 1e6 sides.
 #[test]
 fn far_targets_do_not_cancel() {
     let reduced = 210e3 / (1.0 - 0.09);
@@ -113,8 +113,8 @@ fn far_targets_do_not_cancel() {
     assert!(relative(&aniso.polygon(&square, [r * phi.cos(), r * phi.sin()]), &point) < 1e-11);
 }
 
-/// Truth: the integral over a polygon is the sum over its parts, wherever the target lies: inside, outside, on an
-/// edge, on a vertex, next to an edge. Tolerance 1e-13 of the largest entry: rounding.
+/// Truth: the integral over a polygon is the sum over its parts for any target: inside, outside, on an edge, on a vertex, next to
+/// an edge. Tolerance 1e-13 of the largest entry: rounding.
 #[test]
 fn parts_of_a_polygon_add_up() {
     let green = pair(35.0);
@@ -138,7 +138,7 @@ fn parts_of_a_polygon_add_up() {
     }
 }
 
-/// Truth: continuity across edges and vertices; the field of a patch has the modulus of continuity d ln(1/d).
+/// Truth: the field of a patch is continuous across edges and vertices, with the modulus of continuity d ln(1/d).
 #[test]
 fn field_is_continuous_at_edges_and_vertices() {
     let green = pair(35.0);
@@ -152,7 +152,7 @@ fn field_is_continuous_at_edges_and_vertices() {
     }
 }
 
-/// `∫ f` over the triangle by Gauss points on a hierarchy of quartered triangles, refined until it stands.
+/// `∫ f` over the triangle, by Gauss points on triangles that are quartered `depth` + 1 times.
 fn integrate_over(
     triangle: [[f64; 2]; 3],
     f: &dyn Fn([f64; 2]) -> Matrix3<f64>,
@@ -181,8 +181,8 @@ fn integrate_over(
     parts.into_iter().map(|part| integrate_over(part, f, depth - 1)).sum()
 }
 
-/// Truth: quadrature of G(x - y) itself, point by point, over random triangles seen from outside; this settles
-/// the transposition. Tolerance 1e-9: 4^6 triangles of degree 5 at a distance of about the size.
+/// Truth: quadrature of G(x - y) itself, point by point, over random triangles seen from outside. This checks the transposition.
+/// Tolerance 1e-9: 4^5 triangles of degree 5 at a distance of about the size.
 #[test]
 fn random_polygons_against_quadrature() {
     let green = pair(30.0);
@@ -204,8 +204,8 @@ fn random_polygons_against_quadrature() {
     }
 }
 
-/// Truth: for a target inside, polar coordinates about it leave `∫ Γ(φ)^T R(φ) dφ` with the distance R to the
-/// edge, integrated by the midpoint rule with two steps of Richardson in each sector. Tolerance 1e-11.
+/// Truth: for a target inside, polar coordinates about it leave `∫ Γ(φ)^T R(φ) dφ` with the distance R to the edge. The midpoint
+/// rule with two steps of Richardson extrapolation integrates it in each sector. Tolerance 1e-11.
 #[test]
 fn targets_inside_against_polar_quadrature() {
     let green = pair(30.0);
@@ -234,8 +234,8 @@ fn targets_inside_against_polar_quadrature() {
     }
 }
 
-/// Truth: the exact edge formula, whose own error at the distance r is 1e-16 (r / size)^2, against the Gauss
-/// points that replace it away from the patch; for narrow features of Γ too. Tolerance 1e-11.
+/// Truth: the exact edge formula, whose own error at the distance r is 1e-16 (r / size)^2. It checks the Gauss points that replace
+/// it away from the patch, for narrow features of Γ too. Tolerance 1e-11.
 #[test]
 fn gauss_points_agree_with_the_exact_formula() {
     let materials = [steel(), cfrp(0.0), cfrp(30.0), with_ratio(300.0)];

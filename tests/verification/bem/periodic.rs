@@ -1,4 +1,4 @@
-//! Operators on frames that repeat themselves in one or both directions.
+//! Operators on frames that are periodic in one or both directions.
 
 use super::{Random, cfrp, green, pair, steel};
 use crate::crystals::cfrp_of_tables;
@@ -24,7 +24,7 @@ fn applied(operator: &dyn Flexibility, tractions: &[f64]) -> Vec<f64> {
     gap
 }
 
-/// 1 within half of the reach, 0 beyond it, smooth to all orders between.
+/// Cut-off function: 1 within half of the reach, 0 beyond the reach, smooth to all orders between.
 fn taper(distance: f64, reach: f64) -> f64 {
     let s = 2.0 * distance / reach - 1.0;
     if s <= 0.0 {
@@ -38,7 +38,7 @@ fn taper(distance: f64, reach: f64) -> f64 {
 }
 
 /// Truth: catalogue case `aniso-sinusoidal-load`, published to ten digits: amplitudes of u3 and u1 under a normal sinusoidal
-/// traction on CFRP. A harmonic that the grid resolves is exact: 5e-10 is the rounding of the printed values.
+/// traction on CFRP. A harmonic that the grid resolves is exact. 5e-10 is the rounding of the printed values.
 #[test]
 fn sinusoidal_load_on_cfrp() {
     let below = green(&cfrp_of_tables(), Side::Lower);
@@ -57,9 +57,9 @@ fn sinusoidal_load_on_cfrp() {
     }
 }
 
-/// Truth: the sum over images in space. An oblique wave of tractions over a thousand periods is cut off smoothly, so that its
-/// tail cancels; thin cells are constant, which the factors of a cell's harmonic account for. Their harmonics beyond leave
-/// (π² / 6) / 80² = 2.6e-4 of the odd entries: 5e-4.
+/// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at a distance of six frame lengths, so
+/// that its tail cancels. Tractions are constant on thin cells, and the load is divided by the harmonic factors of a cell. Higher
+/// harmonics of the cells leave (π² / 6) / 80² = 2.6e-4 of the odd entries: 5e-4.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -98,7 +98,7 @@ fn oblique_wave_equals_the_sum_over_images() {
     }
 }
 
-/// A column of the operator that is open along x: a load exp(i k y) on the cells ix = 0, displacement in the cells ix = d.
+/// Column of the operator that is open along x: displacements of the cells ix = d due to a load exp(i k y) on the cells ix = 0.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
     let mut parts = [Matrix3::zeros(); 2];
@@ -120,9 +120,9 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
     parts
 }
 
-/// Truth: the sum over images of exact cell integrals along the periodic direction, with a smooth cut-off of a load cos(k y) or
-/// sin(k y) on thin cells; for wavelengths far longer and far shorter than the frame, with fibres in and out of the surface.
-/// 1e-5 of the largest entry covers the harmonics of the thin cells, (π² / 6) / 1000² of the odd entries, and the cut-off.
+/// Truth: the sum over images of exact cell integrals along the periodic direction. A load cos(k y) or sin(k y) on thin cells is
+/// cut off smoothly. Wavelengths are far longer or far shorter than the frame, fibres lie in the surface or out of it. 1e-5 of the
+/// largest entry covers the harmonics of the thin cells, (π² / 6) / 1000² of the odd entries, and the cut-off.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -146,7 +146,7 @@ fn open_direction_equals_the_sum_over_images() {
                 if weight > 0.0 {
                     let block = integrator.rectangle([h, thin], [d as f64 * h, -y]);
                     sums[0] += block * (k * y).cos() * weight;
-                    // Displacement by cos(k (y + η)) at y = 0 has the part -sin(k y) by its own sine.
+                    // The sine part of the displacement at y = 0 due to cos(k (y + η)) is -sin(k y).
                     sums[1] += block * (k * y).sin() * weight * -1.0;
                 }
             }
@@ -165,7 +165,7 @@ fn open_direction_equals_the_sum_over_images() {
     }
 }
 
-/// Truth: the plane-strain kernel against one long cell: differences of influences do not depend on the datum. A cell of length 2 Y
+/// Truth: the plane-strain kernel against one long cell. Differences of influences do not depend on the datum. A cell of length 2 Y
 /// differs from the line by d / Y in the odd entries: 2e-5 for Y = 5e5 h and d = 9 h.
 #[test]
 fn plane_strain_equals_a_long_cell() {
@@ -189,7 +189,7 @@ fn plane_strain_equals_a_long_cell() {
     }
 }
 
-/// Truth: the stated datum: the mean line load of an isotropic half-space moves nothing at half the frame's width,
+/// Truth: the stated datum. The mean line load on an isotropic half-space causes no displacement at half the width of the frame:
 /// `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell.
 #[test]
 fn plane_strain_vanishes_at_half_the_width() {
@@ -209,8 +209,8 @@ fn plane_strain_vanishes_at_half_the_width() {
     }
 }
 
-/// Truth: Betti on any frame; positive definite but for the uniform tractions of a frame periodic in both directions, which move
-/// nothing. Also with odd numbers of cells, and single ones.
+/// Truth: Betti's theorem on any frame. S is positive definite, except for uniform tractions on a frame that is periodic in both
+/// directions: they cause no displacement. Cases include odd numbers of cells and single cells.
 #[test]
 fn symmetric_and_positive() {
     let cases = [
@@ -255,7 +255,7 @@ fn symmetric_and_positive() {
     }
 }
 
-/// Truth: docs/theory-half-space.md, periodic frames: tractions v exp(i m·x) move the centres by W(m) / κ v exp(i m·x), with the
+/// Truth: docs/theory-half-space.md, periodic frames. Tractions v exp(i m·x) move the centres by W(m) / κ v exp(i m·x), with the
 /// admittance summed from the series of the Green's function. 1e-12 covers the transforms and the table of directions.
 #[test]
 fn single_harmonics_have_the_exact_admittance() {
@@ -293,8 +293,9 @@ fn single_harmonics_have_the_exact_admittance() {
     }
 }
 
-/// Truth: the product is the sum over the cells of their columns, which are those of the first cell moved on: round in periodic
-/// directions, to the other side by Betti in open ones. Plain sums, without a transform of all tractions: 1e-13 per cell.
+/// Truth: the product is the sum over the columns of the cells. They are shifted columns of the first cell: cyclic in periodic
+/// directions, transposed by Betti's theorem for backward offsets in open ones. Plain sums, without a transform of all tractions:
+/// 1e-13 per cell.
 #[test]
 fn products_are_plain_convolutions() {
     let cases = [
@@ -318,7 +319,7 @@ fn products_are_plain_convolutions() {
             (0..n).map(|i| Matrix3::from_fn(|row, component| gaps[component][row * n + i])).collect()
         };
         let first = column(0);
-        // K at an offset: both parts forward along open directions, or both backward.
+        // K at an offset. Offsets backward along the open direction use the transposed block of the opposite offset.
         let block = |[dx, dy]: [isize; 2]| {
             let backward = if directions[0] { dy < 0 } else { dx < 0 };
             let offset = if !(directions[0] && directions[1]) && backward { [-dx, -dy] } else { [dx, dy] };
@@ -349,7 +350,7 @@ fn products_are_plain_convolutions() {
     }
 }
 
-/// Truth: uniform tractions on a frame that repeats itself in both directions move nothing.
+/// Truth: uniform tractions on a frame that is periodic in both directions cause no displacement.
 #[test]
 fn uniform_tractions_move_nothing() {
     let operator = periodic([30, 30], [0.1, 0.15], [true, true], &pair(30.0));
@@ -358,7 +359,7 @@ fn uniform_tractions_move_nothing() {
     assert!(gap.iter().all(|moved| moved.abs() < 1e-12 * scale), "{gap:?}");
 }
 
-/// Truth: turning frame and material by 90 degrees changes names only.
+/// Truth: turning frame and material by 90 degrees only renames the axes.
 #[test]
 fn periodic_along_x_equals_periodic_along_y() {
     let turned = cfrp(30.0).rotated(&fibre_axes(0.0, PI / 2.0));
@@ -388,7 +389,7 @@ fn periodic_along_x_equals_periodic_along_y() {
     }
 }
 
-/// Truth: every row, column and harmonic is computed by itself, so one and three threads give the same bits.
+/// Truth: every row, column and harmonic is computed independently, so one and three threads give the same bits.
 #[test]
 fn same_bits_for_any_number_of_threads() {
     for directions in [[true, true], [false, true], [true, false]] {
@@ -417,6 +418,6 @@ fn nonsense_is_refused() {
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
     refused([4, 4], [1.0, 1e-4], [false, true], "more even");
-    // Longer than 2π 2^19 / 35 = 94 119 cells across, of a material whose kernel decays as fast as that of isotropic ones at most.
+    // Longer than 2π 2^19 / 35 = 94 119 cells across, for a material whose kernel decays at most as fast as isotropic ones.
     refused([4, 400], [1e-3, 0.9], [false, true], "take a shorter period or wider cells");
 }

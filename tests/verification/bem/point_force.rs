@@ -10,7 +10,7 @@ use orthowear::bem::green_tensor::{GreenTensor, TractionOperator};
 use orthowear::bem::half_space::{PointForceField, PointForceIntegral, Side};
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Nine constants, turned by angles that leave no plane of symmetry along the surface.
+/// Material with nine constants, rotated so that no symmetry plane lies along the surface.
 fn odd() -> Stiffness {
     Stiffness::orthotropic(&Orthotropic {
         e1: 150e3,
@@ -27,7 +27,7 @@ fn odd() -> Stiffness {
     .rotated(Rotation3::from_euler_angles(0.4, 0.9, -1.3).matrix())
 }
 
-/// Materials with their tables, which take a second or so each.
+/// Materials with their tables. A table takes about a second.
 static TABLES: LazyLock<Vec<(String, Stiffness, PointForceField)>> = LazyLock::new(|| {
     let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
     let tilts = usual_or_finest(&[30.0, 90.0][..], &[0.0, 30.0, 80.0, 90.0]);
@@ -49,7 +49,7 @@ fn direct(stiffness: &Stiffness) -> PointForceIntegral {
     PointForceIntegral::new(stiffness, &green(stiffness, Side::Lower))
 }
 
-/// A direction at the depth `z`.
+/// Random direction at the depth `z`.
 fn direction(random: &mut Random, z: f64) -> Vector3<f64> {
     let (phi, sin) = (2.0 * PI * random.next(), (1.0 - z * z).sqrt());
     Vector3::new(sin * phi.cos(), sin * phi.sin(), -z)
@@ -63,8 +63,8 @@ fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
-/// Truth: the direct integral over directions, which knows nothing of Boussinesq and Cerruti; on the surface Γ(φ) / r. Tolerance 1e-10: both
-/// are right to rounding, the integral loses up to 1e-11 near the surface.
+/// Truth: the direct integral over directions, which does not use Boussinesq and Cerruti, and Γ(φ) / r on the surface. Tolerance
+/// 1e-10: both are right to rounding, but the integral loses up to 1e-11 near the surface.
 #[test]
 fn closed_forms_are_the_direct_integral() {
     for nu in [0.3, 0.0, 0.45] {
@@ -85,7 +85,7 @@ fn closed_forms_are_the_direct_integral() {
     }
 }
 
-/// Truth: a derivative is the limit of differences; tolerance by their third-order term and rounding.
+/// Truth: a derivative is the limit of differences. The tolerance covers their third-order term and rounding.
 #[test]
 fn gradients_are_limits_of_differences() {
     let closed = field(&steel());
@@ -100,8 +100,8 @@ fn gradients_are_limits_of_differences() {
     }
 }
 
-/// Truth: the direct integral at random points, a third of them next to the surface and next to the inner axis each. Bound: twice the
-/// error that the table states, which is a maximum over other points.
+/// Truth: the direct integral at random points. A third of them lies next to the surface, a third next to the inner axis. Bound:
+/// twice the error that the table states, which is a maximum over other points.
 #[test]
 fn tables_are_the_direct_integral() {
     for (name, stiffness, table) in TABLES.iter() {
@@ -132,8 +132,8 @@ fn tables_are_the_direct_integral() {
     }
 }
 
-/// Truth: on the surface the displacement is Γ(φ) / r, its derivatives along the surface are the limits of differences, and there is no
-/// traction; the field below tends to it.
+/// Truth: on the surface the displacement is Γ(φ) / r, and its derivatives along the surface are the limits of differences. The
+/// surface carries no traction, and the field below tends to the field on it.
 #[test]
 fn the_surface_is_free() {
     let steel = [("steel".to_owned(), steel(), field(&steel()))];
@@ -148,7 +148,7 @@ fn the_surface_is_free() {
             let scale = steepest(&at.gradient);
             assert!(relative(&at.value, &(green.gamma(phi) / r)) < 1e-12, "{name}");
             assert!(traction.apply(&at).amax() < 1e-13 * size * scale, "{name}: {}", traction.apply(&at));
-            // Rounding of a coordinate does not take a point off the surface.
+            // Rounding of a coordinate must not move a point off the surface.
             assert_eq!(field.at(&(x + Vector3::z() * 1e-11)), at);
             let h = 1e-4 * r;
             for (axis, step) in [Vector3::x() * h, Vector3::y() * h].into_iter().enumerate() {
@@ -161,8 +161,8 @@ fn the_surface_is_free() {
     }
 }
 
-/// Truth: the tractions on a hemisphere about the force balance it. The rule is Gauss's in the depth (Legendre, 96 points) and the
-/// trapezoidal one around, which converge geometrically.
+/// Truth: the tractions on a hemisphere about the force balance it. The rule is Gauss's in the depth (Legendre, 96 points) and
+/// trapezoidal around the axis. Both converge geometrically.
 #[test]
 fn tractions_on_a_hemisphere_balance_the_force() {
     for (name, stiffness, field) in TABLES.iter() {
@@ -181,7 +181,7 @@ fn tractions_on_a_hemisphere_balance_the_force() {
     }
 }
 
-/// Gauss's points and weights on [0, 1], by Newton's method.
+/// Gauss points and weights on [0, 1], by Newton's method.
 fn legendre(n: usize) -> Vec<(f64, f64)> {
     let polynomial = |x: f64| {
         let (mut before, mut p) = (1.0, x);
@@ -204,7 +204,8 @@ fn legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Truth: the direct integral at random points, half of them within 0.03 of the fibre, E1/E2 = 3000. Bound: twice the error that the table states.
+/// Truth: the direct integral at random points, half of them within 0.03 of the fibre, for E1/E2 = 3000. Bound: twice the error
+/// that the table states.
 #[test]
 fn stiff_fibres_have_the_error_that_their_table_states() {
     let tilt = 29_f64.to_radians();
@@ -227,7 +228,7 @@ fn stiff_fibres_have_the_error_that_their_table_states() {
     assert!(largest < 2.0 * table.error() * scale, "{:e}, stated {:e}", largest / scale, table.error());
 }
 
-/// Truth: one thread and several give the same bits.
+/// Truth: one thread and three give the same bits.
 #[test]
 fn tables_do_not_depend_on_threads() {
     let stiffness =

@@ -1,4 +1,4 @@
-//! Half-spaces whose surfaces are meshed and solved by the kernels of a full space, beside exact ones.
+//! Half-spaces with a meshed part of their surface, solved with full-space kernels, against exact half-spaces.
 
 use orthowear::body::{TruncatedHalfSpace, TruncatedSpec};
 use orthowear::frame::{ContactFrame, Side};
@@ -7,8 +7,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{im7, steel, usual_or_finest};
 
-/// Difference from the exact half-space with elements as far as `half_size`, on a frame of half-width 1 with `n` cells along each side that is turned in
-/// its plane.
+/// Difference from the exact half-space, with elements out to `half_size`. The frame has half-width 1 and `n` cells along each
+/// side, and is turned in its plane.
 fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -> f64 {
     let frame = ContactFrame::grid([1.0; 2], [n; 2], [0.3, -0.2], 0.4).unwrap();
     let spec = TruncatedSpec { stiffness, half_size };
@@ -18,8 +18,8 @@ fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -
     body.truncation().difference
 }
 
-/// Truth: tractions of a point force in an incompressible full space vanish on planes through the force (Kelvin), so that its symmetric
-/// halves are half-spaces and nothing is lost beyond the elements.
+/// Truth: tractions of a point force in an incompressible full space vanish on planes through the force (Kelvin). Its symmetric
+/// halves are therefore half-spaces, and truncation loses nothing.
 #[test]
 fn incompressible_half_spaces_lose_nothing() {
     let rubber = Stiffness::isotropic(10.0, 0.4999).unwrap();
@@ -29,8 +29,8 @@ fn incompressible_half_spaces_lose_nothing() {
     }
 }
 
-/// Truth: beyond the elements tractions of 1/r^2 work on displacements of 1/r, so that what is lost falls as 1 over their reach: twice the reach, half
-/// of what is left. The rest is the error of constant elements, which falls with their size.
+/// Truth: beyond the elements, tractions of 1/r^2 work on displacements of 1/r. The truncation error therefore falls as 1 over
+/// their reach: twice the reach, half of the error. The rest is the error of constant elements, which falls with their size.
 #[test]
 fn larger_surfaces_lose_less() {
     for stiffness in usual_or_finest(vec![im7(30.0)], vec![steel(), im7(30.0)]) {

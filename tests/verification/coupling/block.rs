@@ -17,7 +17,7 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
 }
 
-/// A block with loads, prescribed displacements, and, for body 1, a contact node that is held in two directions.
+/// A block with loads and prescribed displacements. A contact node of body 1 is also fixed in two directions.
 fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     let lower = side == Side::Lower;
     let brick = Brick {
@@ -30,7 +30,7 @@ fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     };
     let mut mesh = brick.mesh();
     if lower {
-        // The pin moves to the contact node nearest to the middle of the face.
+        // Move the pin to the contact node nearest to the middle of the face.
         let distance = |x: &[f64; 3]| x[0] * x[0] + x[1] * x[1] + 100.0 * x[2] * x[2];
         let nearest = (0..mesh.points.len())
             .min_by(|&a, &b| distance(&mesh.points[a]).total_cmp(&distance(&mesh.points[b])));
@@ -70,9 +70,9 @@ pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling)
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 
-/// Truth: eliminating the bodies from the block system is algebra: both paths give the same gaps for the same
-/// tractions, loads and prescribed displacements; k grows by the worn depth and the initial gap on the normal
-/// components only. 1e-10 relative: two different factorisations of the same matrices, FFT against dense.
+/// Truth: eliminating the bodies from the block system is algebra. Both paths give the same gaps for the same tractions, loads and
+/// prescribed displacements. Wear depth and initial gap change only the normal components of k. 1e-10 relative: two different
+/// factorisations of the same matrices, FFT against dense.
 #[test]
 fn both_paths_give_the_same_gaps() {
     let frame = frame();
@@ -111,7 +111,7 @@ fn both_paths_give_the_same_gaps() {
     }
 }
 
-/// A body that tells nothing but its flexibility.
+/// A body that provides no equations for the block system.
 struct Closed;
 
 impl ElasticBody for Closed {
@@ -131,7 +131,7 @@ impl ElasticBody for Closed {
     }
 }
 
-/// Truth: the documented refusals: nothing elastic, a body without equations, a system too large.
+/// Truth: the documented refusals: no elastic body, a body without equations, a system that is too large.
 #[test]
 fn what_the_block_system_cannot_do_is_refused() {
     let frame = frame();

@@ -1,4 +1,4 @@
-//! Meshes of rectangular blocks made by hand: hexahedra or tetrahedra, the contact face distorted in its plane.
+//! Meshes of rectangular blocks of hexahedra or tetrahedra. The contact face may be distorted in its plane.
 
 use std::sync::Arc;
 
@@ -15,9 +15,9 @@ pub struct Brick {
     pub cells: [usize; 3],
     /// Whether the contact face is the upper one.
     pub contact_on_top: bool,
-    /// Displacement of a point at (x, y) of the unit square [-1, 1]^2, in the same units; zero on the outline.
+    /// Displacement of a point (x, y) of the square [-1, 1]^2, in the same units. It is zero on the outline.
     pub distortion: fn([f64; 2]) -> [f64; 2],
-    /// Six tetrahedra instead of each hexahedron.
+    /// Whether each hexahedron is split into six tetrahedra.
     pub tetrahedra: bool,
 }
 
@@ -25,7 +25,7 @@ pub fn straight(_: [f64; 2]) -> [f64; 2] {
     [0.0, 0.0]
 }
 
-/// Makes every inner quadrangle a general one.
+/// Distortion that turns every inner rectangle into a general quadrangle.
 pub fn wavy([x, y]: [f64; 2]) -> [f64; 2] {
     let bump = (1.0 - x * x) * (1.0 - y * y);
     [0.22 * bump * (2.0 * y + 0.3).sin(), -0.18 * bump * (2.3 * x).cos()]
@@ -72,7 +72,7 @@ impl Brick {
                     let [a, b, c, d] =
                         [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
                     if self.tetrahedra {
-                        // The diagonals that the tetrahedra above leave on the lower and upper face.
+                        // Diagonals of the tetrahedra above on the lower and the upper face.
                         faces[side].extend([a, b, c, a, c, d]);
                     } else {
                         faces[side].extend([a, b, c, d]);
@@ -137,7 +137,7 @@ pub fn support(group: &str, components: [bool; 3], value: [f64; 3]) -> Support {
     Support { group: group.into(), components, value, gradient: [[0.0; 3]; 3] }
 }
 
-/// Supports that leave a block free to strain uniformly: base on rollers, two pins against motion in the plane.
+/// Supports that let a block strain uniformly: rollers at the base, and two pins against motion in the plane.
 pub fn rollers() -> Vec<Support> {
     vec![
         support("base", [false, false, true], [0.0; 3]),

@@ -1,4 +1,4 @@
-//! Flexibilities formed on the cells that may come into contact, and grown when contact comes to others.
+//! Flexibilities formed for the candidate cells only, and extended when contact reaches other cells.
 
 use super::block::{pairs, tied};
 use super::half_spaces::{difference, gaps};
@@ -19,8 +19,8 @@ fn within(radius: f64) -> ContactFrame {
     frame
 }
 
-/// Truth: eliminating a body is algebra: its condensed flexibility gives what the whole body gives that is solved for the same
-/// tractions, its loads aside; half-spaces what the sums over their cells give. 1e-11: rounding of solves with the factor.
+/// Truth: eliminating a body is algebra. Its condensed flexibility gives the same gap as a solution of the whole body for the same
+/// tractions, without its loads. Half-spaces give the direct sums over their cells. 1e-11: rounding of solves with the factor.
 #[test]
 fn operators_agree_with_bodies_solved_afresh() {
     let frame = frame();
@@ -39,8 +39,8 @@ fn operators_agree_with_bodies_solved_afresh() {
     }
 }
 
-/// Truth: the operator of all cells. With tractions on candidates only, the completed gap is the whole one; once all cells
-/// are formed, in two portions, so is the operator. 1e-11: rounding of solves with the factor.
+/// Truth: the operator of all cells. With tractions on candidates only, the completed gap is that of the whole operator. Once all
+/// cells are formed, in two portions, the operators agree. 1e-11: rounding of solves with the factor.
 #[test]
 fn what_is_not_formed_is_completed_or_grown() {
     let (whole, part) = (frame(), within(0.5));
@@ -52,7 +52,7 @@ fn what_is_not_formed_is_completed_or_grown() {
         let free = all.free_gap.iter().zip(&some.free_gap);
         assert!(free.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < 1e-14, "{name}");
         let others: Vec<usize> = (0..n).filter(|&cell| !candidates[cell]).collect();
-        // Half-spaces are formed at once.
+        // Half-spaces form all cells at once.
         let unformed = some.flexibility.unformed_cells();
         assert_eq!(unformed, if name.contains("FE") { others.clone() } else { Vec::new() }, "{name}");
         if unformed.is_empty() {
@@ -79,8 +79,8 @@ fn what_is_not_formed_is_completed_or_grown() {
     }
 }
 
-/// Truth: a history with all cells formed. One cell is the only candidate: indentation, shift and wear have to form the
-/// others, and end in the same states (1e-8: certificates of 1e-12, condition number of S below 1e4).
+/// Truth: a history with all cells formed. Only cells within 0.15 of the middle are candidates. Indentation, shift and wear must
+/// form the others and end in the same states (1e-8: certificates of 1e-12, condition number of S below 1e4).
 #[test]
 fn contact_grows_beyond_its_candidates() {
     let (whole, part) = (frame(), within(0.15));

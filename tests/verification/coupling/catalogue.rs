@@ -35,17 +35,17 @@ fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
     }
 }
 
-/// A pattern turned by 17 degrees in the middle of the face, its outline kept.
+/// Distortion that turns the middle of the face by 17 degrees and keeps its outline.
 fn turned([x, y]: [f64; 2]) -> [f64; 2] {
     let angle = 17f64.to_radians() * (1.0 - x * x) * (1.0 - y * y);
     let (s, c) = angle.sin_cos();
     [c * x - s * y - x, s * x + c * y - y]
 }
 
-/// Truth: catalogue `two-blocks-stack` and `contact-patch-nonmatching`: p = 10 MPa on blocks of 5 and 8 mm with E = 210 and
-/// 70 GPa presses them together by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell carries p. Matching meshes, 5 x 5
-/// against 7 x 7, tetrahedra against hexahedra, faces turned by 17 degrees against each other; frames of the faces of
-/// either body and grids. 1e-9: the tolerance of the solver relative to its own residual is 1e-12 here.
+/// Truth: catalogue `two-blocks-stack` and `contact-patch-nonmatching`. p = 10 MPa acts on blocks of 5 and 8 mm with E = 210 and 70
+/// GPa. They approach by p (L1/E1 + L2/E2) = 0.001380952381 mm. Every cell carries p. Meshes match, or have 5 x 5 against 7 x 7
+/// elements, tetrahedra against hexahedra, or faces turned by 17 degrees against each other. Frames are grids and the faces of the
+/// coarser body. 1e-9: the solver tolerance, relative to its own residual, is 1e-12 here.
 #[test]
 fn stacked_blocks() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -91,9 +91,8 @@ fn stacked_blocks() {
     }
 }
 
-/// Truth: catalogue `rigid-translation-of-frame`: shifting the frame by parts of a cell or enlarging it moves the approach
-/// of a given load by less than 0.5 % at 40 cells across; outside the true contact (a cell around its circle) p is
-/// exactly 0.
+/// Truth: catalogue `rigid-translation-of-frame`. The frame is shifted by parts of a cell or enlarged. This moves the approach of a
+/// given load by less than 0.5 % at 40 cells across. Outside the true contact (a cell around its circle) p is exactly 0.
 #[test]
 fn frames_shifted_and_enlarged() {
     let steel = steel();
@@ -121,8 +120,9 @@ fn frames_shifted_and_enlarged() {
     }
 }
 
-/// Load of a rigid flat punch of radius 1 on a layer of E = 210 GPa (a quarter of it, out to 12), by 2 E* a approach: frame
-/// cells of 1 / n inside the punch, two elements of the layer to a cell. The radius is that of the cells' area.
+/// Load of a rigid flat punch of radius a = 1 on a layer of E = 210 GPa, over 2 E* a approach. The model is a quarter of the layer,
+/// out to 12. The frame has cells of 1 / n inside the punch, with two elements of the layer along their sides. The radius is that
+/// of a circle with the area of the cells.
 fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormulation)) -> f64 {
     let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
     across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));
@@ -160,9 +160,10 @@ fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormul
     4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
 }
 
-/// Truth: catalogue `layer-punch-moderate` (N. N. Lebedev, Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972): kappa =
-/// F / (2 E* a delta) of layers with a / h = 0.5 and 1, base free of friction and bonded. The error of the punch's sharp
-/// edge is of the order of a cell: it is extrapolated from cells of a / 6 and a / 12. 1 %: the catalogue's.
+/// Truth: catalogue `layer-punch-moderate` (N. N. Lebedev, Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972): kappa = F / (2 E* a
+/// delta) of layers with a / h = 0.5 and 1, on a frictionless and on a bonded base. The error due to the sharp edge of the punch is
+/// of the order of a cell. It is extrapolated from cells of a / 5 and a / 10 (a / 6 and a / 12 in the thorough test). 1 %: the
+/// catalogue's tolerance.
 #[test]
 fn layer_under_a_flat_punch() {
     let cases = [
@@ -180,15 +181,16 @@ fn layer_under_a_flat_punch() {
     }
 }
 
-/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1, of any nu: phi + (2 / pi) int_0^1 phi M dt = 1,
-/// M = int_0^inf (G(k) - 1) cos(k x) cos(k t) dk, kappa = int phi, by Gauss points (N. N. Lebedev, Ya. S. Ufliand, 1958).
+/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1, for any nu. Gauss points solve phi + (2 /
+/// pi) int_0^1 phi M dt = 1 with M = int_0^inf (G(k) - 1) cos(k x) cos(k t) dk, and kappa = int phi (N. N. Lebedev, Ya. S. Ufliand,
+/// 1958).
 fn bonded_layer(nu: f64) -> f64 {
     let k = 3.0 - 4.0 * nu;
     let kernel = |y: f64| {
         let (sinh, cosh) = ((2.0 * y).sinh(), (2.0 * y).cosh());
         (2.0 * k * sinh - 4.0 * y) / (2.0 * k * cosh + 4.0 * y * y + 1.0 + k * k) - 1.0
     };
-    // The kernel falls as exp(-2 y).
+    // The kernel decays like exp(-2 y).
     let far = 40.0;
     let waves: Vec<[f64; 2]> = gauss_legendre(200)
         .into_iter()
@@ -206,9 +208,9 @@ fn bonded_layer(nu: f64) -> f64 {
     points.iter().zip(phi.iter()).map(|([_, weight], phi)| weight * phi).sum()
 }
 
-/// Truth: catalogue `str-near-incompressible`: kappa of a bonded layer with a / h = 1 by its integral equation (which gives the published 2.483524629
-/// at nu = 0.3), mean-dilatation elements: 2 % up to nu = 0.499, 5 % at 0.4999. Enhanced elements, as large, are several times as far off at 0.4999, which
-/// is why a scene with them gets a warning.
+/// Truth: catalogue `str-near-incompressible`: kappa of a bonded layer with a / h = 1 by its integral equation, which gives the
+/// published 2.483524629 at nu = 0.3. Mean-dilatation elements hold 2 % up to nu = 0.499 and 5 % at 0.4999. Enhanced elements of
+/// the same size have several times this error at 0.4999. This is why a scene with them gets a warning.
 #[test]
 fn nearly_incompressible_layers() {
     assert!(relative(bonded_layer(0.3), 2.483524629) < 1e-9, "{}", bonded_layer(0.3));

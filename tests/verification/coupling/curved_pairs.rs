@@ -1,4 +1,5 @@
-//! Curved surfaces that are apart at first, both of finite elements: a pin in its hole, a roller on a block, a sphere.
+//! Pairs of finite-element bodies with curved surfaces: a pin in its hole, a roller on a block. Also cells that a body does not
+//! cover, or covers twice.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,8 +16,8 @@ use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::group_faces;
 
-/// A ring about the y axis, one element thick: angle from below over `turn`, radii `radii`. Its inner cylinder is the
-/// group "low1", the outer one "high1", the plane faces "low2" and "high2", the ends of half a ring "low0", "high0".
+/// Ring about the y axis, one element thick, with angles from 0 (below) to `turn` and the radii `radii`. Its inner cylinder is the
+/// group "low1", the outer one "high1"; the plane faces are "low2" and "high2". The ends of half a ring are "low0" and "high0".
 fn ring(radii: Vec<f64>, turn: f64, n: usize) -> Mesh {
     let axes = [steps(0.0, turn, n), radii, vec![0.0, 1.0]];
     boxes(&axes, turn > 6.0, |[angle, r, y]| [r * angle.sin(), y, -r * angle.cos()])
@@ -25,11 +26,12 @@ fn ring(radii: Vec<f64>, turn: f64, n: usize) -> Mesh {
 const HOLE: f64 = 10.0;
 const CLEARANCE: f64 = 0.2;
 
-/// The plate around the hole, and the pin with a small rigid core.
+/// Mesh of the plate around the hole.
 fn plate(turn: f64, n: usize) -> Mesh {
     ring(growing(HOLE, 10.0 * HOLE, 0.3, 22), turn, n)
 }
 
+/// Mesh of the pin, without its small rigid core.
 fn pin(turn: f64, n: usize) -> Mesh {
     let radius = HOLE - CLEARANCE;
     let mut radii = growing(radius, 0.1 * radius, 0.3, 14);
@@ -42,8 +44,8 @@ const MIRROR: [bool; 3] = [true, false, false];
 const ALL: [bool; 3] = [true; 3];
 const HALF: [(&str, [bool; 3]); 4] = [("low2", PLANE), ("high2", PLANE), ("low0", MIRROR), ("high0", MIRROR)];
 
-/// Half a pin pressed down into half a plate by `approach`: the load of the whole pin per thickness, and the pressures
-/// with the angles of their cells.
+/// Presses half a pin down into half a plate by `approach`. Returns the load of the whole pin per thickness, and the angles of the
+/// cells with their pressures.
 fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     let [around, inside] = [[60, 120], [120, 60]][frame_body];
     let (hole, pin) = (plate(PI, around), pin(PI, inside));
@@ -62,7 +64,7 @@ fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     (2.0 * result.records[0].normal_force, pressures)
 }
 
-/// Persson's contact half-angle for E* clearance / load, E* = E / (1 - nu^2).
+/// Persson's half-angle of contact for E* clearance / load, with E* = E / (1 - nu^2).
 fn persson_angle(stiffness: f64) -> f64 {
     let (mut low, mut high) = (1e-3f64, 0.9);
     for _ in 0..100 {
@@ -73,16 +75,16 @@ fn persson_angle(stiffness: f64) -> f64 {
     2.0 * low.atan()
 }
 
-/// Truth: Persson's closed form for a pin in a hole of the same material (B. G. A. Persson, On the stress distribution
-/// of cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane
-/// frictionless cylindrical contact I, 2001; checked apart from this program by its Fourier series: radial
-/// displacements 4 n / (E* (n^2 - 1)) p_n R of disc and hole together): with b = tan(angle / 2),
-/// E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)), R p(0) / Q = 2 b / (pi sqrt(1 + b^2)) +
-/// ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). The angle to within one face (3 degrees); the
-/// pressure to 4 %: core of 0.1 R, plate of 10 R (each 1 % of the fields there), clearance of 0.02 R (2 %, the theory
-/// having one radius), and flat faces of 3
-/// degrees, whose middle lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the
-/// coarser faces, of hole or pin.
+/// Truth: Persson's closed form for a pin in a hole of the same material (B. G. A. Persson, On the stress distribution of
+/// cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane frictionless
+/// cylindrical contact I, 2001). Its Fourier series, evaluated outside this program, confirms it: radial displacements 4 n / (E*
+/// (n^2 - 1)) p_n R of disc and hole together. With b = tan(angle / 2), E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)), R
+/// p(0) / Q = 2 b / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)).
+///
+/// The angle holds to within one face (3 degrees), the pressure to 4 %. Core of 0.1 R and plate of 10 R change the fields there by
+/// 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of the flat faces of 3
+/// degrees lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the coarser faces, those of
+/// hole or pin.
 #[test]
 fn pin_in_hole() {
     for (frame_body, approach) in [(0, 0.24), (1, 0.24), (0, 0.08)] {
@@ -102,9 +104,9 @@ fn pin_in_hole() {
     }
 }
 
-/// Truth: a turn of everything about the axis turns the answer; the force is that along the frame's n, found again
-/// by lifting the pin to the middle and shifting it along x where n stays vertical (both from the first touch, to which
-/// the circles, not their chords, are the clearance apart: to 2 % of it). The far side of pin and hole, full circles, takes no part. 1e-7 at a tolerance of 1e-8.
+/// Truth: turning everything about the axis turns the result. The force along n is found again by lifting the pin to the middle and
+/// shifting it along x, while n stays vertical. Both motions are measured from first touch, whose distance is the clearance of the
+/// circles, not of their chords (to 2 %). The far side of the full circles takes no part. 1e-7 at a solver tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -140,7 +142,7 @@ fn pin_pressed_sideways() {
     assert!(error < 1e-7 * down.0, "{shifted:?} {down:?}");
 }
 
-/// A slice of a block under y, one element thick: half of it, x from 0; and the lower part of a roller of radius 50.
+/// Slices one element thick along y, x from 0: half a block, and the lower part of a roller of radius 50.
 fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     let n = (patch / h).round() as usize;
     let across = |end: f64, outer: usize| {
@@ -159,13 +161,13 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     [block, roller]
 }
 
-/// By how much friction of 0.1 raises the peak pressure of the roller between two half-planes: an independent program
-/// (pressures and shear tractions constant on 400 strips of the contact, coupled by Dundurs' β = 1/7, active sets, 80
-/// increments of the load), which has the stick zone reach to 0.381 a with 10 increments and 0.391 a with 80.
+/// Factor by which friction of 0.1 raises the peak pressure of the roller between two half-planes, from an independent program. The
+/// program has constant pressures and shear tractions on 400 strips of the contact, coupled by Dundurs' β = 1/7. It uses active
+/// sets and 80 load increments. Its stick zone reaches to 0.381 a with 10 increments and to 0.391 a with 80.
 const RAISED: f64 = 1.01912;
 
-/// Truth: [`RAISED`] and its stick zone, between half-spaces of boundary elements (cells of 2 m along the roller). 5e-4: cells
-/// of 0.03 a; the zone to a cell.
+/// Truth: [`RAISED`] and its stick zone, between boundary-element half-spaces with cells of 2 m along the roller. 5e-4: cells of
+/// 0.03 a. The stick zone holds to a cell.
 #[test]
 fn friction_raises_the_pressure_of_a_roller() {
     let materials = [Stiffness::isotropic(70e3, 0.3).unwrap(), steel()];
@@ -183,10 +185,10 @@ fn friction_raises_the_pressure_of_a_roller() {
     assert!((stick - 0.381).abs() < 0.031, "{stick}");
 }
 
-/// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006): Hertz's line contact of a steel roller of 50 mm on aluminium
-/// under 35 kN/mm has a = 6.2146 mm, p0 = 3585.37 MPa. a within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell). Friction of 0.1
-/// raises p0 as it does between half-planes of the two materials ([`RAISED`], to 0.2 %; descriptions of the
-/// benchmark expect less than 1 %, which its equations do not give); the contact slips at its end and sticks in the middle.
+/// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). Hertz's line contact of a steel roller of 50 mm on aluminium under 35 kN/mm
+/// has a = 6.2146 mm, p0 = 3585.37 MPa. a holds within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell). Friction of 0.1
+/// raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark expect less than 1
+/// %, which its equations do not give. The contact slips at its end and sticks in the middle.
 #[test]
 fn nafems_cylinder_roller() {
     let [block, roller] = roller_pair(0.1875, 7.5);
@@ -217,8 +219,8 @@ fn nafems_cylinder_roller() {
     }
 }
 
-/// Truth: cells of a mesh frame that the other body does not cover stay open and are left out; those kept are covered
-/// by both bodies, wherever the other body ends; a grid is refused there (maps.rs).
+/// Truth: cells of a mesh frame that the other body does not cover stay open and are left out. Both bodies cover the remaining
+/// cells, wherever the other body ends. A grid is refused there (maps.rs).
 #[test]
 fn cells_beyond_the_other_body() {
     let wide = boxes(&[steps(-3.0, 3.0, 12), steps(-3.0, 3.0, 12), steps(-2.0, 0.0, 2)], false, |x| x);
@@ -226,7 +228,7 @@ fn cells_beyond_the_other_body() {
     let faces = group_faces(&small, "low2").unwrap();
     let frame = ContactFrame::from_faces(&wide, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
     let kept = covered_cells(&frame, &small, &faces, Side::Upper);
-    // Of the cells of 0.5 mm those within 1.1 and 1.0 mm.
+    // Of the cells of 0.5 mm, those within 1.1 mm along x and 1.0 mm along y.
     assert_eq!(kept.iter().filter(|kept| **kept).count(), 4 * 4);
     let frame = frame.retain_cells(&kept);
     assert!((frame.areas.iter().sum::<f64>() - 4.0).abs() < 1e-12);
@@ -234,12 +236,12 @@ fn cells_beyond_the_other_body() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| **rim).count(), 12);
 }
 
-/// Truth: of two sheets of faces over a cell the nearest counts: a second layer of the same body further away changes
-/// nothing of the map, and the gap is that of the nearer one. Two sheets under a grid are refused.
+/// Truth: of two sheets of faces over a cell, the nearest counts. A second layer of the same body further away does not change the
+/// map, and the gap is that of the nearer sheet. Two sheets under a grid are refused.
 #[test]
 fn the_nearest_of_two_sheets() {
     let block = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-2.0, 0.0, 2)], false, |x| x);
-    // A clamp: the lower face of its upper jaw and, far below, the lower face of a second one, joined by a web.
+    // A clamp of two jaws, the second far above the first. The lower faces of both belong to the contact group.
     let jaw = boxes(&[steps(-1.5, 1.5, 6), steps(-1.5, 3.0, 9), steps(0.2, 1.0, 1)], false, |x| x);
     let mut clamp = jaw.clone();
     let far = jaw.points.len();

@@ -1,4 +1,4 @@
-//! A finite-element block against the half-space it stands for, pressed by a steel half-space with a sphere's gap.
+//! A finite-element block against the half-space that it approximates, pressed by a steel half-space with a sphere's gap.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     force_and_peak(lower, frame).0
 }
 
-/// A steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
+/// Model of a steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
 pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Model {
     let mut upper = HalfSpaceBody::new(&steel(), Side::Upper, frame).expect("a half-space");
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
@@ -48,7 +48,7 @@ fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f6
     (result.records[0].normal_force, result.records[0].peak_pressure)
 }
 
-/// A block of half-size and depth `size`, clamped at its base, with the frame's cells for elements at the contact.
+/// A block of half-width and depth `size`, clamped at its base. Its elements at the contact are the cells of the frame.
 pub fn block(
     stiffness: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -72,10 +72,9 @@ pub fn block(
     FeBody::new(spec, "contact", Side::Lower, frame).expect("a finite-element body")
 }
 
-/// Truth: the load of a clamped block differs from the half-space's by a term in contact radius / size
-/// (Saint-Venant: the far field of a point force). So doubling the size halves the difference
-/// (the quadratic term and the elements of 0.15 mm leave 0.44 to 0.56), and 2 d(12) - d(6), without the first-order
-/// term, is below 1 %.
+/// Truth: the load of a clamped block differs from that of the half-space by a term in contact radius / size (Saint-Venant: the far
+/// field of a point force). Doubling the size therefore halves the difference (the quadratic term and the elements of 0.15 mm leave
+/// 0.44 to 0.56). 2 d(12) - d(6) has no first-order term and is below 1 %.
 #[test]
 fn blocks_tend_to_the_half_space() {
     let frame = ContactFrame::grid([1.2; 2], [16; 2], [0.0; 2], 0.0).unwrap();
@@ -91,8 +90,8 @@ fn blocks_tend_to_the_half_space() {
     }
 }
 
-/// Truth: catalogue `fe-tends-to-half-space`: local quantities converge faster than the load: on a block of 20 contact radii
-/// the peak pressure is within 1 % of Hertz's for the load found, (6 P E*^2 / (pi^3 R^2))^(1/3).
+/// Truth: catalogue `fe-tends-to-half-space`: local quantities converge faster than the load. On a block of 20 contact radii the
+/// peak pressure is within 1 % of Hertz's value for the computed load, (6 P E*^2 / (pi^3 R^2))^(1/3).
 #[test]
 fn local_quantities_converge_faster() {
     let frame = ContactFrame::grid([1.2; 2], [16; 2], [0.0; 2], 0.0).unwrap();
@@ -103,7 +102,7 @@ fn local_quantities_converge_faster() {
     assert!((peak / hertz - 1.0).abs() < 0.01, "{peak} {hertz}");
 }
 
-/// S made stiffer by a part of itself, as by an entry of a cache that is not the body's.
+/// Flexibility S with a relative error, as if it came from a cache entry of another body: S times one minus the error.
 struct Spoilt(Arc<dyn Flexibility>, f64);
 
 impl Spoilt {
@@ -136,8 +135,8 @@ impl Flexibility for Spoilt {
     }
 }
 
-/// Truth: definition of the certificate's `operator_defect`: rounding where the flexibility is that of the body (1e-11), and what it
-/// is off where it is not; with friction and without.
+/// Truth: the definition of the certificate's `operator_defect`. It is rounding (1e-11) if the flexibility is that of the body, and
+/// otherwise the relative error of the flexibility. With and without friction.
 #[test]
 fn the_certificate_solves_the_body_afresh() {
     let frame = ContactFrame::grid([1.2; 2], [8; 2], [0.0; 2], 0.0).unwrap();

@@ -1,4 +1,4 @@
-//! Bodies that their supports leave free to move: the contact balances their loads, or a message says why not.
+//! Bodies with unconstrained rigid-body modes. Contact balances their loads, or a message says why it cannot.
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use crate::common::{Silent, step};
@@ -30,7 +30,7 @@ fn material(e: f64, nu: f64) -> Stiffness {
     Stiffness::isotropic(e, nu).expect("an admissible material")
 }
 
-/// A block over [-2, 2] x [-1.5, 1.5] above the plane z = 0, its contact face below.
+/// A block over [-2, 2] x [-1.5, 1.5] above the plane z = 0, with its contact face at the bottom.
 fn upper_mesh(distortion: fn([f64; 2]) -> [f64; 2], height: f64) -> Mesh {
     Brick {
         width: [2.0, 1.5],
@@ -64,7 +64,7 @@ fn model(
     }
 }
 
-/// A floating body above a rigid plane, on the cells of its own contact faces.
+/// Runs an unconstrained body above a rigid plane. The cells of the frame are the contact faces of the body.
 fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, RunResult) {
     let frame = ContactFrame::from_faces(&spec.mesh, "contact", Side::Upper, [0.0; 2], 0.0).expect("a frame");
     let mut body = FeBody::new(spec, "contact", Side::Upper, &frame).expect("a body");
@@ -81,7 +81,7 @@ fn resultant(points: &[[f64; 3]], forces: &[[f64; 3]]) -> [Vector3<f64>; 2] {
     })
 }
 
-/// K by its columns, from the forces that the stresses of unit displacements exert: it knows no spring.
+/// K column by column, from the nodal forces of the stresses due to unit displacements. It contains no springs.
 fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
     let n = model.mesh().n_points();
     let mut k = DMatrix::zeros(3 * n, 3 * n);
@@ -94,9 +94,9 @@ fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
     k
 }
 
-/// Truth: the condensed stiffness of a free body does no work on its six rigid motions, and on nothing else (catalogue
-/// condensed-rigid-modes, 1e-10 scaled); its product with the generalised flexibility gives every force in equilibrium
-/// back, and no node of the body feels another force than those applied: what the body is held by is of no account.
+/// Truth: the condensed stiffness of a free body has six zero modes, its rigid motions, and no others (catalogue
+/// condensed-rigid-modes, 1e-10 scaled). Its product with the generalised flexibility reproduces every force in equilibrium. No
+/// node carries a reaction besides the applied forces: internal supports of the solution have no effect.
 #[test]
 fn a_free_body_has_six_zero_modes() {
     let mut free = spec(upper_mesh(wavy, 1.0), &material(210e3, 0.3));
@@ -137,15 +137,15 @@ fn a_free_body_has_six_zero_modes() {
         (0..3).for_each(|c| force[c] -= model.external_forces()[node][c]);
     }
     outer.iter().zip(any.iter()).for_each(|(dof, f)| rest[dof / 3][dof % 3] -= f);
-    // What is left is the share of the forces that moves the body: spread like its mass, all of one sign per direction.
+    // The residual balances the resultant of the forces. It is distributed like the mass of the body, with one sign per direction.
     let [force, _] = resultant(points, &rest);
     let largest = rest.iter().flatten().fold(0.0f64, |m, f| m.max(f.abs()));
     assert!(force.norm() > 1.0 && largest < 0.1 * force.norm(), "{force} {largest}");
 }
 
-/// Catalogue two-blocks-stack with an upper block that nothing holds: uniform pressure, shortening p (L1/E1 + L2/E2),
-/// and the mean motion of the upper block, p (L1/E1 + L2/(2 E2)), as the approach; exact in the elements, hence 1e-9.
-/// The same with nodes numbered backwards, which holds the block elsewhere, and with supports that do not hold z.
+/// Truth: catalogue two-blocks-stack with an unconstrained upper block. Uniform pressure p, shortening p (L1/E1 + L2/E2). The
+/// approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements are exact, hence 1e-9. Two variants: nodes
+/// numbered backwards, which moves the internal supports, and supports that leave z free.
 #[test]
 fn a_floating_block_on_another() {
     let (p, l1, e1, l2, e2) = (10.0, 5.0, 210e3, 8.0, 70e3);
@@ -195,7 +195,7 @@ fn a_floating_block_on_another() {
             result.warnings
         );
         if free < 6 {
-            // Guided at two corners, its mean motion turns with its contraction.
+            // The block is guided at two corners, so its mean motion turns with its contraction.
             continue;
         }
         let mean = p * (l1 / e1 + 0.5 * l2 / e2);
@@ -209,7 +209,7 @@ fn a_floating_block_on_another() {
     }
 }
 
-/// The same mesh with its nodes in the opposite order.
+/// The same mesh with its nodes in reverse order.
 fn backwards(mut mesh: Mesh) -> Mesh {
     let last = mesh.n_points() - 1;
     mesh.points.reverse();
@@ -217,9 +217,9 @@ fn backwards(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Catalogue incline-block: weight W at an angle to the face; N = W cos, T = W sin to 1e-9; it holds up to
-/// atan(0.3) = 16.699 degrees, and beyond the message says gross sliding, down the slope, with the load factor
-/// tan(16.699)/tan(16.8) (1e-3). With the block's own moment balanced too.
+/// Truth: catalogue incline-block: weight W at an angle to the face, N = W cos, T = W sin to 1e-9. Friction holds the block up to
+/// atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the slope, with the load factor
+/// tan(16.699)/tan(16.8) (1e-3). The block's own moment balances too.
 #[test]
 fn a_block_on_an_incline() {
     for (degrees, holds) in [(16.0_f64, true), (16.6, true), (16.8, false)] {
@@ -246,7 +246,7 @@ fn a_block_on_an_incline() {
     }
 }
 
-/// Contact forces and own loads of a body on its nodes are in equilibrium, force and moment, to 1e-9.
+/// Asserts that the contact forces and the body's own loads are in equilibrium, force and moment, to 1e-9.
 fn balances(body: &FeBody, result: &RunResult) {
     let model = body.condensed().model();
     let points = &model.mesh().points;
@@ -260,8 +260,8 @@ fn balances(body: &FeBody, result: &RunResult) {
     assert!(force.norm() < 1e-9 * size && moment.norm() < 1e-9 * size, "{force} {moment} {size}");
 }
 
-/// Truth: equilibrium: an eccentric, oblique load with prescribed forces on top; all six resultants balance, wherever
-/// the block stands (the moved one gives the same tractions to 1e-9 of the largest) and with or without friction.
+/// Truth: equilibrium. An eccentric, oblique load acts together with prescribed forces, and all six resultants balance. A block at
+/// another place gives the same tractions to 1e-9 of the largest, with and without friction.
 #[test]
 fn an_eccentric_load_tilts_a_block() {
     let run_at = |offset: [f64; 3], friction: FrictionLaw, slope: f64| {
@@ -285,7 +285,8 @@ fn an_eccentric_load_tilts_a_block() {
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let record = &result.records[0];
         assert!((record.normal_force / 160.0 - 1.0).abs() < 1e-12, "{}", record.normal_force);
-        // The pressure's resultant passes the middle of the face, the prescribed force the frame's centre.
+        // The resultant of the pressure passes through the middle of the face, the prescribed force through the centre of the
+        // frame.
         let (s, c) = 0.2_f64.sin_cos();
         let (arm_x, arm_y) = (-0.3 * c, 0.3 * s);
         let wanted = [-60.0 * arm_y, 60.0 * arm_x, 0.0];
@@ -304,14 +305,14 @@ fn an_eccentric_load_tilts_a_block() {
     }
 }
 
-/// Truth: mirror images: a lower body that floats below a rigid plane carries what an upper one above it does, and is the
-/// one that slides. 1e-9 of the largest traction.
+/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same tractions as an upper body above it. The
+/// lower body is then the body that slides. 1e-9 of the largest traction.
 #[test]
 fn a_lower_body_floats_as_well() {
     let rest = |side: Side, pull: f64| {
         let mut mesh = upper_mesh(wavy, 1.0);
         if side == Side::Lower {
-            // Turned about x by half a turn: right-handed still.
+            // Half a turn about x keeps the mesh right-handed.
             mesh.points.iter_mut().for_each(|x| *x = [x[0], -x[1], -x[2]]);
         }
         let mut block = spec(mesh, &material(70e3, 0.33));
@@ -333,7 +334,7 @@ fn a_lower_body_floats_as_well() {
         (a.tangential_force[0] / 12.0 - 1.0).abs() < 1e-9
             && (b.tangential_force[0] / 12.0 + 1.0).abs() < 1e-9
     );
-    // Cell (ix, iy) of one lies where (ix, 2 - iy) of the other does.
+    // Cell (ix, iy) of one model lies where cell (ix, 2 - iy) of the other lies.
     let n = 12;
     for cell in 0..n {
         let mirrored = cell - cell % 3 + 2 - cell % 3;
@@ -347,7 +348,8 @@ fn a_lower_body_floats_as_well() {
     }
 }
 
-/// Truth: statics: a pull takes the body off; a load along a motion that nothing resists is refused by name.
+/// Truth: statics. A pull lifts the body off. A load along a motion that nothing resists is refused, and the message names the
+/// motion.
 #[test]
 fn loads_that_nothing_balances() {
     let mut lifted = spec(upper_mesh(straight, 1.0), &material(70e3, 0.33));
@@ -365,8 +367,9 @@ fn loads_that_nothing_balances() {
     assert!(error.contains("translation along y of body 2") && error.contains("[friction]"), "{error}");
 }
 
-/// Truth: forces and displacements are two ways to the same state: on the curved faces of a sphere cap as the frame,
-/// the forces of a run under approach and shift, prescribed, give its tractions and its motion back (1e-7 at 1e-11).
+/// Truth: prescribed forces and prescribed displacements lead to the same state, on the curved faces of a sphere cap as the frame.
+/// The forces of a run under approach and shift, prescribed, give its motion back to 1e-7, its tractions to 1e-6. The solver
+/// tolerance is 1e-11.
 #[test]
 fn forces_on_a_curved_frame() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
@@ -398,7 +401,7 @@ fn forces_on_a_curved_frame() {
     for (a, b) in driven.state.tractions.iter().zip(&forced.state.tractions) {
         assert!((a - b).abs() < 1e-6 * largest);
     }
-    // Twice the force that friction carries slides.
+    // More than twice the force that friction carries: the body slides.
     let record = &forced.records[0];
     let pull = Step { tangential: Some(Tangential::Force([0.7 * record.normal_force, 0.0])), ..step("pull") };
     let press = Step { normal: Some(Normal::Force(record.normal_force)), ..step("press") };

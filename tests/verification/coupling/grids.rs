@@ -8,12 +8,12 @@ use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 /// Names of the six sides of a mapped box: low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
 
-/// Equal steps from `from` to `to`.
+/// Ends of `n` equal steps from `from` to `to`.
 pub fn steps(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
 }
 
-/// `n` steps from `from` to `to` that grow geometrically from `first`.
+/// Ends of `n` steps from `from` to `to` that grow geometrically from `first`.
 pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     let sum = |ratio: f64| (0..n).map(|i| ratio.powi(i as i32)).sum::<f64>();
     let (mut low, mut high) = (0.1, 10.0);
@@ -31,8 +31,8 @@ pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     points
 }
 
-/// Hexahedra on the grid of `axes`, their nodes moved by `place` (which keeps the orientation); the groups are
-/// [`SIDES`]. Where `closed`, the last plane of the first coordinate is the first one.
+/// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` moves the nodes and must keep the orientation. If `closed`,
+/// the last plane of the first coordinate is the first plane.
 pub fn boxes(axes: &[Vec<f64>; 3], closed: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let [nx, ny, nz] = [0, 1, 2].map(|k: usize| axes[k].len() - 1);
     let planes = if closed { nx } else { nx + 1 };
@@ -89,8 +89,7 @@ fn group(name: &str, dim: usize, block: usize, n: usize) -> PhysicalGroup {
     PhysicalGroup { name: name.into(), dim, tag: 10 * dim as i64 + block as i64, cells }
 }
 
-/// The same mesh with each kind replaced by the kind of order 2 that `raised` gives, new nodes in the middle of edges,
-/// faces and solids.
+/// Replaces each element kind by the kind of order 2 that `raised` gives. New nodes lie in the middle of edges, faces and solids.
 pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     let mut points = mesh.points.clone();
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
@@ -145,7 +144,7 @@ pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     Mesh { points, blocks, groups: mesh.groups.clone(), ..mesh.clone() }
 }
 
-/// Kinds of order 2 with the fewest nodes.
+/// Element kinds of order 2 with the fewest nodes.
 pub fn serendipity(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex20,
@@ -157,7 +156,7 @@ pub fn serendipity(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// Kinds of order 2 with nodes in the middle of quadrangles.
+/// Element kinds of order 2 with nodes in the middle of quadrangles.
 pub fn full(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex27,
@@ -166,8 +165,7 @@ pub fn full(kind: ElementKind) -> ElementKind {
         other => serendipity(other),
     }
 }
-/// The mesh of hexahedra with each split into two wedges along a diagonal of the faces low2 and high2, and the
-/// surfaces that this splits.
+/// Splits each hexahedron into two wedges along a diagonal of the faces low2 and high2, and splits the surface faces accordingly.
 pub fn wedges(mesh: &Mesh) -> Mesh {
     let mut split = mesh.clone();
     let sets = |kind: ElementKind, name: Option<&str>| -> Vec<Vec<usize>> {

@@ -10,7 +10,7 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Triad;
 use orthowear::material::Stiffness;
 
-/// IM7/8551-7 with the fibre tilted and turned (degrees).
+/// IM7/8551-7 with the fibre tilted and turned by these angles, degrees.
 pub fn cfrp(tilt: f64, azimuth: f64) -> Stiffness {
     im7(tilt).rotated(&Triad::horizontal(azimuth.to_radians()).0)
 }
@@ -38,7 +38,8 @@ pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&apart) / largest(b)
 }
 
-/// Truth: S = S1 + S2 (docs/theory-half-space.md): the pair against each body with a rigid partner; 1e-12: rounding of FFTs.
+/// Truth: S = S1 + S2 (docs/theory-half-space.md). The pair is compared with each body against a rigid partner. 1e-12: rounding of
+/// FFTs.
 #[test]
 fn a_pair_is_the_sum_of_its_halves() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -52,7 +53,7 @@ fn a_pair_is_the_sum_of_its_halves() {
     assert!(difference(&both, &sum) < 1e-12, "{:e}", difference(&both, &sum));
 }
 
-/// Truth: the same sum made by two operators, with the skip of the ledger off; 1e-12: rounding of FFTs.
+/// Truth: the same sum by two operators, with vanishing blocks kept. 1e-12: rounding of FFTs.
 #[test]
 fn one_operator_for_two_half_spaces() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -68,8 +69,8 @@ fn one_operator_for_two_half_spaces() {
     assert!(difference(&one, &two) < 1e-12);
 }
 
-/// Truth: turning frame, material and tractions together changes nothing in the frame's axes; 1e-11: the series of
-/// the Green's function is cut at 1e-13 of its largest term.
+/// Truth: turning frame, material and tractions together changes nothing in the axes of the frame. 1e-11: the series of the Green's
+/// function is truncated at 1e-13 of its largest term.
 #[test]
 fn a_turned_frame_sees_the_turned_material() {
     let tractions = random(3 * 48);
@@ -82,7 +83,7 @@ fn a_turned_frame_sees_the_turned_material() {
     assert!(difference(&turned, &straight) < 1e-11, "{:e}", difference(&turned, &straight));
 }
 
-/// Truth: the same cells given one by one (dense operator) and as a grid (FFT); 1e-11: accuracy of both tables.
+/// Truth: the same cells one by one (dense operator) and as a grid (FFT). 1e-11: accuracy of both tables.
 #[test]
 fn dense_and_fft_agree() {
     let grid = ContactFrame::grid([1.0, 0.8], [7, 5], [0.3, 0.1], 0.4).unwrap();
@@ -96,7 +97,7 @@ fn dense_and_fft_agree() {
     assert!(apart < 1e-11, "{apart:e}");
 }
 
-/// Truth: what the bodies do together is the gap: B^T (u2 - u1) = S P; 1e-12: rounding.
+/// Truth: the displacements of both bodies make the gap: B^T (u2 - u1) = S P. 1e-12: rounding.
 #[test]
 fn recovered_displacements_make_the_gap() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -114,8 +115,8 @@ fn recovered_displacements_make_the_gap() {
     assert!(difference(&found, &gap) < 1e-12);
 }
 
-/// Truth: equal isotropic halves cancel the blocks between n and t (docs/theory-half-space.md); the ledger says so, and the
-/// answer is the same with the skip off. 1e-14: the blocks left out are rounding.
+/// Truth: equal isotropic bodies cancel the blocks between n and t (docs/theory-half-space.md). The list of omitted work says so,
+/// and the result is the same with the blocks kept. 1e-14: the omitted blocks are rounding.
 #[test]
 fn vanishing_blocks_are_skipped() {
     let frame = ContactFrame::grid([1.0, 1.0], [6, 6], [0.0, 0.0], 0.0).unwrap();
@@ -132,7 +133,7 @@ fn vanishing_blocks_are_skipped() {
     assert!(difference(&skipped, &kept) < 1e-14);
 }
 
-/// Truth: the documented refusals: two rigid bodies; a half-space on a frame that is not plane.
+/// Truth: the documented refusals: two rigid bodies, and a half-space on a frame that is not plane.
 #[test]
 fn impossible_pairs_are_refused() {
     let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, 0.0], 0.0).unwrap();

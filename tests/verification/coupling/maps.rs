@@ -12,8 +12,8 @@ fn brick(distorted: bool, tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z: [-1.0, 0.0], cells, contact_on_top: true, distortion, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions over all faces by tensor Gauss quadrature (two points are exact for
-/// quadrangles: N_j J has degree 2) or A / 3 per corner of a triangle.
+/// Integrals of the shape functions over all faces. Quadrangles take 2 x 2 Gauss points, which are exact because N_j J has
+/// degree 2. Triangles give A / 3 per corner.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.points.len()];
     let at = |node: usize| nalgebra::Vector3::from(mesh.points[node]);
@@ -43,8 +43,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: where the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node (docs/theory-coupling.md),
-/// whatever the angle and number of the cells. 1e-12 of the face's area: rounding.
+/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node (docs/theory-coupling.md), for any number
+/// of cells. 1e-12 of the face's area: rounding.
 #[test]
 fn weights_sum_to_the_integrals_of_the_shape_functions() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -63,8 +63,8 @@ fn weights_sum_to_the_integrals_of_the_shape_functions() {
     }
 }
 
-/// Truth: the shape functions reproduce linear fields, and a cell average of one is its value at the cell's
-/// centre; 1e-13: rounding.
+/// Truth: the shape functions reproduce linear fields, and the cell average of a linear field is its value at the centre of the
+/// cell. 1e-13: rounding.
 #[test]
 fn averages_reproduce_linear_fields() {
     let mesh = brick(true, false);
@@ -79,8 +79,8 @@ fn averages_reproduce_linear_fields() {
     }
 }
 
-/// Truth: on a frame made from the faces themselves each row is the face's own average (quarters on rectangles),
-/// and the frame's areas are the faces' areas.
+/// Truth: on a frame made of the faces, each row is the average over the face (quarters on rectangles). The areas of the frame are
+/// those of the faces.
 #[test]
 fn faces_as_cells() {
     let mesh = brick(false, false);
@@ -95,8 +95,8 @@ fn faces_as_cells() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
 }
 
-/// Truth: a force balance needs the transpose of the displacement map: sum over nodes of the forces and of their
-/// moments equals that of the cells' tractions; 1e-12: rounding.
+/// Truth: force balance requires the transpose of the displacement map. The sums of the nodal forces and of their moments equal
+/// those of the cell tractions. 1e-12: rounding.
 #[test]
 fn forces_and_moments_are_kept() {
     let mesh = brick(true, false);
@@ -121,7 +121,7 @@ fn forces_and_moments_are_kept() {
     assert!(force.amax() < 1e-12 && moment.amax() < 1e-12, "{force} {moment}");
 }
 
-/// Truth: the documented refusal of cells that hang over the edge, with the cell and the mend.
+/// Truth: the documented refusal of cells that extend beyond the edge. The message names the cell and the fix.
 #[test]
 fn a_cell_over_the_edge_is_refused() {
     let mesh = brick(false, false);

@@ -7,7 +7,7 @@ use orthowear::frame::{ContactFrame, FaceMap, Side};
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::group_faces;
 
-/// A cell at each node of a group of body 1.
+/// Frame with a cell at each node of a group of body 1.
 pub fn nodal_frame(mesh: &Mesh, group: &str) -> ContactFrame {
     ContactFrame::from_nodes(mesh, (group, Side::Lower), ([0.0; 2], 0.0), &HashMap::new()).unwrap()
 }
@@ -30,8 +30,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: the cells tile the plane contact face, 4 x 3, one to a node; those of the border nodes are its rim. 1e-12:
-/// rounding.
+/// Truth: the cells tile the plane contact face, 4 x 3, with one cell per node. The cells of border nodes are its edge cells.
+/// 1e-12: rounding.
 #[test]
 fn cells_tile_the_faces() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -45,9 +45,9 @@ fn cells_tile_the_faces() {
     }
 }
 
-/// Truth: between two of its nodes N falls linearly, so that a cell of a regular mesh takes (1/8, 6/8, 1/8) of a row of
-/// nodes along each direction: tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of
-/// traction times area, those that alternate from face to face give them nothing. 1e-13: rounding.
+/// Truth: between two of its nodes N falls linearly. A cell of a regular mesh therefore takes (1/8, 6/8, 1/8) of a row of nodes
+/// along each direction. Tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of traction times area.
+/// Tractions that alternate from face to face give them nothing. 1e-13: rounding.
 #[test]
 fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);
@@ -57,7 +57,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
-        // The faces' centres stand half a cell from the nodes: odd multiples of half a side, on which parity works too.
+        // The centres of the faces lie half a cell from the nodes, at odd multiples of half a side. Parity works there too.
         let sign = |cell: usize| {
             let x = &frame.centers[cell];
             let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];
@@ -69,7 +69,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         let mut inner = 0;
         for (force, &node) in forces.iter().zip(map.nodes()) {
             let [x, y, _] = mesh.points[node];
-            // The cells of border nodes are halves: keep one cell from them.
+            // The cells of border nodes are halves: keep one cell away from them.
             if x.abs() < 1.2 && y.abs() < 0.6 {
                 assert!((force.abs() - share * area).abs() < 1e-13, "{force:e} for {share}");
                 inner += 1;

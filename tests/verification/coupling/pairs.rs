@@ -1,4 +1,4 @@
-//! Pairs of meshed bodies pressed together: the gap comes from the meshes.
+//! Pairs of meshed bodies pressed together, with the gap between their meshes.
 
 use super::bricks::{spec, support};
 use crate::common::Silent;
@@ -15,7 +15,7 @@ use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
-/// A meshed body with its contact group and supports (group, components held).
+/// A meshed body with its contact group and supports (group, fixed components).
 pub struct Part<'a> {
     pub mesh: &'a Mesh,
     pub contact: &'a str,
@@ -33,7 +33,7 @@ impl Part<'_> {
     }
 }
 
-/// Two bodies on a frame, their gap from the meshes.
+/// Model of two bodies on a frame, with the gap between their meshes.
 pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> Model {
     let (mut lower, mut upper) = (parts[0].body(Side::Lower, frame), parts[1].body(Side::Upper, frame));
     let gap = InitialGap::from(GapShape::Mesh);
@@ -53,7 +53,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
     }
 }
 
-/// Runs with the default options; every increment has to converge.
+/// Runs with the default options. Every increment must converge.
 pub fn solved(model: &Model, steps: &[Step]) -> RunResult {
     let result = run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run");
     assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);

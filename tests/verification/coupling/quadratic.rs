@@ -15,8 +15,8 @@ fn brick(tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z, cells, contact_on_top: true, distortion: wavy, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions over all contact faces: Gauss points in the reference square, for triangles
-/// collapsed to it (Duffy); with five points in each direction exact on straight faces.
+/// Integrals of the shape functions over all contact faces, by Gauss points in the reference square. Triangles are collapsed
+/// squares (Duffy). Five points in each direction are exact on straight faces.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     fn add<S: ShapeFunctions<N, 2>, const N: usize>(
         mesh: &Mesh,
@@ -61,8 +61,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: where the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node, negative ones at the
-/// corners of quad8 and zero ones at those of tri6 included (docs/theory-coupling.md), whatever the cells: grids and the faces
+/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node (docs/theory-coupling.md). This includes
+/// the negative values at the corners of quad8 and the zero values at those of tri6. It holds for any cells: grids and the faces
 /// themselves. 1e-12 of the face's area: rounding.
 #[test]
 fn weights_sum_to_the_consistent_loads() {
@@ -86,8 +86,8 @@ fn weights_sum_to_the_consistent_loads() {
     }
 }
 
-/// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields, and the
-/// average of one over a rectangle is its value at the centre plus the second moments. 1e-13: rounding.
+/// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields. The average of such a
+/// field over a rectangle is its value at the centre plus the second moments. 1e-13: rounding.
 #[test]
 fn averages_reproduce_quadratic_fields() {
     let field = |x: f64, y: f64| 0.3 + 1.7 * x - 0.6 * y + 0.4 * x * x - 0.9 * x * y + 0.2 * y * y;
@@ -122,7 +122,7 @@ fn averages_reproduce_quadratic_fields() {
     }
 }
 
-/// A sphere of radius 50 mm over [-1.5, 1.5]^2 from below, in `n` x `n` faces of order 2.
+/// A block over [-1.5, 1.5]^2 whose lower face is a sphere of radius 50 mm, in `n` x `n` faces of order 2.
 fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let axes = [across.clone(), across, growing(0.0, 2.0, 1.0, 2)];
@@ -135,10 +135,9 @@ fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     mesh
 }
 
-/// Truth: nodes on a sphere: the faces of order 2 follow it to the fourth order of their size, those of order 1 to the
-/// second, and the mean height over a cell with them. The mean of the sphere over a cell by Gauss points. Halving the
-/// faces divides the error of quad9 by about 16 (12: cells and faces do not match; quad8 lacks x^2 y^2, of the same
-/// order).
+/// Truth: the nodes lie on a sphere. Faces of order 2 follow it to the fourth order of their size, faces of order 1 to the second.
+/// The same holds for the mean height over a cell. Gauss points give the mean of the sphere over a cell. Halving the faces divides
+/// the error of quad9 by about 16. The bound is 12: cells and faces do not match, and quad8 lacks x^2 y^2, of the same order.
 #[test]
 fn gaps_of_curved_faces() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.3).unwrap();
@@ -169,9 +168,9 @@ fn gaps_of_curved_faces() {
     assert!(linear > 100.0 * quadratic, "{linear:e} {quadratic:e}");
 }
 
-/// Truth: a face with bent edges in its plane is tiled by its cell: rows of a frame of such faces sum to 1 and reproduce
-/// linear fields at the cells' centres up to the bend; forces on the nodes balance those of the cells. The cell is the
-/// polygon through the middle nodes. 1e-13: rounding.
+/// Truth: a cell tiles its face even if the face has bent edges in its plane. The cell is the polygon through the middle nodes.
+/// Rows of a frame of such faces sum to 1, so that nodal forces balance those of the cells. The rows reproduce linear fields at the
+/// centres of the cells up to the bend. 1e-13: rounding.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);
@@ -201,7 +200,7 @@ fn faces_with_bent_edges() {
     let x: Vec<f64> = map.nodes().iter().map(|&node| mesh.points[node][0]).collect();
     map.average(&x, &mut means);
     for (mean, center) in means.iter().zip(&frame.centers) {
-        // The square of the bend over the size of a face.
+        // The square of the bend over the size of a face, times 4.
         assert!((mean - center.x).abs() < 0.02 * 0.02 / 0.5 * 4.0, "{mean} {}", center.x);
     }
 }

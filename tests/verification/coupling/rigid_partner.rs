@@ -1,4 +1,4 @@
-//! A rigid sphere on a meshed block: which cells let the peak pressure converge.
+//! A rigid sphere on a meshed block: cells for which the peak pressure converges.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
 
-/// A block of 24 x 24 x 12 mm with `n` x `n` faces of equal size under the contact, 3 x 3 mm.
+/// A block of 24 x 24 x 12 mm with `n` x `n` equal faces under the contact, 3 x 3 mm.
 fn block(n: usize) -> Mesh {
     let block = GradedBlock {
         patch_half_width: [1.5; 2],
@@ -27,7 +27,7 @@ fn block(n: usize) -> Mesh {
     block.mesh().expect("a block")
 }
 
-/// A rigid sphere of 50 mm on the block; `nodes`: a cell per node and not per face.
+/// A rigid sphere of 50 mm on the block. With `nodes` the frame has a cell per node, otherwise per face.
 fn model(n: usize, nodes: bool) -> Model {
     let mesh = block(n);
     let frame = if nodes {
@@ -53,7 +53,7 @@ fn model(n: usize, nodes: bool) -> Model {
     }
 }
 
-/// Smallest eigenvalue of the normal flexibility scaled to a diagonal of ones (similar to a symmetric matrix).
+/// Smallest eigenvalue of the normal flexibility, scaled to a unit diagonal (similar to a symmetric matrix).
 fn smallest_eigenvalue(model: &Model) -> f64 {
     let n = model.frame.n_cells();
     let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
@@ -69,9 +69,9 @@ fn smallest_eigenvalue(model: &Model) -> f64 {
     scaled.symmetric_eigenvalues().min()
 }
 
-/// Truth: Hertz, p0 = (6 F E*^2 / (pi^3 R^2))^(1/3), a = 1 mm at the load of a half-space at approach 0.02 mm. With cells
-/// around the nodes the error falls with every refinement; that of the block's finite size is of the order (a / 12 mm)^3.
-/// Tolerances: a cell's mean misses the peak by about (h / a)^2 / 8 (1.8, 0.4, 0.2 %), as much again for the elements.
+/// Truth: Hertz, p0 = (6 F E*^2 / (pi^3 R^2))^(1/3), a = 1 mm at the load of a half-space at an approach of 0.02 mm. With cells
+/// around the nodes the error falls with every refinement. The finite size of the block causes an error of the order (a / 12 mm)^3.
+/// Tolerances: a cell's mean misses the peak by about (h / a)^2 / 8 (1.8, 0.4, 0.2 %). The elements add as much.
 #[test]
 fn peak_pressure_converges_on_cells_around_nodes() {
     let modulus: f64 = 210e3 / (1.0 - 0.09);
@@ -88,9 +88,9 @@ fn peak_pressure_converges_on_cells_around_nodes() {
     }
 }
 
-/// Truth: tractions that alternate from quadrangle to quadrangle give no force to inner nodes, so that the smallest
-/// eigenvalue of a frame of faces falls to that of its rim; nodal cells keep a quarter of the force (nodes.rs), whatever
-/// the number of cells: at most one can be 0.1, the other falls with every refinement.
+/// Truth: tractions that alternate from quadrangle to quadrangle give no force to inner nodes. The smallest eigenvalue of a frame
+/// of faces is therefore that of its edge, and falls with every refinement. Cells around nodes keep a quarter of the force
+/// (nodes.rs) for any number of cells. Their smallest eigenvalue stays above 0.1.
 #[test]
 fn alternating_tractions_are_felt_by_cells_around_nodes_only() {
     let mut before = 0.01;

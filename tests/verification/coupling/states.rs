@@ -1,4 +1,4 @@
-//! Converged histories on the block system and on the Schur complement.
+//! Converged histories of the block system and of the Schur complement.
 
 use super::block::{Pair, pairs, tied};
 use super::half_spaces::difference;
@@ -9,7 +9,7 @@ use orthowear::evolution::step::Integrator;
 use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 
-/// Indentation, shift and worn fretting of a sphere's gap, solved to 1e-12.
+/// Indentation, shift, and fretting with wear under a sphere's gap, solved to 1e-12.
 pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
     let distance = surface_distance(&gap, frame, pair[0].as_ref(), pair[1].as_ref()).expect("a gap");
@@ -29,8 +29,8 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
     run(&model, &steps, &options, None, &mut Silent).expect("a run")
 }
 
-/// Truth: the two paths are the same equations; with certificates of 1e-12 the states agree to 1e-8 (docs/theory-contact.md:
-/// the condition number of S is below 1e4), loads and prescribed displacements of the supports included.
+/// Truth: the two paths solve the same equations. With certificates of 1e-12 the states agree to 1e-8 (docs/theory-contact.md: the
+/// condition number of S is below 1e4). Loads and prescribed displacements of the supports are included.
 #[test]
 fn histories_agree_on_both_paths() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();

@@ -1,6 +1,7 @@
-//! Half and quarter models, cut at planes of symmetry under the contact, against full ones.
+//! Half and quarter models, cut at symmetry planes under the contact, against full models.
 //!
-//! Truth of all of them: the full model of the same mesh, whose solution is symmetric. What contradicts the symmetry is refused.
+//! Truth of all tests: the full model on the same mesh, whose solution is symmetric. Scenes that contradict the symmetry are
+//! refused.
 
 use std::fs;
 use std::path::Path;
@@ -15,16 +16,16 @@ use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::simulation::build;
 
-/// Two blocks, one of which is domed or has the gap of a sphere, of which the part on one side of some planes is modelled.
+/// Two blocks, or their part on one side of some symmetry planes. Either body 1 is domed or the gap is a sphere's.
 #[derive(Clone)]
 struct Pair {
-    /// Number of planes of symmetry: 0 (full), 1 (y = 0) or 2 (x = 0 too).
+    /// Number of symmetry planes: 0 (full), 1 (y = 0) or 2 (also x = 0).
     planes: usize,
-    /// Whether body 1 is domed; else both are flat and the gap is a sphere's.
+    /// Whether body 1 is domed. Otherwise both bodies are flat and the gap is a sphere's.
     domed: bool,
-    /// Elements of body 1 and body 2 along half of x and y, and along z.
+    /// Elements of body 1 and body 2: along half of x and y, and along z.
     cells: [[usize; 2]; 2],
-    /// Half the edges of the blocks along x, y.
+    /// Half the width of body 1 along x and y. Body 2 is 1.1 times as wide.
     half_width: f64,
     depth: f64,
     radius: f64,
@@ -58,7 +59,7 @@ impl Default for Pair {
 const PRESSED: &str = "[[steps]]\nname = \"press\"\napproach = 0.02\n";
 const SHIFTED: &str = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.003 }\n";
 
-/// What is compared: cells with their tractions, and the records.
+/// Results to compare: cells with their tractions, and the records.
 struct Found {
     centers: Vec<Point>,
     tractions: Vec<f64>,
@@ -71,7 +72,7 @@ impl Pair {
         Self { planes, ..self.clone() }
     }
 
-    /// The meshes of both bodies; contact "high2" below, "low2" above.
+    /// Meshes of both bodies. The contact group is "high2" of the lower body and "low2" of the upper one.
     fn meshes(&self) -> [Mesh; 2] {
         let block = |body: usize, width: f64, z: [f64; 2]| {
             let [n, layers] = self.cells[body];
@@ -121,7 +122,7 @@ impl Pair {
         fs::write(folder.join(name), text).expect("a written scene");
     }
 
-    /// The results of the scene `text` with the meshes of the pair, or the key and the message of its refusal.
+    /// Runs the scene `text` with the meshes of the pair. Returns the results, or the key and the message of the refusal.
     fn run_text(&self, text: &str) -> Result<Found, (String, String)> {
         let folder = tempfile::tempdir().expect("a folder");
         self.write(folder.path(), "scene.toml", text);
@@ -145,7 +146,7 @@ impl Pair {
     }
 }
 
-/// Largest difference of a part of the model from the full one: of its records, and of tractions over the peak pressure.
+/// Largest difference between a part model and the full one, in the records and in the tractions (relative to the peak pressure).
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
@@ -161,8 +162,8 @@ fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     worst
 }
 
-/// Largest difference of the records of a part of the model from those of the full one: forces over the normal force, motions over
-/// the approach, peak pressure, stick area over the contact area.
+/// Largest difference between the records of a part model and of the full one. Forces are relative to the normal force, motions to
+/// the approach, areas to the contact area, peak pressures to the full model's.
 fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
     assert_eq!(part.records.len(), full.records.len());
     let mut worst = 0.0_f64;
@@ -182,7 +183,7 @@ fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
     worst
 }
 
-/// Asserts that tractions across the planes vanish, to the last bit (the frame's axes lie along the planes).
+/// Asserts that tractions across the planes are exactly zero (the axes of the frame lie along the planes).
 fn assert_nothing_across(found: &Found) {
     let n = found.centers.len();
     assert!(found.planes.iter().any(|planes| planes.contains(&true)));
@@ -193,7 +194,7 @@ fn assert_nothing_across(found: &Found) {
     }
 }
 
-/// Truth: the full model; a rigid body has no plane of its own. 1e-9, as below.
+/// Truth: the full model. A rigid body needs no symmetry plane of its own. 1e-9, as below.
 #[test]
 fn a_rigid_partner_needs_no_plane() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -213,7 +214,8 @@ fn a_rigid_partner_needs_no_plane() {
 /// The methods of the solver.
 const METHODS: [&str; 5] = ["auto", "newton", "cg", "bb", "uzawa"];
 
-/// 1e-9 at a tolerance of the solver of 1e-11: the residual bounds the error of tractions up to the condition of the operator.
+/// Truth: the full model. 1e-9 at a solver tolerance of 1e-11: the residual bounds the traction error up to the condition number of
+/// the operator.
 #[test]
 fn half_and_quarter_models_are_parts_of_the_full_one() {
     for domed in [false, true] {
@@ -236,7 +238,7 @@ fn half_and_quarter_models_are_parts_of_the_full_one() {
     }
 }
 
-/// As above, for each method and coupling, on the dome.
+/// As above, on the dome, for each method and coupling.
 #[test]
 fn every_method_and_coupling_keeps_to_the_plane() {
     let pair =
@@ -254,9 +256,9 @@ fn every_method_and_coupling_keeps_to_the_plane() {
     }
 }
 
-/// Forces and moments of a half against those of the full model; the moment about y is that about the plane's normal. The tangential
-/// force of half the model is half of it, though the plane bears a part across. 1e-9, as above; 1e-5 of cycles, whose strokes are
-/// repeated until they change by less.
+/// Truth: the full model, under forces and moments. The moment acts about y, the normal of the plane. The tangential force on the
+/// half model is half that on the full one, although the plane carries a part across. 1e-9, as above. 1e-5 for cycles, because
+/// strokes are repeated until they change by less.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -281,8 +283,8 @@ fn prescribed_forces_keep_to_the_plane() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
             let full = full.run();
-            // Tractions that alternate from face to face hardly move the bodies: strokes repeated to 1e-6 determine those of single faces
-            // less well, of which the peak pressure is one.
+            // Tractions that alternate from face to face hardly move the bodies. Strokes repeated to 1e-6 determine the tractions
+            // of single faces less accurately, and the peak pressure is one of them.
             let (found, tolerance) = if points == "faces" && case == 1 {
                 (difference_of_records(&half, &full, 2.0), 1e-4)
             } else {
@@ -297,11 +299,11 @@ fn prescribed_forces_keep_to_the_plane() {
     }
 }
 
-/// Scene `index` of a random set: meshes, elements, materials, friction and loads that are symmetric about y = 0.
+/// Draws a scene from a random set. Meshes, elements, materials, friction and loads are symmetric about y = 0.
 fn drawn(random: &mut Random) -> Pair {
     let mut modulus = || random.power(4.6, 5.4);
     let moduli = [modulus(), modulus(), modulus()];
-    // Meshes of a multiple of seven nodes cannot be shuffled by the writer.
+    // The writer cannot shuffle meshes whose number of nodes is a multiple of seven.
     let mut cells = || [[4, 5, 7, 8][random.below(4)], 2 + random.below(2)];
     let cells = [cells(), cells()];
     let domed = random.below(2) == 1;
@@ -332,8 +334,8 @@ fn drawn(random: &mut Random) -> Pair {
     }
 }
 
-/// Truth: the full model, of three scenes out of a random set; of all 30, written to a folder each, with
-/// `ORTHOWEAR_SYMMETRY_SCENES=FOLDER`. 1e-8 at a tolerance of 1e-10.
+/// Truth: the full model, for three of 30 random scenes. With `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and each is written to
+/// its own folder. 1e-8 at a solver tolerance of 1e-10.
 #[test]
 fn random_half_models() {
     let folder = std::env::var_os("ORTHOWEAR_SYMMETRY_SCENES");
@@ -342,7 +344,7 @@ fn random_half_models() {
     let mut worst = 0.0_f64;
     for (index, pair) in scenes.iter().enumerate() {
         let half = pair.with_planes(1);
-        // The force on a part is a part of the force.
+        // A part model carries its part of the normal force.
         let text = half.text().lines().map(halved).collect::<Vec<_>>().join("\n");
         if let Some(folder) = &folder {
             for (kind, pair, text) in [("half", &half, &text), ("full", pair, &pair.text())] {
@@ -369,14 +371,14 @@ fn halved(line: &str) -> String {
     }
 }
 
-/// Frames of a half model that end at its plane: of nodes, of faces, and a grid.
+/// Frames of a half model that end at its symmetry plane: of nodes, of faces, and a grid.
 const FRAMES: [&str; 3] = [
     "kind = \"mesh\"\nbody = 1\npoints = \"nodes\"",
     "kind = \"mesh\"\nbody = 1\npoints = \"faces\"",
     "kind = \"grid\"\ncenter = [0.0, 0.6]\nhalf_width = [1.2, 0.6]\ncells = [8, 4]",
 ];
 
-/// The half model on a frame, with some text changed.
+/// Runs the half model on a frame, with the text replacements `changes`.
 fn changed(frame: &str, changes: &[(&str, &str)]) -> Result<Found, (String, String)> {
     let half = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() }.with_planes(1);
     let text = [&[(FRAMES[0], frame)], changes].concat().iter().fold(half.text(), |text, (from, to)| {
@@ -386,7 +388,7 @@ fn changed(frame: &str, changes: &[(&str, &str)]) -> Result<Found, (String, Stri
     half.run_text(&text)
 }
 
-/// The key and the message of the refusal of a half model on a frame, with some text changed.
+/// Key and message of the refusal of the half model on a frame, with the text replacements `changes`.
 fn refused(frame: &str, changes: &[(&str, &str)]) -> (String, String) {
     match changed(frame, changes) {
         Ok(_) => panic!("not refused on {frame}: {changes:?}"),
@@ -398,8 +400,8 @@ const COULOMB: &str = "law = \"coulomb\"\nmu = 0.3";
 const SHIFT: &str = "shift = { distance = 0.003 }";
 const SYMMETRY: &str = "symmetry = [\"low1\"]";
 
-/// Truth: the full model is not symmetric where loads or motions have a part across the plane, friction is oblique to it or one body
-/// alone has the plane.
+/// Truth: the full model is not symmetric if loads or motions have a component across the plane. The same holds if friction is
+/// oblique to it, or if only one body has it.
 #[test]
 fn contradictions_are_refused() {
     let controls = [
@@ -432,7 +434,7 @@ fn contradictions_are_refused() {
     assert!(key == "body1.displaced.0" && message.contains("past one another"), "{key}: {message}");
 }
 
-/// Truth: loads, motions and friction that are symmetric about the plane, on frames of all kinds that end at it.
+/// Truth: loads, motions and friction that are symmetric about the plane are accepted, on all kinds of frames that end at it.
 #[test]
 fn what_is_symmetric_is_accepted() {
     let along = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 90.0";
@@ -447,8 +449,8 @@ fn what_is_symmetric_is_accepted() {
     }
 }
 
-/// Truth: the same boundary conditions in other words, or moved together, give the same tractions; without a part across them nothing
-/// is refused: zeros, an ellipse along the plane. 1e-9, as above.
+/// Truth: the same boundary conditions, written differently or moved together, give the same tractions. Zero components across the
+/// plane and an ellipse along it are not refused. 1e-9, as above.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -458,7 +460,7 @@ fn planes_in_other_words() {
     let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.002] }]";
     let without = text.replace(SYMMETRY, "symmetry = []");
     let written = without.replace("fixed = [{", fixed);
-    // The base must not hold what the plane moves.
+    // The base must not fix the direction in which the plane moves.
     let free = |text: &str| text.replace("2\" }]", "2\", components = [\"x\", \"z\"] }]");
     let together = half.run_text(&free(&text.replace(SYMMETRY, moved))).expect("planes that move together");
     let at_rest = half.run_text(&free(&text)).expect("planes at rest");
@@ -473,7 +475,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // Walls, where the motion is across them: the bodies slide along the normal of the plane.
+    // If the motion is across the fixed planes, they are walls: the bodies slide along their normal.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

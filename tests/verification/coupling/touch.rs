@@ -1,4 +1,4 @@
-//! Where meshed surfaces first touch.
+//! First touch of meshed surfaces.
 
 use super::grids::{boxes, full, growing, raise, serendipity, steps};
 use super::nodes::nodal_frame;
@@ -14,13 +14,13 @@ use orthowear::mesh::faces::{SurfaceFace, group_faces};
 
 const RADIUS: f64 = 50.0;
 
-/// Height of the sphere that touches z = `lift` at `vertex`, from below.
+/// Height of the lower half of a sphere that touches z = `lift` at `vertex`.
 fn sphere([x, y]: [f64; 2], vertex: [f64; 2], lift: f64) -> f64 {
     let r2 = (x - vertex[0]).powi(2) + (y - vertex[1]).powi(2);
     lift + r2 / (RADIUS + (RADIUS * RADIUS - r2).sqrt())
 }
 
-/// `n` x `n` faces over [-1.5, 1.5]^2, their nodes at z = `foot`, below a flat top at z = 2.
+/// A block with `n` x `n` faces over [-1.5, 1.5]^2, whose nodes lie at z = `foot`, below a flat top at z = 2.
 fn above(n: usize, raised: fn(ElementKind) -> ElementKind, foot: impl Fn([f64; 2]) -> f64) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let mut mesh = raise(&boxes(&[across.clone(), across, growing(0.0, 2.0, 1.0, 2)], false, |x| x), raised);
@@ -46,15 +46,15 @@ fn with_surface<T>(
     then(&MeshedSurface { mesh, faces, side, mean_heights, curved_gap: false })
 }
 
-/// Motion of the meshed surface down to the plane z = 0.
+/// Distance that the meshed surface moves down until it touches the plane z = 0.
 fn touch_of(frame: &ContactFrame, mesh: &Mesh) -> f64 {
     with_surface(frame, (mesh, "low2", Side::Upper), |surface| first_touch(frame, [None, Some(surface)], 0.5))
 }
 
-/// Truth: the vertex of the sphere, wherever it lies among the nodes (on one, in the middle of an edge or of a face,
-/// anywhere) and wherever the cells of the frame lie. The faces themselves stay up to 2 h^2 / 8R above it; the curvature
-/// of the nodes around leaves a 30th of that, and the faces of second order, which are on the sphere at nine points,
-/// a 2000th (fourth order in h).
+/// Truth: the sphere touches at its vertex, wherever this lies among the nodes (on one, in the middle of an edge or of a face,
+/// anywhere). The position of the cells has no effect either. The flat faces themselves stay up to 2 h^2 / 8R above the vertex. The
+/// curvature from the neighbouring nodes leaves a 30th of that. Faces of second order, whose eight or nine nodes lie on the sphere,
+/// leave a 2000th (fourth order in h).
 #[test]
 fn a_sphere_touches_at_its_vertex() {
     for n in [10, 20] {
@@ -73,9 +73,9 @@ fn a_sphere_touches_at_its_vertex() {
     }
 }
 
-/// Truth: two roofs of plane faces, one upside down and across the other: the ridges cross at one point, where they are
-/// `lift` apart; no node of either mesh lies there, nor a corner of a cell. A crease is not a curve: exact to rounding
-/// for steep ridges and for ones of 3 degrees.
+/// Truth: two roofs of plane faces, one upside down and across the other. The ridges cross at one point, where they are 0.3 apart.
+/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not count as a curve: exact to rounding, for steep
+/// ridges and for ridges of 3 degrees.
 #[test]
 fn two_ridges_touch_where_they_cross() {
     for slope in [0.05, 0.6] {
@@ -94,9 +94,9 @@ fn two_ridges_touch_where_they_cross() {
     }
 }
 
-/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells; around
-/// the nodes of an irregular mesh these are not convex, and the vertex is put beside each corner that turns back. 1e-9: the
-/// search ends within 1e-5 of a cell's size, the height is of second order in that.
+/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells. Cells around
+/// the nodes of an irregular mesh are not convex. The vertex is put beside each re-entrant corner. 1e-9: the search ends within
+/// 1e-5 of a cell's size, and the height is of second order in that.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);
@@ -126,8 +126,8 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
     });
 }
 
-/// Points of a cell beside each corner at which its outline turns back by more than `least`: behind the line through the
-/// edge before it.
+/// Points of a cell beside each corner where its outline turns back by more than `least`. They lie behind the line through the edge
+/// before the corner.
 fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     let m = corners.len();
     let edge = |i: usize| corners[(i + 1) % m] - corners[i % m];
@@ -135,7 +135,7 @@ fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     notches.map(|i| corners[(i + 1) % m] + 0.3 * (edge(i) + edge(i + 1))).collect()
 }
 
-/// Truth: a flat foot whose rim is bevelled touches with all of its flat part at once: the bevel bends no face of it.
+/// Truth: a flat foot with a bevelled edge touches with all of its flat part at once, because the bevel bends none of its faces.
 /// 1e-14: rounding.
 #[test]
 fn a_bevelled_foot_is_flat() {
@@ -149,8 +149,8 @@ fn a_bevelled_foot_is_flat() {
     assert!(gap.iter().all(|g| *g > -1e-14) && gap[40].abs() < 1e-14);
 }
 
-/// Truth: a row of faces, one element wide, around a cylinder: its lowest line, whether nodes lie on it or not.
-/// A 30th of what the faces cut off.
+/// Truth: a row of faces around a cylinder, one element wide, touches at its lowest line, whether nodes lie on it or not. The error
+/// is below a 30th of the height that the flat faces cut off.
 #[test]
 fn a_strip_of_a_cylinder() {
     for n in [14, 15] {
@@ -163,9 +163,9 @@ fn a_strip_of_a_cylinder() {
     }
 }
 
-/// Truth: moving the nodes over the sphere moves nothing: the force at an approach of 0.02 does not depend on where the
-/// vertex lies among them. 2 % with four elements along the contact's radius (first touch of the faces themselves
-/// would change the approach by up to 4 %, the force by 6 %).
+/// Truth: moving the nodes over the sphere changes nothing. The force at an approach of 0.02 does not depend on where the vertex
+/// lies among them. 2 % with four elements along the contact radius. First touch of the flat faces themselves would change the
+/// approach by up to 4 % and the force by 6 %.
 #[test]
 fn the_force_does_not_depend_on_where_the_nodes_lie() {
     let material = steel();

@@ -1,4 +1,4 @@
-//! Newton's method against the projected gradient, which shares no step with it.
+//! Newton's method against the projected gradient, an algorithm that shares no step with it.
 
 use super::block::{pairs, tied};
 use super::half_spaces::difference;
@@ -14,7 +14,7 @@ use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::laws::friction::FrictionLaw;
 
-/// Runs both ways to certificates of `tolerance`; tractions may differ by 1e-6 of the largest pressure.
+/// Runs both methods to certificates of `tolerance`. Tractions may differ by 1e-6 of the peak pressure.
 fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     let by = |method| {
         let options = SolverOptions { tolerance, method, ..SolverOptions::default() };
@@ -37,8 +37,8 @@ fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     }
 }
 
-/// Truth: the projected gradient with Barzilai-Borwein steps, an independent algorithm, reaches the same state; meshed bodies, half-spaces
-/// and rigid ones, friction, shifts, wear at both ends of a stroke.
+/// Truth: the projected gradient with Barzilai-Borwein steps, an independent algorithm, reaches the same state. The cases are
+/// meshed bodies, half-spaces and rigid bodies, with friction, shifts, and wear at both ends of a stroke.
 #[test]
 fn every_pair_of_bodies_by_newton() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
@@ -60,7 +60,7 @@ fn every_pair_of_bodies_by_newton() {
     }
 }
 
-/// Truth: as above, under a prescribed normal force: the contact grows from the first cell on, and shrinks again.
+/// Truth: as above, under a prescribed normal force. The contact grows from the first cell on, and shrinks again.
 #[test]
 fn forces_by_newton() {
     let model = sphere_on_frp(30.0, 1.2, 20);
@@ -69,8 +69,8 @@ fn forces_by_newton() {
     same_as_bb("frictionless", &bare, &[press(700.0), press(20.0), indent(0.01)], 1e-9);
 }
 
-/// Truth: `str-friction-large`: tilted fibres, coefficients up to 2: a certified answer or a loud refusal; what is certified is what
-/// Barzilai-Borwein steps certify where the answer is unique (up to 0.5).
+/// Truth: `str-friction-large`: tilted fibres, friction coefficients up to 2. The result is certified, or the run reports that it
+/// did not converge. Where the solution is unique (up to 0.5), Barzilai-Borwein steps certify the same result.
 #[test]
 fn any_coefficient_by_newton() {
     for mu in [1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

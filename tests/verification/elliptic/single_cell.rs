@@ -1,4 +1,4 @@
-//! A contact of one cell, where everything is known in closed form.
+//! A contact of one cell, with closed forms.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use orthowear::laws::wear::WearLaw;
 use crate::common::{press, relative, shift, solve, solve_with, step};
 use crate::observed::pull;
 
-/// S of one cell of unit area, (x, y, n).
+/// Flexibility S of one cell of unit area, (x, y, n).
 struct OneCell(Matrix3<f64>);
 
 impl Flexibility for OneCell {
@@ -49,14 +49,14 @@ fn cell(flexibility: Matrix3<f64>, friction: FrictionLaw) -> Model {
     }
 }
 
-/// mu1 = 0.1 along an axis `turned` from x, mu2 = 0.2 across, on a block as good as rigid along the surface.
+/// A block that is practically rigid along the surface, with mu1 = 0.1 along an axis at `turned` degrees from x, mu2 = 0.2 across.
 fn block(turned: f64) -> Model {
     let friction = FrictionLaw::Elliptic { mu: [0.1, 0.2], angle: f64::to_radians(turned) };
     cell(Matrix3::from_diagonal(&[1e-12, 1e-12, 1.0].into()), friction)
 }
 
-/// Truth: `ellipse-sliding-direction` (Zmitrowicz 1981): a block under N = 1 moved at theta from the first axis drags with (tx, ty), to 1e-10; the
-/// axes of friction lie anywhere on the frame.
+/// Truth: `ellipse-sliding-direction` (Zmitrowicz 1981). A block under N = 1 moved at theta from the first axis has the friction
+/// force (tx, ty), to 1e-10. The axes of friction have any direction on the frame.
 #[test]
 fn a_block_moved_in_a_given_direction() {
     let cases = [
@@ -75,7 +75,7 @@ fn a_block_moved_in_a_given_direction() {
             for k in 0..2 {
                 assert!((found[k] - wanted[k]).abs() < 1e-10, "{turned} {theta}: {found:?} {wanted:?}");
             }
-            // Power: effective coefficient along the way.
+            // Power: effective coefficient along the direction of motion.
             let along_way = sin_cos(turned + theta, found);
             let (s, c) = f64::to_radians(theta).sin_cos();
             assert!(relative(along_way, (0.1 * c).hypot(0.2 * s)) < 1e-10, "{turned} {theta}");
@@ -89,8 +89,9 @@ fn sin_cos(angle: f64, force: [f64; 2]) -> f64 {
     c * force[0] + s * force[1]
 }
 
-/// Truth: `ellipse-critical-pull` (Zmitrowicz 1989): the force at 30 and 60 degrees beyond which nothing holds the block, to 1e-8: held below,
-/// reported as gross sliding above. Moved along the direction of slip of the catalogue it drags along that of the pull.
+/// Truth: `ellipse-critical-pull` (Zmitrowicz 1989): the force at 30 and 60 degrees beyond which friction does not hold the block,
+/// to 1e-8. Below it the block sticks, above it the run reports gross sliding. If the block moves along the catalogue's direction
+/// of slip, its friction force has the direction of the pull.
 #[test]
 fn a_block_pulled_in_a_given_direction() {
     for (pulled, critical, slips) in [(30.0, 0.1109400392, 8.213210702), (60.0, 0.1511857892, 23.41322445)] {
@@ -98,7 +99,7 @@ fn a_block_pulled_in_a_given_direction() {
             let (s, c) = f64::to_radians(pulled + turned).sin_cos();
             let friction = FrictionLaw::Elliptic { mu: [0.1, 0.2], angle: f64::to_radians(turned) };
             let model = cell(Matrix3::from_diagonal(&[1.0, 1.0, 1.0].into()), friction);
-            // The published value has 10 digits; its formula is checked with it.
+            // The published value has 10 digits. It checks the exact formula.
             let (sp, cp) = f64::to_radians(pulled).sin_cos();
             let exact = 1.0 / (cp / 0.1).hypot(sp / 0.2);
             assert!(relative(exact, critical) < 1e-9);
@@ -117,8 +118,8 @@ fn a_block_pulled_in_a_given_direction() {
     }
 }
 
-/// Klarbring's point: K = [[1, -1.5], [-1.5, 4]] in (u_t, u_n), u_n into the obstacle; as a flexibility for tractions on the point, the normal
-/// gap being -u_n, and with another tangential direction that nothing moves.
+/// Klarbring's point: K = [[1, -1.5], [-1.5, 4]] in (u_t, u_n), u_n into the obstacle. The model has it as a flexibility for
+/// tractions on the point, with the normal gap -u_n. A second tangential direction is uncoupled and not loaded.
 fn klarbring(mu: f64) -> Model {
     let determinant = 4.0 - 2.25;
     let (tt, tn, nn) = (4.0 / determinant, 1.5 / determinant, 1.0 / determinant);
@@ -126,7 +127,7 @@ fn klarbring(mu: f64) -> Model {
     cell(flexibility, FrictionLaw::Coulomb { mu })
 }
 
-/// The force F = (-1, 1.2) moves the free point by K⁻¹ F: its shift and its approach.
+/// Shift and approach of the free point under the force F = (-1, 1.2): K⁻¹ F.
 fn loaded() -> Step {
     Step {
         normal: Some(Normal::Approach(-0.3 / 1.75)),
@@ -141,8 +142,8 @@ fn point(result: &RunResult) -> [f64; 4] {
     [state.gap[0], -state.gap[2], state.tractions[0], state.tractions[2]]
 }
 
-/// Truth: `non-unique-single-node` (Klarbring 1990): open, stick and slip all satisfy the laws for mu = 1; what is returned is one of them to
-/// 1e-9, the same on every run; for mu = 0.5 only the open state is one.
+/// Truth: `non-unique-single-node` (Klarbring 1990). Open, stick and slip all satisfy the laws for mu = 1. The result is one of
+/// them to 1e-9, the same on every run. For mu = 0.5 only the open state is a solution.
 #[test]
 fn a_point_with_three_answers() {
     let answers =
@@ -162,8 +163,8 @@ fn a_point_with_three_answers() {
     }
 }
 
-/// Truth: `str-friction-large` for the point, mu from 0 to 2, come to by pressing first and moving then: a state that satisfies its own
-/// equations u = u_free + S R and the laws; above mu = 1 a loud refusal is allowed.
+/// Truth: `str-friction-large` for the point, mu from 0 to 2, first pressed and then moved. The state satisfies its own equations
+/// u = u_free + S R and the laws. Above mu = 1 the run may report that it did not converge.
 #[test]
 fn a_point_with_any_coefficient() {
     for mu in [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {
@@ -177,7 +178,7 @@ fn a_point_with_any_coefficient() {
     }
 }
 
-/// A state that satisfies the laws of the point, or a reason.
+/// Asserts that the state satisfies the laws of the point, or that the run did not converge with mu > 1.
 fn point_is_certified(mu: f64, result: &RunResult) {
     for record in &result.records {
         assert!(!record.converged || record.certificate.natural_residual <= 1e-8, "mu {mu}");

@@ -1,4 +1,4 @@
-//! Gross sliding: the total friction depends on the direction of slip alone.
+//! Gross sliding: the total friction depends on the direction of slip only.
 
 use orthowear::evolution::records::Outcome;
 use orthowear::laws::friction::FrictionLaw;
@@ -18,9 +18,10 @@ fn profile(name: &str) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Truth: `gross-slip-any-pressure`, P = 1000, slip at 30 degrees from the first axis: (65.46536707, 151.1857892) to 1e-8 under any profile, of
-/// isotropic and of fibre-reinforced bodies whose pressures the friction moves; and `ellipse-sliding-direction` through the
-/// elastic solver (1e-6) for four directions. The motion is 1e10 mm, so that displacements of the surfaces do not turn the slip.
+/// Truth: `gross-slip-any-pressure`, P = 1000, slip at 30 degrees from the first axis: (65.46536707, 151.1857892) to 1e-8 under any
+/// profile. Bodies are isotropic, or fibre-reinforced with pressures that change with friction. Also `ellipse-sliding-direction`
+/// through the elastic solver (1e-6) for four directions. The motion is 1e10 mm, so that displacements of the surfaces do not turn
+/// the slip.
 #[test]
 fn total_friction_does_not_depend_on_the_profile() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");

@@ -1,4 +1,4 @@
-//! Whole states under elliptic friction: axes that do not see each other, and the laws cell by cell.
+//! Whole states under elliptic friction: axes that do not affect each other, and the laws cell by cell.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -9,8 +9,8 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, im7, indent, press, shift, solve_with, sphere, sphere_on_frp, steel};
 use crate::observed::{audit, follow, press_and_pull, pull, radius};
 
-/// Truth: `ellipse-principal-partial-slip`: pulled along the first axis with 0.6 mu1 P, equal bodies of nu = 0 answer as with mu = mu1 whatever mu2:
-/// c / a = 0.7368062997 within one cell; shift and tractions the same to 1e-6.
+/// Truth: `ellipse-principal-partial-slip`. Pulled along the first axis with 0.6 mu1 P, equal bodies of nu = 0 respond as with mu =
+/// mu1, for any mu2. c / a = 0.7368062997 within one cell. Shift and tractions are the same to 1e-6.
 #[test]
 fn the_other_axis_is_not_felt() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -47,10 +47,10 @@ fn the_other_axis_is_not_felt() {
     }
 }
 
-/// Truth: `ellipse-law-residuals`: no cell of any converged state violates a law: gaps, pressures, ellipses, no slip inside the ellipse, slip
-/// along its inward normal within 0.1 degrees, no negative dissipation; 1e-6 of the peak pressure and of a cell's displacement
-/// under it, for residuals of 1e-8. Fibres at 0 to 90 degrees, moved to and fro, by shifts and by forces; an ellipse across the
-/// material's axes.
+/// Truth: `ellipse-law-residuals`: no cell of any converged state violates a law. The laws are gaps, pressures, ellipses, no slip
+/// inside the ellipse, slip along its inward normal within 0.1 degrees, no negative dissipation. Residuals of 1e-8 allow 1e-6 of
+/// the peak pressure and of a cell's displacement under it. Fibres lie at 0 to 90 degrees, moved to and fro by shifts and forces.
+/// One ellipse is oblique to the axes of the material.
 #[test]
 fn every_cell_obeys_the_laws() {
     let mut models: Vec<_> = [0.0, 30.0, 60.0, 90.0].map(|tilt| sphere_on_frp(tilt, 1.2, 24)).into();
@@ -74,7 +74,7 @@ fn every_cell_obeys_the_laws() {
             assert!(found.passes(1e-6), "model {number}, {} {}: {found:?}", record.name, record.increment);
         }
     }
-    // The audit notices: a state with one traction turned round, one with a gap closed too far.
+    // The audit must detect one reversed traction, and one gap that is closed too far.
     let (_, mut fields) = follow(&models[1], &steps[..3], &SolverOptions::default());
     let state = fields.last_mut().expect("fields");
     let n = state.gap.len() / 3;

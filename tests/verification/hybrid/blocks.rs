@@ -1,4 +1,4 @@
-//! Blocks for the near field of a half-space: half-width and depth `w`, clamped at the base, cells smaller towards the edges.
+//! Blocks for the near field of a half-space: half-width and depth `w`, clamped at the base, with smaller cells towards the edges.
 
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::HalfSpaceFit;
@@ -15,17 +15,17 @@ use crate::fem_meshes::block;
 /// Half-width of the frame.
 pub const FRAME: f64 = 1.2;
 
-/// CFRP of the trial, transversely isotropic, its fibre out of the surface by 30 degrees.
+/// CFRP, transversely isotropic, with its fibre 30 degrees out of the surface.
 pub fn cfrp() -> Stiffness {
     im7(30.0)
 }
 
-/// Position in (0, 1) of cells that become `ratio` times smaller from the first to the last, `n` of them in all.
+/// Position in (0, 1) on a line of `n` cells that become `ratio` times smaller from the first to the last.
 fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     if n < 2 || ratio == 1.0 {
         return t;
     }
-    // Nodes at k / n go to sums of a geometric series; those in between halve their cells.
+    // Nodes at k / n map to sums of a geometric series. Nodes between them halve their cells.
     let q = ratio.powf(-1.0 / (n as f64 - 1.0));
     let ends = |k: f64| (1.0 - q.powf(k)) / (1.0 - q.powf(n as f64));
     let first = (t * n as f64).floor().min(n as f64 - 1.0);
@@ -33,8 +33,8 @@ fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     ends(first) + share * (ends(first + 1.0) - ends(first))
 }
 
-/// A block under z = 0 of `n` cells along each edge, those in the middle and at the top `ratio` times larger than at the edges of
-/// the base.
+/// A block under z = 0 with `n` cells along each edge. Cells in the middle and at the top are `ratio` times larger than at the
+/// edges of the base.
 pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     let across = |x: f64| {
         let from_middle = 2.0 * x - 1.0;
@@ -43,12 +43,12 @@ pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     block(kind, [n; 3], [1.0; 3], |[x, y, z]| [across(x), across(y), -w * shrinking(1.0 - z, n, ratio)])
 }
 
-/// The same as a body of one material.
+/// The same block as a body of one material.
 pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> FeSpec {
     spec(mesh(kind, w, n, ratio), stiffness.clone(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// The body with the near field of a half-space under a frame about the middle of its top.
+/// The body with the near field of a half-space, under a frame about the middle of its top.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
     HybridBody::new(spec, (contact, side), frame, &site, &CondensationResources::default()).unwrap()

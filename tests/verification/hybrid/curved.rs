@@ -1,4 +1,4 @@
-//! Bodies whose contact surface is curved.
+//! Bodies with a curved contact surface.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::common::{Silent, indent, steel};
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::add_cells;
 
-/// A block of half-width and depth 6 whose top has these curvatures along x and y, deepest at the corners.
+/// A block of half-width and depth 6. Its top has these curvatures along x and y and is deepest at the corners.
 fn capped(cells: usize, [along_x, along_y]: [f64; 2]) -> FeSpec {
     let w = 6.0;
     let mut mesh = mesh(Hex8, w, cells, 1.0);
@@ -35,7 +35,8 @@ fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// Change of the load by the curvatures of the top with the same gap: here, and on condensed meshes.
+/// Change of the load due to the curvatures of the top, with the same gap: with the near field of a half-space, and on condensed
+/// meshes.
 fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
@@ -52,24 +53,24 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     [finite(curvatures) / finite([0.0; 2]) - 1.0, meshed(curvatures) / meshed([0.0; 2]) - 1.0]
 }
 
-/// Truth: with the same gap a cap of radius 50 bears less than a block, by 1.9e-3 as condensed meshes say; what its surface beyond
-/// the contact lacks is found here, what the contact itself does by not being plane is the idealisation of a half-space: 1.5e-3
-/// together.
+/// Truth: with the same gap a cap of radius 50 carries less than a block, by 1.9e-3 according to condensed meshes. The correction
+/// includes the effect of the surface beyond the contact. The half-space idealises the contact itself as plane. The difference is
+/// below 1.5e-3.
 #[test]
 fn cap_of_a_sphere() {
     let [finite, meshed] = changes([1.0 / 50.0; 2]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 1.5e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: as [`cap_of_a_sphere`], of a cylinder: half of the curvature.
+/// Truth: as [`cap_of_a_sphere`], for a cylinder: half of the curvature.
 #[test]
 fn back_of_a_cylinder() {
     let [finite, meshed] = changes([1.0 / 50.0, 0.0]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 0.8e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: the surface of a body goes on beyond the group that the user calls its contact; what is not the same surface, a step down beside
-/// it, is an edge.
+/// Truth: the surface of a body continues beyond the group that the user gives as contact. A step down beside it is not the same
+/// surface: it is an edge.
 #[test]
 fn surfaces_go_on_beyond_the_group() {
     let frame = ContactFrame::grid([1.9; 2], [8; 2], [0.0; 2], 0.0).unwrap();
@@ -91,14 +92,14 @@ fn surfaces_go_on_beyond_the_group() {
     let whole = HalfSpaceFit::find(&with_middle(&|_| {}), "z1", Side::Lower, &frame).unwrap().unwrap();
     let middle = HalfSpaceFit::find(&with_middle(&|_| {}), "middle", Side::Lower, &frame).unwrap().unwrap();
     assert_eq!(whole, middle);
-    // Nodes of the top beyond x = 2 lie deeper by half a cell.
+    // Nodes of the top beyond x = 2 lie half a cell deeper.
     let step = |x: &mut [f64; 3]| x[2] -= if x[0] > 2.5 && x[2] > -1.5 { 0.5 } else { 0.0 };
     let why = HalfSpaceFit::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
     assert!(why.0.contains("an edge of the body"), "{}", why.0);
 }
 
-/// Truth: a frame lies on a plane face however small it is and wherever; a frame on one face of a sphere sees its height,
-/// (x² + y²) / 2R at its corners.
+/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. A frame on one face of a sphere has the
+/// height of the face, (x² + y²) / 2R at its corners.
 #[test]
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {

@@ -1,5 +1,5 @@
-//! Fields of bodies with the near field of a half-space: they satisfy the supports, balance the tractions, and agree with those of a
-//! condensed mesh.
+//! Fields of bodies with the near field of a half-space. They satisfy the supports, balance the tractions, and agree with those of
+//! a condensed mesh.
 
 use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex27};
@@ -7,7 +7,7 @@ use orthowear::frame::{ContactFrame, Side};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 
-/// A bump of pressure with a tangential traction on half of it, `[3, N]` by planes on body 2.
+/// A bump of pressure on body 2, with a tangential traction on half of it, `[3, N]` by planes.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let n = frame.n_cells();
     let mut tractions = vec![0.0; 3 * n];
@@ -20,8 +20,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
     tractions
 }
 
-/// Truths: the base is held; the stresses on planes across the block carry the resultant of the tractions; the displacement of the
-/// surface under the frame is the gap that the operator gives; the error of the correction's stress is small.
+/// Truths: the base does not move. The stresses on planes across the block carry the resultant of the tractions. The displacement
+/// of the surface under the frame is the gap that the operator gives. The estimated error of the correction's stress is small.
 #[test]
 fn supports_and_balance() {
     let (w, n) = (3.0, 8);
@@ -46,7 +46,7 @@ fn supports_and_balance() {
         if x[2] == 0.0 && x[0].abs() < 1.0 && x[1].abs() < 1.0 {
             let cells: Vec<usize> = (0..m).filter(|cell| near(cell) < 0.004).collect();
             for c in 0..3 {
-                // Of body 1: the gap is that of body 2 less that of body 1.
+                // Displacement of body 1: the gap is that of body 2 less that of body 1.
                 let mean = -cells.iter().map(|cell| gap[c * m + cell]).sum::<f64>() / cells.len() as f64;
                 assert!((mean - u[c]).abs() < 1e-2 * largest, "{x:?} {c}: {mean} {u:?}");
             }
@@ -82,7 +82,7 @@ fn supports_and_balance() {
     assert!(error < 0.2, "{error}");
 }
 
-/// Truth: the displacement of the condensed mesh away from the contact; 1 % of the largest, which that mesh has there itself.
+/// Truth: the displacement of the condensed mesh away from the contact. 1 % of the largest is the error of that mesh itself.
 #[test]
 fn displacement_of_a_condensed_mesh() {
     let frame = frame(8);

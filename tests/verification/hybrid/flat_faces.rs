@@ -1,4 +1,4 @@
-//! Flat faces of curved surfaces, bowed as the surface they stand for.
+//! Flat faces of curved surfaces, with a correction for the curvature of the surface that they approximate.
 
 use orthowear::body::RigidBody;
 use orthowear::coupling::surface_distance;
@@ -23,13 +23,13 @@ fn sphere(x: f64, y: f64) -> f64 {
     R - (R * R - x * x - y * y).sqrt()
 }
 
-/// A cylinder whose axis is turned by 0.4 from x.
+/// A cylinder whose axis is turned by 0.4 rad from x.
 fn cylinder(x: f64, y: f64) -> f64 {
     let across = y * 0.4f64.cos() - x * 0.4f64.sin();
     R - (R * R - across * across).sqrt()
 }
 
-/// A block of half-width 2 whose top is this surface, `n` uneven cells along each side.
+/// A block of half-width 2 whose top is this surface, with `n` uneven cells along each side.
 fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     block(kind, [n, n, 2], [1.0; 3], |[x, y, z]| {
         let [s, t] = [2.0 * x - 1.0, 2.0 * y - 1.0];
@@ -38,7 +38,7 @@ fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     })
 }
 
-/// The largest errors of the mean heights over cells of 0.05 mm: of the flat faces, and of the bowed ones.
+/// Largest errors of the mean heights over cells of 0.05 mm: of the flat faces, and of the corrected ones.
 fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.05, -0.1], 0.0).unwrap();
     let faces = group_faces(mesh, "z1").unwrap();
@@ -59,9 +59,9 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     [largest(&surface.mean_heights), largest(&bowed)]
 }
 
-/// Truth: spheres and cylinders. Chords cut off h^2 / 8R along each direction (order 2); with the curvature of the surface the heights
-/// converge with the order 4 of the quadratic through nodes on it, one less where the mesh is uneven, and are an order of magnitude
-/// better on faces of a fortieth of the radius already.
+/// Truth: spheres and cylinders. Chords cut off h^2 / 8R along each direction (order 2). With the curvature of the surface the
+/// heights converge with order 4, that of the quadratic through nodes on it. The order is one less where the mesh is uneven. On
+/// faces of a fortieth of the radius the heights are already an order of magnitude better.
 #[test]
 fn bowed_faces_follow_the_surface() {
     for (kind, depth) in [(Hex8, sphere as Depth), (Hex8, cylinder), (Tet4, sphere), (Tet4, cylinder)] {
@@ -73,7 +73,7 @@ fn bowed_faces_follow_the_surface() {
     }
 }
 
-/// Truth: a plane is not bowed, and neither is a roof: its ridge, an edge of the mesh, is a crease.
+/// Truth: a plane gets no correction, and neither does a roof: its ridge, an edge of the mesh, is a crease.
 #[test]
 fn what_is_plane_stays_so() {
     let roof = |x: f64, _: f64| 0.5 * x.abs();
@@ -93,7 +93,8 @@ fn what_is_plane_stays_so() {
     }
 }
 
-/// Truth: the sphere itself: a body with the near field of a half-space has its gap, to a twentieth of what its faces cut off.
+/// Truth: the sphere itself. A body with the near field of a half-space has its gap, to a twentieth of the height that the flat
+/// faces cut off.
 #[test]
 fn the_gap_of_a_half_space_under_a_mesh() {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.0; 2], 0.0).unwrap();

@@ -14,7 +14,7 @@ use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift, usu
 use crate::fem_bodies::{clamp, spec};
 use crate::structured::GradedBlock;
 
-/// Normal and tangential force after indentation and shift, and worn volume after cycles.
+/// Normal and tangential force after indentation and shift, and wear volume after cycles.
 fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     let mut model = sphere_on(body, Side::Lower, frame);
     (model.friction, model.wear) = (frp_friction(30.0), frp_wear(30.0));
@@ -26,8 +26,8 @@ fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     [moved.normal_force, moved.tangential_force[0], moved.tangential_force[1], worn]
 }
 
-/// Truth: the condensed meshes converge to the answer that needs no mesh at the contact, whose own error is a few thousandths; all
-/// blocks of the tangential flexibility take part.
+/// Truth: the condensed meshes converge to the solution that needs no mesh at the contact, whose own error is a few thousandths.
+/// All blocks of the tangential flexibility take part.
 #[test]
 fn indentation_shift_and_wear() {
     let condensed = |cells: usize, patch: usize| {

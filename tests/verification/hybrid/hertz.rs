@@ -35,7 +35,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
     }
 }
 
-/// Load at an approach of 0.02 mm without friction, on 64 x 64 cells; and unknowns.
+/// Load at an approach of 0.02 mm without friction, on 64 x 64 cells, and number of unknowns.
 fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
     let frame = frame(64);
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
@@ -46,8 +46,8 @@ fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffne
     (result.records[0].normal_force, body.n_free())
 }
 
-/// Truth: loads of an independent program (half-space with a far field of hex27 14³, extrapolated in the frame; certain to 1e-4 of
-/// steel and 1e-3 of CFRP); an infinite half-space bears 6154 N and 372 N. 64 cells add 1e-4.
+/// Truth: loads of an independent program (half-space with a far field of hex27 14³, extrapolated in the frame). They are certain
+/// to 1e-4 for steel and 1e-3 for CFRP. An infinite half-space carries 6154 N and 372 N. 64 cells add 1e-4.
 #[test]
 fn loads_of_blocks() {
     let (steel, cfrp) = (steel(), cfrp());

@@ -1,4 +1,4 @@
-//! The operator on the frame: invariants, windows, either side, layers.
+//! The operator on the frame: invariants, windows, both sides, layers.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};
 use crate::common::steel;
 use crate::fem_bodies::{clamp, spec};
 
-/// Numbers between -1 and 1 without a pattern.
+/// Pseudo-random numbers between -1 and 1.
 fn random(n: usize) -> Vec<f64> {
     let mut state = 12_345_u64;
     (0..n)
@@ -43,9 +43,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     difference / largest(&mut b.iter().map(|b| b.abs()))
 }
 
-/// Truths: A S is symmetric; the normal part is that of the whole; gaps summed cell by cell and the diagonal blocks are those of the
-/// product; a window holds the rows and columns of its cells, on coarser cells those of uniform tractions on them up to the
-/// curvature within a cell.
+/// Truths: A S is symmetric. The normal part is that of the whole operator. Direct sums cell by cell and the diagonal blocks are
+/// those of the product. A window holds the rows and columns of its cells.
 #[test]
 fn products_windows_and_entries() {
     let frame = frame(24);
@@ -85,8 +84,8 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: a body turned over about x and seen from the other side is the same body: tangential forces along x and normal ones keep
-/// their gaps, those along y and their gaps change sign with y.
+/// Truth: a body turned about x and seen from the other side is the same body. Tangential forces along x and normal forces keep
+/// their gaps. Forces along y and their gaps change sign with y.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -100,7 +99,7 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy); forces on body 1 are those on body 2 reversed, and so are their shares in the gap.
+    // Cell (ix, iy) becomes (ix, 15 - iy). Forces on body 1 are those on body 2 reversed, and so are their shares of the gap.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);
@@ -109,14 +108,14 @@ fn either_side_of_the_frame() {
         };
         (0..3 * n).map(at).collect()
     };
-    // Body 2 at rest under tractions t moves as body 1 under their mirror image.
+    // Body 2 moves under tractions t as body 1 moves under their mirror image.
     let found = product(&*above, &tractions);
     let wanted = mirrored(&product(&*below, &mirrored(&tractions)));
     assert!(apart(&found, &wanted) < 1e-9, "{}", apart(&found, &wanted));
 }
 
-/// Truth: two bodies with half-spaces go into one operator of the summed Green's function; with nothing skipped they are summed as they
-/// are.
+/// Truth: two bodies with half-spaces form one operator of the summed Green's function. With nothing omitted their operators are
+/// summed as they are.
 #[test]
 fn two_bodies() {
     let frame = frame(16);
@@ -141,7 +140,7 @@ fn two_bodies() {
     assert!(coupled.flexibility.grid().is_some() && coupled.skipped.len() == 1);
 }
 
-/// Plies of these stiffnesses, each down to its depth.
+/// Plies with these stiffnesses, each down to its depth.
 fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
@@ -159,9 +158,8 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     RegionMaterial::Layup(all)
 }
 
-/// Truths: layers of one material are that material; a layer of 1.2 mm on a base that is ten times softer moves under uniform pressure as
-/// the condensed mesh says it does, and both come nearer to each other with finer meshes (the half-space's own error is
-/// within the volume term).
+/// Truths: layers of one material are that material. A layer of 1.2 mm on a base ten times softer moves under uniform pressure as
+/// on the condensed mesh. Both approach each other with finer meshes (the half-space's own error is within the volume term).
 #[test]
 fn layers() {
     let (hard, soft) = (steel(), Stiffness::isotropic(21e3, 0.3).unwrap());

@@ -1,4 +1,4 @@
-//! What loads, prescribed displacements and weight of a body do to its surface under the frame.
+//! Displacement of the surface under the frame due to loads, prescribed displacements and weight of the body.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 use orthowear::bem::half_space::CrossBlocks::Keep;
@@ -17,7 +17,7 @@ use crate::common::{assert_order, steel};
 use crate::fem_bodies::{ALL, clamp, spec};
 use crate::fem_meshes::{boundary_nodes, prescribe};
 
-/// Displacement of the surface at the cells of the frame, mm, from the gap that it makes.
+/// Displacement of the surface at the cells of the frame, mm, from the free gap of the body.
 fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
     let body = hybrid(spec, "z1", Side::Lower, frame);
     let gap = body.free_gap().unwrap().to_vec();
@@ -25,12 +25,12 @@ fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
     (0..n).map(|cell| -Point::new(gap[cell], gap[n + cell], gap[2 * n + cell])).collect()
 }
 
-/// Largest distance from `exact` at the centres of the cells.
+/// Largest distance from the displacement `exact` at the centres of the cells.
 fn off(found: &[Point], frame: &ContactFrame, exact: impl Fn(&Point) -> Point) -> f64 {
     found.iter().zip(&frame.centers).map(|(u, x)| (u - exact(x)).norm()).fold(0.0, f64::max)
 }
 
-/// Faces of the group "z1" whose middle is `inside` as a group of their own.
+/// Adds a group of the faces of "z1" whose middle is `inside`.
 fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     let top = mesh.groups.iter().find(|group| group.name == "z1").unwrap();
     let middle = |nodes: &[usize]| -> Point {
@@ -41,8 +41,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Error under the frame over the largest displacement, of a block in uniform stress: all faces loaded, also that under the frame, and the
-/// base moved with a strain and a turn.
+/// Error under the frame, over the largest displacement, of a block in uniform stress. All faces are loaded, including that under
+/// the frame. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -62,8 +62,8 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the strain of uniform stress, to the accuracy of the quadrature: the elements have it exactly, and so has the work of the
-/// support between its nodes.
+/// Truth: the strain of uniform stress, to the accuracy of the quadrature. The elements represent it exactly, and so does the work
+/// of the support between its nodes.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
@@ -74,8 +74,8 @@ fn uniform_stress() {
     }
 }
 
-/// Truth: a rigid motion of the support moves the surface rigidly, to rounding; a foundation that resists it lets the body lag behind,
-/// and a uniform shift of both is the shift again.
+/// Truth: a rigid motion of the support moves the surface rigidly, to rounding. A soft foundation leaves a shift of the support
+/// unchanged, and a stiff one lets the body lag behind.
 #[test]
 fn rigid_motions() {
     let frame = frame(8);
@@ -99,8 +99,8 @@ fn rigid_motions() {
     assert!(held < 0.009, "{held}");
 }
 
-/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain; the estimated
-/// error covers what is left of it on meshes of first order, also with cells that are larger in the middle.
+/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain. On
+/// meshes of first order the estimated error covers the remaining error, also with cells that are larger in the middle.
 #[test]
 fn weight() {
     let frame = frame(8);
@@ -123,7 +123,8 @@ fn weight() {
     }
 }
 
-/// Relative error under the frame where everything but the top, and part of that beside the frame, moves as by a force on its plane beside the body.
+/// Relative error under the frame. All boundaries but the top, and part of the top beside the frame, move as by a force on its
+/// plane beside the body.
 fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
     let frame = frame(8);
     let mut mesh = mesh(kind, 3.0, cells, 1.0);
@@ -141,8 +142,8 @@ fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &P
     off(&found, &frame, exact) / frame.centers.iter().map(|x| exact(x).norm()).fold(0.0, f64::max)
 }
 
-/// Truth: the field of a force beside the body, which also part of the plane of the contact is moved by; orders of the energy, twice those
-/// of the displacement's gradient.
+/// Truth: the field of a force beside the body, which also moves part of the plane of the contact. Errors have the orders of the
+/// energy, twice those of the displacement's gradient.
 #[test]
 fn moved_boundaries() {
     let (steel, cfrp) = (steel(), cfrp());
@@ -174,7 +175,7 @@ fn pads_beside_the_frame() {
         let n = large.n_cells();
         let mut tractions = vec![0.0; 3 * n];
         for (cell, _) in large.centers.iter().enumerate().filter(|(_, x)| pad(x)) {
-            // On body 2.
+            // Tractions on body 2.
             (0..3).for_each(|c| tractions[c * n + cell] = -traction[c]);
         }
         let mut gap = vec![0.0; 3 * n];
@@ -188,8 +189,8 @@ fn pads_beside_the_frame() {
     }
 }
 
-/// Truth: the same body with ten elements of second order along each edge, whose nodes are read off; the estimated error covers what a
-/// coarse mesh errs by, and is of its size.
+/// Truth: the nodes of the same body with ten elements of second order along each edge. The estimated error covers the error of a
+/// coarse mesh, and is of its size.
 #[test]
 fn pressed_from_the_side() {
     let frame = frame(6);
@@ -198,7 +199,7 @@ fn pressed_from_the_side() {
     let model = FeModel::new(pressed(Hex27, 10)).unwrap();
     let reference = model.condense(&[]).unwrap();
     let mesh = reference.model().mesh().clone();
-    // Nodes of the fine mesh under the frame, which has a cell about each of those compared.
+    // Nodes of the fine mesh under the frame, which has a cell about each compared node.
     let under: Vec<usize> = (0..mesh.n_points())
         .filter(|&node| {
             let [x, y, z] = mesh.points[node];

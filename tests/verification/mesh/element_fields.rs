@@ -1,4 +1,4 @@
-//! `$ElementData`: what gmsh and meshio write, and what is refused.
+//! `$ElementData` in files of gmsh and meshio, and in damaged files.
 
 use std::fs;
 
@@ -26,8 +26,8 @@ PostProcessing.SaveMesh = MESH;
 Save View[0] "view.msh";
 "#;
 
-/// Truth: the script: a view of (0.75, 0.75, 0.75) on each element that gmsh made of a cube of 2 x 2 x 2: 8 solids, 24
-/// faces of the outside, 24 edges, 8 points; in files of both versions and types, with and without the mesh.
+/// Truth: the script. gmsh writes a view of (0.75, 0.75, 0.75) on each element of a cube of 2 x 2 x 2: 8 solids, 24 faces of the
+/// outside, 24 edges, 8 points. Files have both versions and types, with and without the mesh.
 #[test]
 fn what_gmsh_writes_of_a_view_is_read() {
     for (version, binary, with_mesh) in
@@ -84,7 +84,7 @@ fn cell_data_that_meshio_writes_is_read() {
     }
 }
 
-/// Truth: the format; each damage is named with its line.
+/// Truth: the format. The message names each damage with its line.
 #[test]
 fn damaged_fields_are_refused() {
     let head = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
@@ -96,7 +96,7 @@ fn damaged_fields_are_refused() {
         gmsh::read_fields(&path).map_err(|error| error.to_string())
     };
     let whole = format!("{head}{sound}{}", sound.replace("7 1 0 0", "7 5 5 5"));
-    // The second time step of a field is left out, and the user is warned once, however many there are.
+    // The second time step of a field is omitted. The user gets one warning, however many steps there are.
     let (fields, warnings) = read(&format!("{whole}{}", &whole[head.len()..])).expect("sound");
     assert_eq!((fields.len(), &fields[0].values[..]), (1, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0][..]));
     assert!(warnings.len() == 1 && warnings[0].contains("\"f\" has several time steps"), "{warnings:?}");

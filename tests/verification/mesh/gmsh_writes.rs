@@ -1,4 +1,4 @@
-//! What gmsh writes is read, in both versions and both file types.
+//! Files that gmsh writes, in both versions and both file types.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs;
@@ -12,15 +12,15 @@ use orthowear::mesh::{Mesh, gmsh};
 
 use super::tools;
 
-/// Numbers of cells by kind, of points, and of cells by group: what must not depend on the file's format.
+/// Numbers of cells by kind, of points, and of cells by group. They must not depend on the format of the file.
 pub fn counts(mesh: &Mesh) -> BTreeMap<String, usize> {
     let kinds = mesh.blocks.iter().map(|b| (b.kind.name().to_string(), b.n_cells()));
     let groups = mesh.groups.iter().map(|g| (format!("{} of dimension {}", g.name, g.dim), g.cells.len()));
     kinds.chain(groups).chain([("points".to_string(), mesh.n_points())]).collect()
 }
 
-/// Asserts that each group has the same points in both meshes, as sets, to 1e-12: text of 16 digits moves a
-/// coordinate of 12 mm by 1e-15.
+/// Asserts that each group has the same set of points in both meshes, to 1e-12. Text of 16 digits moves a coordinate of 12 mm by
+/// 1e-15.
 pub fn assert_same_group_points(a: &Mesh, b: &Mesh) {
     for group in &a.groups {
         let points = |mesh: &Mesh| -> Vec<[f64; 3]> {
@@ -55,9 +55,9 @@ Physical Curve(77) = {1};
 Physical Point("p", 5) = {1};
 "#;
 
-/// Truth: the geometry. A unit cube of 2 x 2 x 2 elements: 27 (order 2: 125) points, 8 solids, 4 faces in
-/// "contact face", 8 in "both" (one of which is "contact face" again), 2 lines in the unnamed group 77; the
-/// free point at (5, 5, 5) is in no element.
+/// Truth: the geometry. A unit cube of 2 x 2 x 2 elements has 27 (order 2: 125) points, 8 solids and 4 faces in "contact face". It
+/// has 8 faces in "both", including those of "contact face", and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is in
+/// no element.
 #[test]
 fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -88,8 +88,8 @@ fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     }
 }
 
-/// Truth: the .geo scripts as today's gmsh meshes them, in each format; the committed meshes must equal that in
-/// counts, groups and, as sets to 1e-12 mm, in the points of each group.
+/// Truth: the .geo scripts, meshed by the installed gmsh, in each format. The committed meshes must agree in counts, groups and, as
+/// sets to 1e-12 mm, in the points of each group.
 #[test]
 fn committed_meshes_are_what_the_scripts_make() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -103,7 +103,7 @@ fn committed_meshes_are_what_the_scripts_make() {
         let made = gmsh::read(&dir.path().join(name)).expect("a fresh mesh");
         assert_eq!(counts(&committed), counts(&made), "{name}: run scripts/meshes");
         assert_same_group_points(&committed, &made);
-        // The other formats, from the fresh mesh.
+        // The other formats are converted from the fresh mesh.
         for arguments in [&["msh22"][..], &["msh41"], &["msh41", "-bin"]] {
             let out = format!("{}{name}", arguments.concat());
             let mut all = vec!["-save", name, "-o", &out, "-format"];
@@ -122,10 +122,10 @@ fn committed_meshes_are_what_the_scripts_make() {
     assert!(bytes <= 3_000_000, "{bytes} bytes in meshes/");
 }
 
-/// Truth: the dimensions in the scripts: a 24 x 24 x 12 mm block with a 3 x 3 mm patch of 28 x 28 faces whose top is
-/// z = 0; a cap whose lower nodes lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R. The block's
-/// volume is exact to round-off. The cap's is 24² x 12 less the space below it, ∬ (R - √(R² - x² - y²)) dx dy
-/// (Simpson's rule, 560.6 mm³), less what its facets cut off: on average at most 2 h²/12R for cells of h <= 4.5 mm.
+/// Truth: the dimensions in the scripts. The block has 24 x 24 x 12 mm. Its top z = 0 has a patch of 3 x 3 mm with 28 x 28 faces.
+/// Its volume is exact to round-off. The lower nodes of the cap lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R. The
+/// volume of the cap is 24² x 12 less the space below it, ∬ (R - √(R² - x² - y²)) dx dy (Simpson's rule, 560.6 mm³). Its facets cut
+/// off more: on average at most 2 h²/12R for cells of h <= 4.5 mm.
 #[test]
 fn committed_meshes_have_the_dimensions_they_should() {
     let read = |name: &str| gmsh::read(&tools::root().join("meshes").join(name)).expect("a committed mesh");

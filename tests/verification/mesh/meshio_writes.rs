@@ -1,4 +1,4 @@
-//! What meshio writes is read: its .msh files directly, its .vtu and other files through scripts/import-mesh.
+//! Files that meshio writes: .msh files read directly, .vtu and other files read through scripts/import-mesh.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -37,8 +37,8 @@ fn import(dir: &Path, arguments: &[&str]) -> Mesh {
     gmsh::read(&dir.join(arguments[1])).expect("an imported mesh")
 }
 
-/// Truth: the mesh meshio was given: equal numbers, groups, and points to the last bit (meshio's text has 17
-/// digits), from .msh 2.2 and 4.1, text and binary, and from a .vtu, whose groups have numbers only.
+/// Truth: the mesh that meshio was given. Numbers and groups are equal, points to the last bit (meshio's text has 17 digits). Files
+/// are .msh 2.2 and 4.1, text and binary, and a .vtu, whose groups have numbers only.
 #[test]
 fn what_meshio_writes_comes_back_equal() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -47,7 +47,7 @@ fn what_meshio_writes_comes_back_equal() {
         let mut mesh = block.mesh().expect("a block");
         mesh.groups.retain(|group| !group.cells.is_empty());
         let dir = tempfile::tempdir().expect("a temporary folder");
-        // meshio wants $MeshFormat first, and no empty data at the end.
+        // meshio requires $MeshFormat first, and no empty data at the end.
         let bytes = write(&mesh, VARIANTS[0]);
         let at = |section: &[u8]| {
             bytes.windows(section.len()).position(|word| word == section).expect("a section")
@@ -71,7 +71,7 @@ fn what_meshio_writes_comes_back_equal() {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         read.push(("mesh.vtu".to_string(), import(dir.path(), &arguments)));
         for (name, read) in read {
-            // Of a mesh without entities meshio's version 4.1 keeps neither groups nor surfaces.
+            // Without entities, meshio's version 4.1 keeps neither groups nor surfaces.
             if !name.starts_with("41") {
                 assert_eq!(counts(&read), counts(&mesh), "{name}");
                 assert_same_group_points(&read, &mesh);
@@ -92,7 +92,7 @@ Physical Surface("base face") = {body[0]};
 Physical Volume("block") = {body[1]};
 "#;
 
-/// Truth: gmsh's mesh in version 4.1, read here directly; meshio reads it with its entities and writes it anew.
+/// Truth: gmsh's mesh in version 4.1, read directly. meshio reads it with its entities and writes it again.
 #[test]
 fn meshio_keeps_the_groups_of_a_gmsh_file() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -108,7 +108,7 @@ fn meshio_keeps_the_groups_of_a_gmsh_file() {
             let read = gmsh::read(&dir.path().join(name)).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(counts(&read), counts(&given), "{name}");
             assert_same_group_points(&read, &given);
-            // Faces match their solids, so the middle nodes of order 2 stand in gmsh's order.
+            // Faces match their solids, so the middle nodes of order 2 are in gmsh's order.
             assert_eq!(group_faces(&read, "contact").expect("outer faces").len(), 6, "{name}");
         }
     }
@@ -117,7 +117,7 @@ fn meshio_keeps_the_groups_of_a_gmsh_file() {
 const INP: &str = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
                    *ELEMENT, TYPE=C3D8, ELSET=BODY\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=TOP\n5, 6, 7, 8\n";
 
-/// Truth: the text of an Abaqus file: a unit cube, whose node set of the top becomes its top face.
+/// Truth: the text of an Abaqus file, a unit cube. The node set of the top becomes its top face.
 #[test]
 fn node_sets_become_groups_of_faces() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -132,8 +132,8 @@ fn node_sets_become_groups_of_faces() {
     assert_eq!(mesh.group("BODY").expect("the element set").dim, 3);
 }
 
-/// Truth: the cube of [`INP`] with the middle nodes of its edges, and its node set in a file that the deck includes: the set becomes the top
-/// face, of eight nodes. The surface is said to be left out.
+/// Truth: the cube of [`INP`] with the middle nodes of its edges, and its node set in a file that the deck includes. The set
+/// becomes the top face, of eight nodes. The import reports that it omits the surface.
 #[test]
 fn decks_of_order_2_that_include_others() {
     let corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];

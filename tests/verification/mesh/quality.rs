@@ -27,7 +27,7 @@ fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {
     .expect("a valid block")
 }
 
-/// Area vector of faces with straight edges, from the diagonals.
+/// Area vector of a face with straight edges, from its diagonals.
 fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
     let x: Vec<Vector3<f64>> = nodes.iter().map(|&n| mesh.points[n].into()).collect();
     match x.len() {
@@ -36,9 +36,9 @@ fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
     }
 }
 
-/// Truth: geometry of a 6 x 8 x 2.5 box: volume 120 whatever the cells and the distortion of the inside (the
-/// boundary stays), areas 6 of the patch 2 x 3, 42 of the rest, 48 of the base, 70 of the sides; normals outward;
-/// the surfaces together are the outer skin. Tolerance 1e-12: round-off of sums of about 100 terms.
+/// Truth: geometry of a 6 x 8 x 2.5 box. The volume is 120 for all cells and for a distortion of the inside (the boundary stays).
+/// The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides. Normals point outward, and the surfaces
+/// together are the boundary surface. Tolerance 1e-12: round-off of sums of about 100 terms.
 #[test]
 fn structured_blocks_fill_their_box() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -75,7 +75,7 @@ fn structured_blocks_fill_their_box() {
     }
 }
 
-/// Truth: what was asked for. The first cell has the wanted height, cells grow by one ratio.
+/// Truth: the specification. The first cell has the specified height, and cells grow by one ratio.
 #[test]
 fn gradings_are_geometric_from_the_wanted_first_cell() {
     let mesh = graded(BlockElements::Hex8, Side::Lower, 0.0);
@@ -90,8 +90,8 @@ fn gradings_are_geometric_from_the_wanted_first_cell() {
     assert!(x.iter().zip(x.iter().rev()).all(|(a, b)| a == &-b), "symmetric to the last bit");
 }
 
-/// Truth: geometry. Moving a hexahedron's corner through the opposite face folds it; swapping its two quads
-/// turns it inside out; a corner on the line between its neighbours collapses a tetrahedron.
+/// Truth: geometry. Moving a hexahedron's corner through the opposite face folds it. Swapping its two quads turns it inside out. A
+/// corner on the line between its neighbours collapses a tetrahedron.
 #[test]
 fn inverted_and_collapsed_elements_are_named() {
     let cube = GradedBlock::uniform([1.0, 1.0], 2.0, [2, 2, 2]).mesh().expect("a block");
@@ -124,7 +124,7 @@ fn inverted_and_collapsed_elements_are_named() {
     named(&surfaces, &["no solid elements", "gmsh -3"]);
 }
 
-/// Truth: two unit cubes side by side without merging have four points twice; apart they have none.
+/// Truth: two unit cubes side by side without merging have four coincident points. Apart they have none.
 #[test]
 fn unmerged_nodes_are_counted() {
     let cube = GradedBlock::uniform([0.5, 0.5], 1.0, [1, 1, 1]).mesh().expect("a block");
@@ -153,8 +153,8 @@ fn unmerged_nodes_are_counted() {
     assert!(check(&thrice).expect_err("overlap").to_string().contains("share one face"));
 }
 
-/// Truth: V = 1/3 ∮ x·n dS by hand: unit wedge 1/2 x height 2 = 1, pyramid 4 x 1 / 3, tetrahedron 1/6; a
-/// hexahedron whose top is twisted by raising one corner by 1 over a unit square gains 1/4 (mean of bilinear z).
+/// Truth: V = 1/3 ∮ x·n dS by hand: unit wedge 1/2 x height 2 = 1, pyramid 4 x 1 / 3, tetrahedron 1/6. A hexahedron over a unit
+/// square gains 1/4 if one corner of its top is raised by 1 (mean of bilinear z).
 #[test]
 fn volumes_of_all_shapes() {
     let one = |kind: ElementKind, points: Vec<[f64; 3]>| {
@@ -174,7 +174,7 @@ fn volumes_of_all_shapes() {
     assert_relative_eq!(one(ElementKind::Hex8, hex), 1.25, max_relative = 1e-14);
 }
 
-/// Truth: a group of surfaces is refused by name wherever its elements are no faces of the outer skin.
+/// Truth: a group of surfaces is refused by name if an element of it is not a face of the boundary surface.
 #[test]
 fn faces_that_are_not_on_the_outside_are_refused() {
     let mesh = GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 2]).mesh().expect("a block");
@@ -209,7 +209,7 @@ fn faces_that_are_not_on_the_outside_are_refused() {
     assert_eq!(normal(&turned), Vector3::z() * 4.0);
 }
 
-/// Truth: each wrong parameter is named.
+/// Truth: the message names each wrong parameter.
 #[test]
 fn structured_blocks_refuse_what_cannot_be_meshed() {
     let block = GradedBlock::uniform([1.0, 1.0], 1.0, [2, 2, 2]);
@@ -227,8 +227,8 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
 
-/// Truth: a quadrangle is bilinear, the two triangles on it are linear with a kink: joined at four nodes they differ in the
-/// middle. A pyramid fits both; elements of order 2 do not fit those of order 1.
+/// Truth: a quadrangle is bilinear, but two triangles on it are linear with a kink. Joined at four nodes, they differ in the
+/// middle. A pyramid fits both. Elements of order 2 do not fit those of order 1.
 #[test]
 fn faces_of_neighbours_that_do_not_fit_are_counted() {
     let mut points: Vec<[f64; 3]> = [0.0, 1.0]
@@ -260,7 +260,7 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
             .iter()
             .map(|x| [0.5 * (x[0] + 1.0), 0.5 * (x[1] + 1.0), 0.5 * (x[2] + 1.0) + 1.0]),
     );
-    // The lower corners are the upper ones of the cube below.
+    // The lower corners are the upper corners of the cube below.
     let nodes: Vec<usize> = (4..8).chain(8 + 4..8 + 20).collect();
     let mixed = Mesh {
         points: all,

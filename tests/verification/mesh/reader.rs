@@ -9,8 +9,8 @@ use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Cells by the file's number: kind, coordinates of the nodes in order, names of groups. Independent of the
-/// order of nodes and cells.
+/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. Independent of the order of
+/// nodes and cells.
 type Content = BTreeMap<u64, (ElementKind, Vec<[u64; 3]>, BTreeSet<i64>)>;
 
 fn content(mesh: &Mesh) -> Content {
@@ -28,7 +28,7 @@ fn names(mesh: &Mesh) -> BTreeSet<(String, usize, i64)> {
     mesh.groups.iter().map(|g| (g.name.clone(), g.dim, g.tag)).collect()
 }
 
-/// A block with a cell in two groups, a cell in none, and a point, a line and a group of them.
+/// A block with a cell in two groups and a cell in none, and with a point, a line and groups of them.
 fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     let block = GradedBlock { solids, distortion: 0.05, ..GradedBlock::uniform([0.7, 1.0], 1.3, cells) };
     let mut mesh = block.mesh().expect("a block");
@@ -45,7 +45,7 @@ fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// Truth: what was written, to the last bit, by a writer apart from the reader.
+/// Truth: the mesh that was written, to the last bit, by a writer that is independent of the reader.
 #[test]
 fn every_variant_is_read_back_to_the_last_bit() {
     for (solids, cells) in [(BlockElements::Hex8, [3, 2, 2]), (BlockElements::Tet4, [2, 1, 1])] {
@@ -61,7 +61,7 @@ fn every_variant_is_read_back_to_the_last_bit() {
     }
 }
 
-/// Truth: a file cut off anywhere is refused, unless only sections that are not needed are gone.
+/// Truth: a file cut off anywhere is refused, unless only sections that are not needed are missing.
 #[test]
 fn a_file_cut_off_anywhere_is_refused() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -76,7 +76,7 @@ fn a_file_cut_off_anywhere_is_refused() {
     }
 }
 
-/// Truth: damaged bytes (fixed seed) never panic or exhaust the memory, and what is still read is consistent.
+/// Truth: damaged bytes (fixed seed) never cause a panic or exhaust the memory, and every mesh that is still read is consistent.
 #[test]
 fn damaged_bytes_never_panic() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -134,7 +134,7 @@ const V4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \
                   0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
                   0 0 1\n$EndNodes\n$Elements\n1 1 7 7\n3 1 4 1\n7 1 2 3 4\n$EndElements\n";
 
-/// Truth: the text of the file. The free node 9 is left out with a warning; a byte-order mark is passed over.
+/// Truth: the text of the file. The free node 9 is omitted with a warning. A byte-order mark is skipped.
 #[test]
 fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
@@ -151,11 +151,11 @@ fn small_files_mean_what_they_say() {
     }
 }
 
-/// Truth: each contradiction is refused with its place, what was found, and what is allowed.
+/// Truth: each contradiction is refused. The message gives its place, what was found, and what is allowed.
 #[test]
 fn refusals_say_where_what_and_how_to_mend() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
-        // version 2.2: replace, by, words of the message
+        // Version 2.2: text to replace, replacement, words of the message.
         (V2, "2.2 0 8", "4 0 8", &["line 2", "version \"4\"", "4.1 or 2.2", "-format msh41"]),
         (V2, "2.2 0 8", "4.0 0 8", &["version \"4.0\""]),
         (V2, "2.2 0 8", "2.2 2 8", &["file type \"2\"", "0 (ASCII)"]),
@@ -204,7 +204,7 @@ fn refusals_say_where_what_and_how_to_mend() {
         ),
         (V2, "$EndNodes\n", "$EndNodes\nrubbish\n", &["line 16", "\"rubbish\"", "wanted a section"]),
         (V2, "$Elements\n1", "$Periodic\n1\n$Elements\n1", &["$Periodic has no $EndPeriodic"]),
-        // version 4.1
+        // Version 4.1.
         (V4, "1 4 1 4\n", "1 5 1 4\n", &["the blocks hold 4 nodes", "5 are announced"]),
         (V4, "3 1 0 4\n", "3 1 0 4444444444\n", &["4444444444 nodes", "cut off"]),
         (V4, "3 1 0 4\n", "3 1 2 4\n", &["parametric mark 2"]),
@@ -238,7 +238,7 @@ fn refusals_say_where_what_and_how_to_mend() {
     assert!(error.contains("no/such/file.msh") && error.contains("cannot be read"), "{error}");
 }
 
-/// Truth: in binary files messages give the byte offset: here of the second node's number, cut off.
+/// Truth: in binary files messages give the byte offset, here that of the second node's first coordinate, which is not a number.
 #[test]
 fn binary_messages_give_the_byte() {
     let variant = Variant { v4: false, binary: true, swapped: false, size: 8, crlf: false };

@@ -1,5 +1,5 @@
-//! Programs that tests compare with: gmsh, and Python with meshio. Where one is absent the test says so and
-//! passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
+//! Programs that tests compare with: gmsh, and Python with meshio. If one is absent, the test reports it and passes, unless
+//! ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! The volume of bodies of every element kind, written as VTU, read back by VTK and meshio.
+//! Volumes of bodies of every element kind, written as VTU and read back by VTK and meshio.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,7 +12,7 @@ use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 use super::tools;
 use crate::fem_meshes::{block, rough};
 
-/// Volume of a cell by the shape functions of `kind`, of its first nodes.
+/// Volume of a cell, from the shape functions of `kind` and its first nodes.
 fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
     let rule = match kind.n_corners() {
         4 => tetrahedron(5),
@@ -34,7 +34,7 @@ fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
 fn described(mesh: &Mesh) -> String {
     let mut lines = String::new();
     for cell in mesh.volume_cells() {
-        // VTK has no pyramid of 14 nodes: it gets the 13 that it knows.
+        // VTK has no pyramid of 14 nodes. The file has the first 13.
         let kind = match mesh.kind(cell) {
             ElementKind::Pyramid14 => ElementKind::Pyramid13,
             kind => kind,
@@ -46,10 +46,9 @@ fn described(mesh: &Mesh) -> String {
     lines
 }
 
-/// Truth: VTK's own shape functions. On curved cells of every kind the Jacobian of VTK's map, integrated over its reference
-/// cell, is the cell's volume by ours: a node at another place would change it. Tolerance: rounding of central
-/// differences, 1e-9. VTK's own filter of cell sizes cuts curved cells into a few straight ones, within 20 %. meshio finds
-/// the same points and types.
+/// Truth: VTK's own shape functions. On curved cells of every kind the Jacobian of VTK's map, integrated over its reference cell,
+/// gives the same volume as ours. A node at another place would change it. Tolerance 1e-9: rounding of central differences. VTK's
+/// own filter of cell sizes cuts curved cells into a few straight ones, within 20 %. meshio finds the same points and types.
 #[test]
 fn volumes_read_back_by_vtk_and_meshio() {
     let dir = tempfile::tempdir().expect("a temporary folder");

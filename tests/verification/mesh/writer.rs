@@ -1,15 +1,15 @@
-//! A small writer of .msh files in every variant, apart from the program's reader, for round trips.
+//! A small writer of .msh files in every variant, for round trips. It is independent of the program's reader.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use orthowear::mesh::{CellRef, Mesh};
 
-/// How a file is written.
+/// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant {
-    /// 4.1, else 2.2.
+    /// Version 4.1, otherwise 2.2.
     pub v4: bool,
-    /// Binary, else text.
+    /// Binary, otherwise text.
     pub binary: bool,
     /// Big-endian numbers.
     pub swapped: bool,
@@ -77,7 +77,7 @@ fn node_tag(i: usize, n: usize) -> u64 {
     1 + 1009 * ((i * 7 + 3) % n) as u64
 }
 
-/// The physical groups that each cell is in.
+/// Physical groups of each cell.
 pub fn groups_of_cells(mesh: &Mesh) -> BTreeMap<CellRef, BTreeSet<i64>> {
     let mut of = BTreeMap::<_, BTreeSet<i64>>::new();
     for group in &mesh.groups {
@@ -88,7 +88,7 @@ pub fn groups_of_cells(mesh: &Mesh) -> BTreeMap<CellRef, BTreeSet<i64>> {
     of
 }
 
-/// The bytes of a .msh file of `mesh` (its number of points prime to 7).
+/// Bytes of a .msh file of `mesh`, whose number of points must not be a multiple of 7.
 pub fn write(mesh: &Mesh, variant: Variant) -> Vec<u8> {
     assert!(!mesh.n_points().is_multiple_of(7));
     let mut out = Out { bytes: vec![], variant };
@@ -138,7 +138,7 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
     out.text(&format!("\n$EndNodes\n$Elements\n{}\n", records.len()));
     for (cell, tag, group) in records {
         let code = i64::from(mesh.kind(cell).gmsh_code());
-        // Text: number, type, tags; binary: a run of one with type, length, tags.
+        // Text: number, type, tags. Binary: a block of one element with type, length, tags.
         let head = if out.variant.binary { [code, 1, 2, tag as i64] } else { [tag as i64, code, 2, group] };
         head.into_iter().for_each(|value| out.int(value));
         if out.variant.binary {
@@ -152,7 +152,7 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
 }
 
 fn write_v4(mesh: &Mesh, out: &mut Out) {
-    // One entity for each set of groups of a kind of cells.
+    // One entity for each block of cells and each set of groups.
     let groups = groups_of_cells(mesh);
     let mut entities = BTreeMap::<(usize, usize, BTreeSet<i64>), Vec<CellRef>>::new();
     for cell in (0..=3).flat_map(|dim| mesh.cells(dim)) {
@@ -166,7 +166,7 @@ fn write_v4(mesh: &Mesh, out: &mut Out) {
         out.int(i as i64 + 10);
         (0..if *dim == 0 { 3 } else { 6 }).for_each(|_| out.real(0.5));
         out.size(set.len() as u64);
-        // Negative: the entity is turned in the group.
+        // Negative tags: the entity is reversed in the group.
         set.iter().for_each(|&tag| out.int(-tag));
         if *dim > 0 {
             out.size(2);

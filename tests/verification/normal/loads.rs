@@ -18,11 +18,11 @@ fn green(stiffness: &Stiffness) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, Side::Lower).expect("a converged Green's function")
 }
 
-/// Integral over a disc of radius `a` at `target`: regular polygons with 500, 1000 and 2000 corners on the circle, whose error
-/// is a series in the square of the angle of a side, by two steps of Richardson.
+/// Integral over a disc of radius `a` at `target`, from regular polygons with 500, 1000 and 2000 corners on the circle. Their error
+/// is a series in the square of the angle of a side, and two steps of Richardson extrapolation remove it.
 fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
-        // Half a side away from the axis, so that targets on it lie symmetrically.
+        // Turned by half a side, so that targets on the axis are in a symmetric position.
         let angle = |k: usize| 2.0 * PI * (k as f64 + 0.5) / sides as f64;
         let corners: Vec<[f64; 2]> = (0..sides).map(|k| [a * angle(k).cos(), a * angle(k).sin()]).collect();
         polygon::integrate(green, &corners, target)
@@ -31,8 +31,8 @@ fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     (twice * 16.0 - once) / 15.0
 }
 
-/// Truth: `load-uniform-disc` (Johnson 1985, 3.4), E 210 GPa, nu 0.3, a = 2, p = 100: inside and outside. Tolerance 1e-9: values
-/// of 10 digits; the extrapolated polygons are good to 1e-11.
+/// Truth: `load-uniform-disc` (Johnson 1985, 3.4), E 210 GPa, nu 0.3, a = 2, p = 100, inside and outside. Tolerance 1e-9: values
+/// have 10 digits, extrapolated polygons are accurate to 1e-11.
 #[test]
 fn displacement_under_a_disc() {
     let green = green(&steel());
@@ -40,12 +40,12 @@ fn displacement_under_a_disc() {
         let found = 100.0 * disc(&green, 2.0, [x, 0.0])[(2, 2)];
         assert!(relative(found, published) < 1e-9, "{x}: {found} {published}");
     }
-    // On the edge itself polygons converge as h² ln h only, beyond the reach of Richardson.
+    // On the edge polygons converge only as h² ln h, and Richardson extrapolation does not help.
     let edge = 100.0 * disc(&green, 2.0, [2.0, 0.0])[(2, 2)];
     assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
 }
 
-/// Truth: `load-uniform-disc`, the mean 16 p a / (3 pi E*), on a disc of cells (5e-3, the catalogue's), and the centre of
+/// Truth: `load-uniform-disc`, the mean 16 p a / (3 pi E*) on a disc of cells (5e-3, the catalogue's). Also the centre of
 /// `aniso-uniform-disc`, p a <H33> with 10 digits (1e-8 on the disc, 1e-3 on cells).
 #[test]
 fn discs_of_cells_and_of_cfrp() {
@@ -74,7 +74,7 @@ fn discs_of_cells_and_of_cfrp() {
     assert!(relative(10.0 * center, published) < 1e-3, "{center}");
 }
 
-/// Displacement (u_x, u_y) at a corner of [0, A] x [0, B] under unit shear along x (Cerruti integrated; Johnson 1985, 3.6).
+/// Displacement (u_x, u_y) at a corner of [0, A] x [0, B] under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
 fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     let k1 = a * (b / a).asinh() + b * (a / b).asinh();
     let k2 = b * (a / b).asinh();
@@ -82,7 +82,7 @@ fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     [((1.0 - NU) * k1 + NU * k2) / (2.0 * PI * SHEAR), NU * k3 / (2.0 * PI * SHEAR)]
 }
 
-/// Truth: `load-tangential-rectangle`: closed forms at corners and centre, along and across the longer side, 1e-12 of the
+/// Truth: `load-tangential-rectangle`. Closed forms at corners and centre, along and across the longer side, to 1e-12 of the
 /// displacement along the traction.
 #[test]
 fn shear_on_rectangles_is_cerruti() {
@@ -102,15 +102,15 @@ fn shear_on_rectangles_is_cerruti() {
         assert!(relative(middle[(0, 0)], center) < 1e-12, "{a} x {b}");
         let rectangle = integrator.rectangle([a, b], [0.0, 0.0]);
         assert!(relative(rectangle[(0, 0)], center) < 1e-12, "{a} x {b}");
-        // Traction along y: the same with the sides exchanged.
+        // Traction along y: as along x with exchanged sides.
         assert!(relative(rectangle[(1, 1)], 4.0 * cerruti_corner(b / 2.0, a / 2.0)[0]) < 1e-12, "{a} x {b}");
         assert!(rectangle[(1, 0)].abs() < 1e-14 * center);
     }
 }
 
-/// Truth: `load-tangential-rectangle` far away along the traction, by the second moments of a square of side L: the Laplacian of
-/// (1 - nu) / s + nu x² / s³ is (1 - 2 nu) / r³ there, so u_x = Q / (2 pi G r) (1 + (1 - 2 nu) L² / (24 r²)), the next term being of
-/// order (L / r)⁴; 1e-10 at 1e3 and 1e6 sides, where the edge formula has lost digits.
+/// Truth: `load-tangential-rectangle` far away along the traction, from the second moments of a square of side L. There the
+/// Laplacian of (1 - nu) / s + nu x² / s³ is (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G r) (1 + (1 - 2 nu) L² / (24 r²)), with a next
+/// term of order (L / r)⁴. Tolerance 1e-10 at 1e3 and 1e6 sides, where the edge formula has lost digits.
 #[test]
 fn shear_far_away_does_not_cancel() {
     let integrator = PatchIntegrator::new(&green(&steel()));
@@ -121,9 +121,10 @@ fn shear_far_away_does_not_cancel() {
     }
 }
 
-/// Truth: `hertz-circular`, the influence of cells alone: Hertz's pressure (means over cells, 32 of them across the contact) moves the
-/// surface by delta - r² / 2R inside, by p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)) outside, 0.002220086 mm at 2a;
-/// 1e-3 of delta, the catalogue's; 2e-3 within a cell of the rim, where a constant stands for a root.
+/// Truth: `hertz-circular`, for the influence of cells alone. Hertz's pressure (means over cells, 32 across the contact) moves the
+/// surface by delta - r² / 2R inside. Outside the displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)),
+/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's. It is 2e-3 within a cell of the edge, where a constant
+/// approximates a square root.
 #[test]
 fn hertz_pressure_gives_hertz_displacement() {
     let (a, delta, p0, radius, modulus) = (0.3191252, 0.01018409, 4688.341, 10.0, 210e3 / 0.91);

@@ -1,4 +1,4 @@
-//! What Hertz contact owes to dimensions alone.
+//! Scaling laws and dimensional analysis of Hertz contact.
 
 use orthowear::evolution::records::Outcome;
 
@@ -6,7 +6,7 @@ use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::radius;
 use orthowear::material::Stiffness;
 
-/// Slope of the straight line of least squares through logarithms.
+/// Slope of the least-squares line through logarithms.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
@@ -15,8 +15,8 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
 }
 
-/// Truth: `hertz-scaling-law`: P ~ delta^(3/2), a ~ P^(1/3) for 10 to 10 000 N on one grid (E 210 GPa, nu 0.3, R 10), slope
-/// 1.500 +- 0.01 as in the catalogue; the radius of the smallest contact is 6 cells, hence 0.02 for its slope.
+/// Truth: `hertz-scaling-law`. P ~ delta^(3/2), a ~ P^(1/3) for 10 to 10 000 N on one grid (E 210 GPa, nu 0.3, R 10), slope
+/// 1.500 +- 0.01 as in the catalogue. The radius of the smallest contact is 6 cells, hence 0.02 for its slope.
 #[test]
 fn force_grows_with_the_power_three_halves() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -32,13 +32,13 @@ fn force_grows_with_the_power_three_halves() {
     assert!((slope(&radii) - 1.0 / 3.0).abs() < 0.02, "{}", slope(&radii));
 }
 
-/// Truth: `hertz-scaling-law` and `str-units-scale`: the same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-GN-GPa, and with
-/// all lengths times 1e-9 and loads times 1e-18, has the same dimensionless answer to 1e-9 in the same number of iterations;
-/// so has one twice as large under four times the force, one a million times stiffer under as many times the force, and those near
-/// what an operator takes.
+/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-GN-GPa has
+/// the same dimensionless solution, to 1e-9 in the same number of iterations. So has a contact with lengths times 1e-9 and loads
+/// times 1e-18, or twice as large under four times the force. A body a million times stiffer under a million times the force
+/// agrees, too, as do sizes near the limits of an operator.
 #[test]
 fn units_and_sizes_leave_dimensionless_answers_alone() {
-    // Unit of length in mm, unit of stress in MPa; the force follows.
+    // Unit of length in mm and unit of stress in MPa. The unit of force follows.
     let run = |length: f64, stress: f64, (size, stiff): (f64, f64)| {
         let steel = Stiffness::isotropic(210e3 * stiff / stress, 0.3).expect("steel");
         let unit = size / length;

@@ -10,14 +10,14 @@ use orthowear::material::Stiffness;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Strain energy of the solution, isotropic with E = 1 and ν = 0.3.
+/// Strain energy of the solution for an isotropic material with E = 1 and ν = 0.3.
 pub const ENERGY: f64 = 1.304876;
 
 fn material() -> Stiffness {
     Stiffness::isotropic(1.0, 0.3).unwrap()
 }
 
-/// Stress of the solution, Voigt.
+/// Stress of the solution in Voigt order.
 pub fn stress(x: [f64; 3]) -> [f64; 6] {
     let s = x.map(|c| (PI * c).sin());
     let c = x.map(|c| PI * (PI * c).cos());
@@ -25,7 +25,7 @@ pub fn stress(x: [f64; 3]) -> [f64; 6] {
     (material().voigt() * strain).into()
 }
 
-/// The body with the solution's body force, `n` cells along each edge, solved.
+/// The solved body under the body force of the solution, with `n` cells along each edge.
 pub fn body(
     kind: ElementKind,
     formulation: HexFormulation,

@@ -1,4 +1,4 @@
-//! Superconvergent patch recovery: what it reproduces, and how fast it converges.
+//! Superconvergent patch recovery: exactness and order of convergence.
 
 use nalgebra::{Vector3, Vector6};
 use orthowear::element::ElementKind::{self, Hex8, Tet4};
@@ -11,7 +11,7 @@ use crate::crystals::cfrp_of_tables;
 use crate::fem_bodies::{ELEMENTS, clamp, degree, isotropic, rotated_orthotropic, spec};
 use crate::fem_meshes::{block, wavy};
 
-/// Displacement that is quadratic in the coordinates, and its engineering strains.
+/// A quadratic displacement field and its engineering strains.
 fn quadratic([x, y, z]: [f64; 3]) -> [f64; 3] {
     [1e-3 * (x * x - 2.0 * y * z), 1e-3 * (x * y + 3.0 * z), 1e-3 * (y * y - z * z + 0.5 * x * z)]
 }
@@ -24,9 +24,9 @@ fn largest_difference(found: &[[f64; 6]], wanted: impl Fn(usize) -> Vector6<f64>
     found.iter().enumerate().map(|(i, s)| (Vector6::from(*s) - wanted(i)).amax()).fold(0.0, f64::max)
 }
 
-/// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976), the patch
-/// polynomials reproduce linear fields: the nodal stress is exact everywhere, corners of the body included. Tolerance:
-/// rounding, of stresses of 1e3.
+/// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976). The patch polynomials
+/// reproduce linear fields. The nodal stress is therefore exact everywhere, corners of the body included. Tolerance: rounding, of
+/// stresses of 1e3.
 #[test]
 fn linear_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -43,8 +43,8 @@ fn linear_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: the strain of a cubic field is exact at the 2 x 2 x 2 Gauss points of a parallelepiped of second order (Barlow 1976),
-/// the patch polynomials reproduce quadratic fields. Tolerance: rounding, of stresses of 1e3.
+/// Truth: the strain of a cubic field is exact at the 2 x 2 x 2 Gauss points of a second-order parallelepiped (Barlow 1976). The
+/// patch polynomials reproduce quadratic fields. Tolerance: rounding, of stresses of 1e3.
 #[test]
 fn quadratic_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -69,7 +69,7 @@ fn quadratic_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: as above on each side of a border between two materials, where stress jumps; no value is mixed.
+/// Truth: as above on each side of an interface between two materials, where stress jumps. Values of the materials are not mixed.
 #[test]
 fn stress_jumps_between_materials() {
     let mut mesh = block(Hex8, [3, 3, 6], [1.0, 1.0, 2.0], |x| x);
@@ -97,8 +97,8 @@ fn stress_jumps_between_materials() {
     }
 }
 
-/// Truth: under one strain each ply has its own stress, C(angle) : strain, also where plies of one material turn by 10 degrees from one to the
-/// next: nodes between two plies have both values. Tolerance: rounding.
+/// Truth: under a uniform strain each ply has its own stress, C(angle) : strain. This holds also if successive plies of one
+/// material turn by 10 degrees. Nodes between two plies have both values. Tolerance: rounding.
 #[test]
 fn stress_jumps_between_plies_that_turn_little() {
     let placed = |ply: usize| {
@@ -128,8 +128,8 @@ fn stress_jumps_between_plies_that_turn_little() {
     }
 }
 
-/// Truth: constant stress is exact on any mesh, also where patches are singular: one layer of elements, one row, one
-/// element. Tolerance: rounding.
+/// Truth: constant stress is exact on any mesh, also where patches are singular: a single layer, row or element. Tolerance:
+/// rounding.
 #[test]
 fn constant_stress_survives_degenerate_patches() {
     let c = isotropic();
@@ -151,8 +151,8 @@ fn constant_stress_survives_degenerate_patches() {
     }
 }
 
-/// Truth: pure bending of a bar of one element across its height is linear in the stress, which enhanced elements hold
-/// exactly at their integration points; without inner vertices these are what is fitted. Tolerance: rounding.
+/// Truth: pure bending of a bar with one element across its height has a linear stress. Enhanced elements represent it exactly at
+/// their integration points. Without inner vertices these points are fitted. Tolerance: rounding.
 #[test]
 fn one_layer_keeps_its_bending_stress() {
     let c = Stiffness::isotropic(1000.0, 0.0).unwrap();
@@ -168,7 +168,7 @@ fn one_layer_keeps_its_bending_stress() {
     }
 }
 
-/// Root mean square errors of the recovered stress: at inner nodes, at nodes on the boundary.
+/// Root-mean-square errors of the recovered stress at inner nodes and at boundary nodes.
 fn nodal_errors(
     (kind, formulation): (ElementKind, HexFormulation),
     n: usize,
@@ -189,9 +189,9 @@ fn nodal_errors(
     [error(false), error(true)]
 }
 
-/// Truth: the order between two meshes of the root mean square of the nodal error: p + 1 for the recovered stress
-/// (Zienkiewicz and Zhu 1992) inside and, by extrapolation from there, on the boundary. Tolerance: 0.3 below, 0.4 for tet10 on the
-/// boundary (elements of even degree may do better on regular meshes).
+/// Truth: the order of the root-mean-square nodal error between two meshes. It is p + 1 for the recovered stress (Zienkiewicz and
+/// Zhu 1992) inside and, by extrapolation, on the boundary. Tolerance: 0.3 below, 0.4 for tet10 on the boundary. (Elements of even
+/// degree may do better on regular meshes.)
 #[test]
 fn nodal_stress_superconverges() {
     let straight: fn([f64; 3]) -> [f64; 3] = |x| x;

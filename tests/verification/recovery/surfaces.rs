@@ -1,4 +1,4 @@
-//! Stress on the contact surface under known tractions: Hertz, and full sliding.
+//! Stress on the contact surface under known tractions: Hertz and full sliding.
 
 use std::f64::consts::PI;
 
@@ -15,21 +15,21 @@ use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Cells along the contact radius 1.
+/// Cells along the contact radius of 1.
 const FINE: usize = 8;
-/// Uniform cells, to 1.5 radii.
+/// Number of uniform cells, up to 1.5 radii.
 const UNIFORM: usize = 3 * FINE / 2;
-/// Cells beyond, to ten radii.
+/// Number of growing cells, up to ten radii.
 const GROWING: usize = 7;
 
-/// Coordinate of the grid line `i`: uniform to 1.5, growing to 10.
+/// Coordinate of grid line `i`: uniform spacing up to 1.5, then growing up to 10.
 fn line(i: f64) -> f64 {
     let h = 1.0 / FINE as f64;
     let beyond = i - UNIFORM as f64;
     if beyond <= 0.0 {
         return h * i;
     }
-    // Ratio of growth so that the last line is at 10.
+    // Growth ratio for which the last line is at 10.
     let length = |q: f64, n: f64| h * q * (q.powf(n) - 1.0) / (q - 1.0);
     let (mut low, mut high) = (1.001, 5.0);
     for _ in 0..80 {
@@ -39,8 +39,8 @@ fn line(i: f64) -> f64 {
     1.5 + length(low, beyond)
 }
 
-/// A quarter x, y >= 0 of a block of ten contact radii under `traction` on body 2 (x, y, n) in the unit circle; `planes`
-/// are the supports of x = 0 and y = 0. Its surface with stress, ν = 0.3.
+/// Surface with stress of a quarter x, y >= 0 of a block of ten contact radii, ν = 0.3. `traction` acts on body 2 (x, y, n) in the
+/// unit circle. `planes` are the supports of x = 0 and y = 0.
 fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> UnstructuredGrid {
     let n = UNIFORM + GROWING;
     let size = [n as f64; 3];
@@ -67,7 +67,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &cells).unwrap()
 }
 
-/// Mean over a cell of the frame by 8 x 8 points, zero outside the unit circle.
+/// Mean over a cell of the frame from 8 x 8 points, zero outside the unit circle.
 fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
     let h = 1.5 / (2 * UNIFORM) as f64;
     let mut mean = [0.0; 3];
@@ -95,8 +95,7 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
 }
 
-/// A slab 3 x 2 x 1 that can widen freely, its faces "z0" to "z1" one element apart, without contact: the stress at the points
-/// of its surface "z1". `change` loads it.
+/// Stress on the surface "z1" of a slab 3 x 2 x 1 without contact that can expand freely in its plane. `change` adds loads.
 fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let lengths = [3.0, 2.0, 1.0];
     let mesh = block(Hex20, [3, 2, 2], lengths, |x| x);
@@ -119,10 +118,10 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
 }
 
-/// Truth: equilibrium. Loads on the contact faces themselves stress them where nothing touches: a pressure p by σ_zz = -p, a
-/// traction (0, 0, t) by t, both by their sum; on a foundation k whose other side moves by w the slab of height L and modulus
-/// E bears σ = w / (1/k + L/E) towards it. Exact to rounding: the elements hold linear displacements, the factorisation
-/// loses six digits at most.
+/// Truth: equilibrium. Loads on contact faces cause stress where there is no contact: a pressure p gives σ_zz = -p, a traction (0,
+/// 0, t) gives t, both give their sum. A slab of height L and modulus E is on a foundation k, and its other side moves by w. It
+/// carries σ = w / (1/k + L/E). Exact to rounding: the elements represent linear displacements, and the factorisation loses at most
+/// six digits.
 #[test]
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
@@ -151,18 +150,17 @@ fn loads_on_contact_faces_are_in_their_stress() {
     }
 }
 
-/// Truth: Hertz' pressure p0 = 1 on the unit circle: σ_xx = -(1 + 2ν)/2 in the centre, outside the radial tension
-/// (1 - 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a
-/// half-space bends the surface by some 1e-2; at a node the strain is the mean of the elements beside it, so that the
-/// kink at the edge is lost (the node there shows neither side) and the peak is found one element, h = 1/8, outside:
-/// smaller by 1 - 1/(1 + h)², a fifth.
+/// Truth: Hertz' pressure p0 = 1 on the unit circle. At the centre σ_xx = -(1 + 2ν)/2. Outside there is the radial tension (1 -
+/// 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a half-space
+/// bends the surface by some 1e-2. At a node the strain is the mean of the adjacent elements. The kink at the edge is lost, and the
+/// node there shows neither side. The peak is found one element, h = 1/8, outside: smaller by 1 - 1/(1 + h)², a fifth.
 #[test]
 fn hertz_radial_tension_beside_the_edge() {
     let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
     let (centre, edge) = (at(&grid, 0.0), [1.0, 1.125, 1.25, 1.5].map(|x| at(&grid, x)));
     println!("centre {centre:.4?}, edge and beyond {edge:.4?}");
     assert!((centre[0] + 0.8).abs() < 0.02 && (centre[1] - centre[0]).abs() < 0.01);
-    // The mean of the cells at the centre: 1 - r²/2 with r up to a sixteenth.
+    // Mean of the cells at the centre: 1 - r²/2 with r up to a sixteenth.
     assert!((centre[2] + 1.0).abs() < 0.005);
     for (found, r) in edge[1..].iter().zip([1.125f64, 1.25]) {
         let exact = 0.4 / (3.0 * r * r);
@@ -171,14 +169,14 @@ fn hertz_radial_tension_beside_the_edge() {
     }
 }
 
-/// Truth: full sliding with q = p (friction coefficient 1, stress scales with it): the stress along the sliding direction is
-/// ∓π (4 + ν) x / 8 inside the contact, the largest at the edge in front and behind (Hamilton and Goodman 1966; Johnson
-/// 1985, eq. 7.31). It is antisymmetric, so that a quarter with the front suffices. Tolerances: 1 % two elements inside;
-/// the peak is found within one element, h = 1/8, of the edge, smoothed to the value one element inside, 1 - h, and 5 % of
-/// that for the kink, whose strain the element beside it cannot follow.
+/// Truth: full sliding with q = p (friction coefficient 1, stress is proportional to it). Inside the contact the stress along the
+/// sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is largest at the leading and
+/// trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % two elements inside. The peak is found
+/// within one element, h = 1/8, of the edge, smoothed to the value one element inside, 1 - h. It is lowered by another 5 % because
+/// the adjacent element cannot represent the kink of the strain.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
-    // Tractions on body 2 against its motion along +x; body 1 is dragged along.
+    // Tractions on body 2 oppose its motion along +x. Body 1 is dragged along.
     let grid = quarter([[false, true, true], [false, true, false]], |r| [-(1.0 - r * r).sqrt(), 0.0, 0.0]);
     let exact = -PI * 4.3 / 8.0;
     let found: Vec<f64> = (0..=12).map(|i| at(&grid, i as f64 / 8.0)[0]).collect();

@@ -1,4 +1,4 @@
-//! Noise in the gap, and the smallest numbers there are.
+//! Noise in the gap, and the smallest doubles.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -12,8 +12,9 @@ use crate::observed::{audit, follow, pull};
 
 const APPROACH: f64 = 0.02;
 
-/// Truth: the force falls wherever a gap grows (a flat punch presses everywhere), so a gap with noise of up to e carries what lies between the
-/// forces at approaches less and more by e, to 1e-7; e from an ulp to 1e-3 of the approach. With friction the state passes the audit cell by cell.
+/// Truth: the force decreases if the gap grows anywhere (a flat punch has positive pressure everywhere). With noise up to e the
+/// force lies between those at approaches smaller and larger by e, to 1e-7. e goes from an ulp to 1e-3 of the approach. With
+/// friction the state passes the audit cell by cell.
 #[test]
 fn noise_in_the_gap() {
     for share in [0.0, f64::EPSILON, 1e-12, 1e-9, 1e-6, 1e-3] {
@@ -44,8 +45,8 @@ fn noise_in_the_gap() {
     }
 }
 
-/// Truth: case `str-zero-load`: the smallest doubles, which scenes may not ask for but the library may: every number that comes out is one;
-/// what is said to have converged carries the force to 1e-10 and shear within friction (1e-7); pressures whose squares vanish are refused.
+/// Truth: case `str-zero-load`. Scenes refuse the smallest doubles, but the library accepts them. All results are finite. Converged
+/// states carry the force to 1e-10 and shear within the friction limit (1e-7). Pressures whose squares underflow are refused.
 #[test]
 fn the_smallest_doubles() {
     let model = sphere_on_frp(30.0, 1.2, 12);

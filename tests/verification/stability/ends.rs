@@ -1,10 +1,10 @@
-//! Sweeps whose runs have to end as they should, and what little more is known of them.
+//! Sweeps with a required outcome and few further known results.
 
 use super::{End, Verdict, ended, iterations, of, runs, sweeps};
 use crate::common::{relative, usual_or_finest};
 
-/// Truth: case `str-modulus-ratio`: E1 / E2 from 1 to 1e4, on a half-space and on finite elements: certified, in less than five times the
-/// iterations that the isotropic body takes.
+/// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4, on a half-space and on finite elements. All are certified, with less
+/// than five times the iterations of the isotropic body.
 #[test]
 fn modulus_ratios() {
     let cases = sweeps::modulus_ratio();
@@ -17,9 +17,9 @@ fn modulus_ratios() {
     }
 }
 
-/// Truth: case `str-friction-large`: no friction leaves exactly no tangential traction, coefficients of 1e-100 and 1e-12 the same force to
-/// 1e-7; circles up to mu = 1 (0.5 on finite elements) and ellipses with axes up to 0.5 have an answer, the others one that passes the
-/// audit or a reason why not.
+/// Truth: case `str-friction-large`. Without friction tangential tractions are exactly zero. Coefficients of 1e-100 and 1e-12 give
+/// the same force to 1e-7. Circles up to mu = 1 (0.5 on finite elements) and ellipses with axes up to 0.5 converge. The others pass
+/// the audit or give a reason.
 #[test]
 fn coefficients_of_friction() {
     let cases = sweeps::coefficients();
@@ -39,8 +39,8 @@ fn coefficients_of_friction() {
     }
 }
 
-/// Truth: case `str-aspect-ratio` in contact: flat elements to 1000 and cells of a grid to 1000 are certified, slender elements up to 10; beyond,
-/// the run says that its iterations did not suffice.
+/// Truth: case `str-aspect-ratio` in contact. Flat elements and cells of a grid are certified up to 1000, slender elements up
+/// to 10. Beyond, the run may report too few iterations.
 #[test]
 fn aspect_ratios() {
     for case in sweeps::aspect_ratios() {
@@ -50,14 +50,15 @@ fn aspect_ratios() {
     }
 }
 
-/// Truth: frames of 1 x 1 to 2048 x 2 cells are certified like any other, one without cells is refused.
+/// Truth: frames of 1 x 1 to 2048 x 2 cells are certified like any other. A frame without cells is refused.
 #[test]
 fn frames_of_few_cells() {
     sweeps::frames().iter().for_each(|case| drop(ended(case)));
 }
 
-/// Truth: case `str-zero-load`: nothing prescribed leaves exactly nothing; forces down to 1e-99 are carried to 1e-10 (normal) and 1e-7 of the
-/// normal force (tangential), shifts down to 1e-99 change no force by more than 1e-6; the smallest double is refused with the key.
+/// Truth: case `str-zero-load`. Without prescribed loads all results are exactly zero. Forces down to 1e-99 are carried to 1e-10
+/// (normal) and 1e-7 of the normal force (tangential). Displacements down to 1e-99 change no force by more than 1e-6. The smallest
+/// double is refused with the key.
 #[test]
 fn nothing_and_next_to_nothing() {
     let cases = sweeps::nothing();
@@ -93,8 +94,8 @@ fn nothing_and_next_to_nothing() {
     }
 }
 
-/// Truth: definition: materials, fibres, ellipses, frames, sizes and paths drawn together (always the same 60 scenes) end certified or say
-/// why not; what friction cannot carry, and bodies that came apart, are named as such. Nine of ten find an answer.
+/// Truth: definition. Random combinations of materials, fibres, ellipses, frames, sizes and paths (always the same 60 scenes) are
+/// certified or give a reason. Loads beyond the friction limit and separated bodies are reported as such. Nine of ten converge.
 #[test]
 fn drawn_scenes() {
     let cases: Vec<_> = sweeps::drawn().into_iter().step_by(usual_or_finest(3, 1)).collect();

@@ -1,14 +1,15 @@
-//! Sweeps along which answers are known from one another.
+//! Sweeps whose solutions have known relations.
 
 use super::scenes::{SceneText, isotropic};
 use super::sweeps::{self, POISSON, SCALES};
 use super::{Run, Verdict, apart, ended, of, runs, verdict};
 use crate::common::relative;
 
-/// Truth: case `str-near-incompressible`: the force on a half-space without friction is E* = E / (1 - nu^2) times a number of the geometry, to
-/// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as that on the half-space does, to 5 % (the
-/// block is clamped, 12 wide and 6 high); these elements are held to an integral equation by `coupling::catalogue`. Others grow as they do, to 2 %, or are
-/// said to lock: plain ones from 0.45 on, enhanced ones from 0.499 on; those that are said to are more than 5 % off at 0.4999. nu = 0.5 and -1 are refused.
+/// Truth: case `str-near-incompressible`. The force on a half-space without friction is proportional to E* = E / (1 - nu^2), to
+/// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as that on the half-space
+/// does, to 5 %. (The block is clamped, 12 wide and 6 high.) `coupling::catalogue` compares these elements with an integral
+/// equation. Others grow as they do, to 2 %, or have a locking warning: plain ones from 0.45 on, enhanced ones from 0.499 on.
+/// Elements with a warning are more than 5 % off at 0.4999. nu = 0.5 and -1 are refused.
 #[test]
 fn nearly_incompressible() {
     let scaled = POISSON.map(|nu| {
@@ -51,9 +52,9 @@ fn nearly_incompressible() {
     }
 }
 
-/// Truth: a fibre is a line, without a beginning: tilt 30 at azimuth 180 is tilt -30 at azimuth 0, tilt -90 is tilt 90; and nothing jumps: 1e-12
-/// degrees beside an angle is that angle. Forces to 1e-6 of the normal force (residuals of 1e-8). All others are certified, tilts beyond 90
-/// degrees refused.
+/// Truth: a fibre is a line without orientation. Tilt 30 at azimuth 180 is tilt -30 at azimuth 0, and tilt -90 is tilt 90. Forces
+/// are continuous: angles that differ by 1e-12 degrees give the same result. Tolerance 1e-6 of the normal force (residuals of
+/// 1e-8). All other cases are certified, tilts beyond 90 degrees refused.
 #[test]
 fn fibres_at_any_angle() {
     let cases = sweeps::tilts();
@@ -79,9 +80,9 @@ fn fibres_at_any_angle() {
     }
 }
 
-/// Truth: dimensions (case `str-units-scale`): the same contact in other units, with lengths and stresses from 1e-9 to 1e9 times as large, has
-/// the same dimensionless forces, displacements and areas to 1e-9 in the same iterations: frictional, tilted fibres, prescribed motions, then
-/// forces; a half-space and finite elements.
+/// Truth: dimensional analysis (case `str-units-scale`). The same contact in other units has the same dimensionless forces,
+/// displacements and areas, to 1e-9 with the same number of iterations. Lengths and stresses differ by factors from 1e-9 to 1e9.
+/// Cases are frictional with tilted fibres, under prescribed displacements and then forces, on a half-space and on finite elements.
 #[test]
 fn units_and_sizes() {
     let cases = sweeps::units();
@@ -101,7 +102,7 @@ fn units_and_sizes() {
         for ((value, run), scale) in runs.iter().zip(SCALES) {
             let found = dimensionless(run, scale);
             for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
-                // Components across the load are sums that cancel; against the force and the approach they are as exact.
+                // Components across the load are sums that cancel. Their error is as small relative to the force and the approach.
                 let size = wanted.abs().max(if i % 7 < 3 { 100.0 } else { 0.0 }).max(if i % 7 < 5 {
                     0.01
                 } else {

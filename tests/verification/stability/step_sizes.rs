@@ -1,6 +1,6 @@
-//! Case `str-penalty-choice`. Neither a scene nor the library takes a penalty or a step size: steps come from the operator (its diagonal, a
-//! power iteration), and constraints are met exactly, not by stiffness. What plays the part of r_n and r_t are the compliances of single
-//! cells: they scale the natural residual, local steps and where a cell is taken to touch, stick or slip.
+//! Case `str-penalty-choice`. Neither scenes nor the library have a penalty or a step size. Steps follow from the operator (its
+//! diagonal, a power iteration), and constraints hold exactly. The compliances of single cells play the part of r_n and r_t. They
+//! scale the natural residual, local steps, and the criteria for contact, stick and slip.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use orthowear::flexibility::per_cell::PerCell;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
-/// An operator whose cells seem softer by `normal` and `tangential` than they are.
+/// An operator with compliances of cells that are wrong by the factors `normal` and `tangential`.
 struct Misjudged {
     operator: Arc<dyn Flexibility>,
     normal: f64,
@@ -39,9 +39,10 @@ impl Flexibility for Misjudged {
     }
 }
 
-/// Truth: case `str-penalty-choice`: with r_n and r_t a thousand times too large or too small, together and one against the other, the same answer
-/// (tractions to 1e-6 of the largest pressure) or a run that says it did not converge; the program's own choice takes at most three times the
-/// iterations of the best. A residual measured with a softer cell is smaller by that: its tolerance is too.
+/// Truth: case `str-penalty-choice`. r_n and r_t are a thousand times too large or too small, together or one against the other.
+/// The solution is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The program's own
+/// choice takes at most three times the operator applications of the best. A residual for softer cells is smaller by this factor,
+/// and so is its tolerance.
 #[test]
 fn step_sizes_a_thousand_times_off() {
     for method in [Method::Newton, Method::BarzilaiBorwein] {

@@ -1,4 +1,4 @@
-//! The sweeps: a parameter that makes trouble, its values, and the scene of each.
+//! Sweeps over difficult values of a parameter, with a scene for each value.
 
 use super::random::Random;
 use super::scenes::{
@@ -8,18 +8,18 @@ use super::scenes::{
 
 use crate::structured::BlockElements;
 
-/// How a case has to end.
+/// Required outcome of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Solved and certified.
+    /// Converged with a certificate.
     Certified,
-    /// Certified, or with a reason why not.
+    /// Certified, or not converged with a reason.
     Honest,
     /// Refused with a message.
     Refused,
 }
 
-/// A value of a sweep.
+/// One value of a sweep.
 pub struct Case {
     pub sweep: &'static str,
     pub value: String,
@@ -41,7 +41,7 @@ impl Case {
         Self { end, ..self }
     }
 
-    /// What messages call it.
+    /// Name in messages.
     pub fn name(&self) -> String {
         format!("{} {}", self.sweep, self.value)
     }
@@ -62,7 +62,7 @@ pub fn modulus_ratio() -> Vec<Case> {
 
 pub const POISSON: [f64; 5] = [0.3, 0.45, 0.49, 0.499, 0.4999];
 
-/// Case `str-near-incompressible`: Poisson's ratio on a half-space, and on elements of several formulations.
+/// Case `str-near-incompressible`: Poisson's ratio on a half-space and on elements of several formulations.
 pub fn poisson() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let half_spaces =
@@ -84,13 +84,14 @@ pub fn poisson() -> Vec<Case> {
     half_spaces.chain(blocks).chain(tetrahedra).chain(beyond).collect()
 }
 
-/// A half-space of CFRP with its friction, the fibre at `tilt` and `azimuth`, degrees.
+/// A half-space of CFRP with its friction law and the fibre at `tilt` and `azimuth`, degrees.
 pub fn tilted(tilt: f64, azimuth: f64) -> SceneText {
     let scene = SceneText::half_space(CFRP);
     SceneText { body1: half_space(&fibre(tilt, azimuth)), friction: FRP.to_owned(), ..scene }
 }
 
-/// Case `str-near-degenerate-roots` by whole runs: fibres at and beside every angle where Stroh's roots meet, and anywhere.
+/// Case `str-near-degenerate-roots` in whole runs: fibres at and near all angles where Stroh's roots coincide, and at random
+/// angles.
 pub fn tilts() -> Vec<Case> {
     let tilts =
         [0.0, 1e-12, -1e-12, 1e-6, 30.0, 45.0, 60.0, -30.0, -45.0, 89.999_999, 90.0 - 1e-12, 90.0, -90.0];
@@ -109,7 +110,7 @@ pub fn tilts() -> Vec<Case> {
     cases.chain(beyond).collect()
 }
 
-/// Case `str-friction-large` by whole runs: circles and ellipses, on tilted fibres.
+/// Case `str-friction-large` in whole runs: friction circles and ellipses on tilted fibres.
 pub fn coefficients() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let scene = |friction: String| SceneText { friction, ..tilted(30.0, 0.0) };
@@ -135,13 +136,13 @@ pub fn coefficients() -> Vec<Case> {
     cases
 }
 
-/// Case `str-aspect-ratio` in contact: flat and slender elements, and slender cells of a grid.
+/// Case `str-aspect-ratio` in contact: flat elements, slender elements, and slender cells of a grid.
 pub fn aspect_ratios() -> Vec<Case> {
     let mut cases = Vec::new();
     for ratio in [1.0, 10.0, 100.0, 1000.0] {
         let scene = SceneText::block(CFRP, &fibre(30.0, 0.0));
         cases.push(Case::new("aspect ratio, flat elements", ratio, &scene).on(&block(1.0, 1.0, ratio)));
-        // The body, the frame and the cells are thinner by that along y, under a roller across it.
+        // Body, frame and cells are thinner along y by this ratio, under a roller across y.
         let slender = SceneText {
             half_width: [1.2, 1.2 / ratio],
             gap: "kind = \"cylinder\"\nradius = 10.0\nangle = 90.0".to_owned(),
@@ -161,7 +162,7 @@ pub fn aspect_ratios() -> Vec<Case> {
     cases
 }
 
-/// Frames of one cell, of two, and of two rows.
+/// Frames of a single cell, of two cells, and of two rows.
 pub fn frames() -> Vec<Case> {
     let cells = [[1, 1], [1, 2], [2, 1], [3, 3], [2048, 2], [2, 2048]];
     let on = |cells: [usize; 2], gap: String| SceneText { cells, gap, ..tilted(30.0, 0.0) };
@@ -175,7 +176,7 @@ pub fn frames() -> Vec<Case> {
     round.chain(flat).chain([none.ends(End::Refused)]).collect()
 }
 
-/// Case `str-zero-load` by whole runs: nothing, and the least that a scene may ask for.
+/// Case `str-zero-load` in whole runs: zero loads and the smallest loads that a scene may prescribe.
 pub fn nothing() -> Vec<Case> {
     let mut cases = Vec::new();
     let scene = |steps: String| SceneText { steps, ..tilted(30.0, 0.0) };
@@ -185,7 +186,7 @@ pub fn nothing() -> Vec<Case> {
         cases.push(Case::new("approach, shift", &text, &scene(moved(value, value, 0.0))));
         cases.push(Case::new("shift", &text, &scene(moved(0.02, value, 0.0))));
     }
-    // Below that a scene says which units would do.
+    // Below this value the scene is refused with a proposal for the units.
     let least = 5e-324;
     let value = format!("{least:?}");
     cases.push(Case::new("force, pull", &value, &scene(forced(least, least))).ends(End::Refused));
@@ -195,7 +196,8 @@ pub fn nothing() -> Vec<Case> {
     cases
 }
 
-/// The scene of a system of units (or of a size and a stiffness): every length times `length`, every stress times `stress`.
+/// The scene in another system of units, or of another size and stiffness. Lengths are multiplied by `length`, stresses by
+/// `stress`.
 pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
     let moduli = [167_230.0, 9544.0, 5292.0, 3483.0].map(|modulus| modulus * stress);
     let [e1, e2, g12, g23] = moduli;
@@ -212,7 +214,7 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
         gap: sphere(10.0 * length),
         friction: FRP.to_owned(),
         steps: moved(0.02 * length, 0.004 * length, 30.0) + &forced(300.0 * unit, 60.0 * unit),
-        // Below what the comparison tells apart.
+        // Below the resolution of the comparison.
         solver: "tolerance = 1e-11".to_owned(),
         ..SceneText::half_space(&material)
     };
@@ -228,19 +230,20 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
 pub const SCALES: [[f64; 2]; 8] =
     [[1.0, 1.0], [1e-3, 1e6], [1e3, 1.0], [1e6, 1e-3], [1e-9, 1.0], [1e9, 1e-9], [1.0, 1e9], [1e-9, 1e9]];
 
-/// Case `str-units-scale` with friction, under prescribed motions and forces.
+/// Case `str-units-scale` with friction, under prescribed displacements and forces.
 pub fn units() -> Vec<Case> {
     let half_spaces = SCALES.iter().map(|&[length, stress]| scaled(length, stress, false));
     half_spaces.chain(SCALES.iter().map(|&[length, stress]| scaled(length, stress, true))).collect()
 }
 
-/// Materials, fibres, friction, frames, sizes and paths drawn together.
+/// Random combinations of materials, fibres, friction, frames, sizes and paths.
 pub fn drawn() -> Vec<Case> {
     let mut random = Random(2024);
     (0..60).map(|k| draw(&mut random, k)).collect()
 }
 
-/// Coefficients of friction are drawn with ratios up to 30: at 1000 many ellipses find no answer in the iterations given.
+/// A random scene. The ratio of the friction coefficients is at most 30: at 1000 many ellipses do not converge within the iteration
+/// limit.
 fn draw(random: &mut Random, k: usize) -> Case {
     let length = random.power(-6.0, 6.0);
     let e2 = random.power(0.0, 6.0);

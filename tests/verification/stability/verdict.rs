@@ -1,4 +1,4 @@
-//! Runs a scene from its text to its end and says how it ended. What is said to be solved is audited from its fields alone.
+//! Runs a scene from its text to its end and classifies the outcome. Converged states are audited from their fields alone.
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -11,17 +11,17 @@ use orthowear::simulation::build;
 
 use super::audit::audit;
 
-/// How a run ended.
+/// Outcome of a run.
 pub enum Verdict {
-    /// All steps converged, and every one passed the audit.
+    /// All steps converged and passed the audit.
     Certified(Run),
-    /// The run says that it did not converge, and why; what converged before passed the audit.
+    /// The run reports a reason for no convergence. Its converged steps passed the audit.
     NotConverged(&'static str, Run),
-    /// The scene is refused, or the run failed, with a message.
+    /// The scene is refused, or the run failed with a message.
     Refused(String),
 }
 
-/// What a run left.
+/// Results of a run.
 pub struct Run {
     pub records: Vec<IncrementRecord>,
     pub warnings: Vec<String>,
@@ -42,7 +42,7 @@ impl Observer for Kept {
     }
 }
 
-/// Runs the scene with the mesh file `block.msh`, if there is one, beside it.
+/// Runs the scene in a folder with the mesh file `block.msh`, if there is one.
 pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -88,16 +88,16 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     }
 }
 
-/// Every number is one, of what is kept of steps that did not converge too.
+/// Asserts that all numbers are finite, also those of steps that did not converge.
 fn finite(name: &str, record: &IncrementRecord, state: &FrameState) {
-    // What is not a number has no place in JSON.
+    // JSON writes non-finite numbers as null.
     let json = serde_json::to_string(record).expect("a record has a form");
     assert!(!json.contains("null"), "{name}: {json}");
     let fields = [&state.tractions, &state.gap, &state.slip, &state.wear_depth];
     assert!(fields.into_iter().flatten().all(|value| value.is_finite()), "{name}: {}", record.name);
 }
 
-/// What the laws say of a state, and that its gap is that of its tractions.
+/// Checks the contact and friction laws of a state, and that its gap follows from its tractions.
 fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord, state: &FrameState) {
     let n = model.frame.n_cells();
     let place = format!("{name}, {} {}", record.name, record.increment);
@@ -117,7 +117,7 @@ fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord
     for i in 0..n {
         let terms = [model.initial_gap[2 * n + i], -record.approach, elastic[2 * n + i]];
         size = terms.iter().fold(size, |size, term| size.max(term.abs()));
-        // Beside the contact the flexibility of meshed bodies need not be formed.
+        // The flexibility of meshed bodies need not exist outside the contact.
         if pressure[i] > 0.0 {
             defect = defect.max((terms.iter().sum::<f64>() - state.gap[2 * n + i]).abs());
         }
@@ -125,7 +125,7 @@ fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord
         residual = residual.max((pressure[i] - star).abs() / p_max);
     }
     assert!(defect <= 1e-11 * size, "{place}: the gap is not that of the tractions: {defect:e} of {size:e}");
-    // What the subtraction of gaps much larger than the displacements leaves is rounding.
+    // Gaps much larger than the displacements leave rounding in the difference.
     let unit = blocks[0][(2, 2)];
     let rounding = 1e-13 * size / (unit * p_max);
     assert!(residual <= 1.01 * tolerance + rounding, "{place}: residual {residual:e}");

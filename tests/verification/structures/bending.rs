@@ -1,4 +1,4 @@
-//! Bending: constant moment with quadratic displacements, the clamped cantilever, the column under its weight.
+//! Bending: constant moment with quadratic displacements, clamped cantilever, column under its weight.
 
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet10, Wedge6, Wedge15, Wedge18};
 use orthowear::fem::{CondensedBody, FeModel, FeSpec, HexFormulation, StressRecovery};
@@ -16,7 +16,7 @@ fn solve(spec: FeSpec) -> CondensedBody {
 const RADIUS: f64 = 1000.0;
 const NU: f64 = 0.3;
 
-/// Displacement of sigma_xx = E z / R (Timoshenko and Goodier).
+/// Displacement for sigma_xx = E z / R (Timoshenko and Goodier).
 fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x * z / RADIUS, -NU * y * z / RADIUS, -(x * x + NU * (z * z - y * y)) / (2.0 * RADIUS)]
 }
@@ -26,7 +26,7 @@ fn bar(kind: ElementKind) -> Mesh {
     block(kind, [4, 2, 2], [10.0, 2.0, 2.0], |[x, y, z]| [x, y - 1.0, z - 1.0])
 }
 
-/// A bar whose inner corners are moved, edges kept straight.
+/// A bar with distorted inner corners and straight edges.
 fn uneven_bar(kind: ElementKind) -> Mesh {
     let linear = crate::fem_meshes::linear(kind);
     let mesh = block(linear, [4, 2, 2], [10.0, 2.0, 2.0], |[x, y, z]| {
@@ -41,14 +41,14 @@ fn uneven_bar(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// Solves with the bending field on the whole boundary.
+/// Solves with the bending field prescribed on the whole boundary.
 fn solve_bent(mut mesh: Mesh, formulation: HexFormulation) -> CondensedBody {
     let boundary = boundary_nodes(&mesh);
     let supports = prescribe(&mut mesh, &boundary, ALL, bent);
     solve(spec(mesh, isotropic(), formulation, supports))
 }
 
-/// Asserts exact displacements, energy 1.4 and, at the nodes, sigma_xx = E z / R alone.
+/// Asserts exact displacements, energy 1.4 and, at the nodes, sigma_xx = E z / R as the only stress.
 fn assert_bent(mesh: Mesh) {
     let body = solve_bent(mesh, HexFormulation::Enhanced);
     let (model, u) = (body.model(), body.contact_free_displacement());
@@ -65,10 +65,9 @@ fn assert_bent(mesh: Mesh) {
     assert!(error < 1e-9 * 210.0, "stress {error:e}");
 }
 
-/// Truth: quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and
-/// Goodier) are in the space of every element of second order whose edges are straight: on parallelepipeds for all, on any
-/// tetrahedra, and on any hexahedra and wedges for those complete in each direction (27 and 18 nodes). Tolerance: the
-/// catalogue's 1e-9.
+/// Truth: quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier). Every second-order
+/// element with straight edges represents them on parallelepipeds. Tetrahedra do so on any shape, as do hexahedra and wedges that
+/// are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's 1e-9.
 #[test]
 fn pure_bending_is_exact_for_elements_of_second_order() {
     assert!((bent([10.0, 0.0, 0.0])[2] + 0.05).abs() < 1e-15);
@@ -76,7 +75,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         println!("{}", kind.name());
         assert_bent(bar(kind));
         let skewed = |[x, y, z]: [f64; 3]| [x, y - 1.0 + 0.1 * (x - 5.0), z - 1.0 + 0.2 * (y - 1.0)];
-        // The field is exact anywhere, the energy is that of this box.
+        // The field is exact on any box. The energy is that of the original one.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
         assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
@@ -86,10 +85,10 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
     }
 }
 
-/// Truth: with the exact displacement at all nodes of boxes h_x x h_y x h_z the trilinear element has parasitic strains
-/// (x - x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz, whose energy over the volume V is
-/// V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]: it locks. The enhanced modes contain just these strains, and
-/// give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). Tolerance: rounding.
+/// Truth: the trilinear element with exact displacement at all nodes of boxes h_x x h_y x h_z locks. Its parasitic strains are (x -
+/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz. Their energy in the volume V is V/(24 R²)
+/// [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just these strains and give the exact energy 1.4
+/// (Taylor, Beresford and Wilson 1976). Tolerance: rounding.
 #[test]
 fn pure_bending_of_hexahedra_locks_as_it_must() {
     let (lambda, mu) = (210e3 * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), 210e3 / (2.0 * (1.0 + NU)));
@@ -104,13 +103,13 @@ fn pure_bending_of_hexahedra_locks_as_it_must() {
         let energy = model.strain_energy(&u).unwrap();
         assert!((energy / wanted - 1.0).abs() < 1e-12, "{}: {energy}", formulation.name());
     }
-    // Solved with the boundary given, the enhanced element is exact at the nodes inside as well.
+    // With a prescribed boundary the enhanced element is exact at the inner nodes, too.
     let body = solve_bent(bar(Hex8), HexFormulation::Enhanced);
     let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
     assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
 }
 
-/// End deflection of the catalogue's cantilever with `n` cells across, 10 n along; reactions checked.
+/// End deflection of the catalogue's cantilever with `n` cells across and 10 n along. Checks the reactions.
 fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let mesh = block(kind, [10 * n, n, n], [100.0, 10.0, 10.0], |x| x);
     let end = mesh.points.iter().position(|x| *x == [100.0, 5.0, 5.0]).unwrap();
@@ -122,16 +121,15 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let sum = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| -> f64 {
         reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| f(r, x)).sum()
     };
-    // Rounding: the displacements' last bits times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
+    // Rounding: last bits of displacements times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
     assert!((sum(&|r, _| r[2]) + 1000.0).abs() < 1e-9 * 1000.0);
     assert!((sum(&|r, x| r[0] * x[2]).abs() / 1e5 - 1.0).abs() < 1e-9);
     u[end][2]
 }
 
-/// Truth: 1.9066 ± 0.0002, three-dimensional solution of the clamped cantilever; 1.919333 by beam theory with shear
-/// (Timoshenko, Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells;
-/// displacement methods approach from below, monotonically on nested meshes. The catalogue gives 1.9050 for 27 nodes, to
-/// half its last digit.
+/// Truth: 1.9066 ± 0.0002, three-dimensional solution of the clamped cantilever. Beam theory with shear gives 1.919333 (Timoshenko,
+/// Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells. Displacement methods converge from below,
+/// monotonically on nested meshes. For 27 nodes the catalogue gives 1.9050, to half its last digit.
 #[test]
 fn cantilever_of_second_order() {
     for kind in [Hex20, Hex27, Tet10, Wedge15] {
@@ -146,9 +144,9 @@ fn cantilever_of_second_order() {
     }
 }
 
-/// Truth: nu = 0: w = -rho g (L z - z²/2) / E, base stress -rho g L = -0.1, reactions 0.1.
-/// Elements of second order contain it; extruded linear ones (hexahedra, wedges) are exact at their nodes. Tolerance: the
-/// catalogue's 1e-10, 1e-12 for the reactions.
+/// Truth: for nu = 0, w = -rho g (L z - z²/2) / E, base stress -rho g L = -0.1, reactions 0.1. Second-order elements represent this
+/// field. Extruded linear elements (hexahedra, wedges) are exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for the
+/// reactions.
 #[test]
 fn column_under_its_weight() {
     let exact_at_nodes = |kind: ElementKind| degree(kind) == 2 || matches!(kind, Hex8 | Wedge6);

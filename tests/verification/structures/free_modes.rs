@@ -1,4 +1,4 @@
-//! Eigenvalues of free stiffness matrices.
+//! Eigenvalues of the stiffness of unconstrained bodies.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use orthowear::element::ElementKind;
@@ -34,9 +34,9 @@ fn assert_six_free_modes(name: &str, k: DMatrix<f64>) {
     assert!(free.iter().all(|l| l.abs() < 1e-9 * stiff[0]), "{name}: {free:?} {:e}", stiff[0]);
 }
 
-/// Truth: a free body has six rigid motions and no other without energy: K is symmetric, has exactly six zero eigenvalues
-/// and is positive otherwise, down to a single cell, where hourglass modes would show.
-/// Tolerances: the catalogue's 1e-14 and 1e-9.
+/// Truth: an unconstrained body has six rigid-body modes and no other mode without energy. K is symmetric, has exactly six zero
+/// eigenvalues and is positive otherwise. This includes a single cell, where hourglass modes would appear. Tolerances: the
+/// catalogue's 1e-14 and 1e-9.
 #[test]
 fn free_bodies_have_six_modes_without_energy() {
     for (kind, formulation) in ELEMENTS {

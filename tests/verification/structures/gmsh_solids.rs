@@ -1,4 +1,4 @@
-//! Bodies meshed by gmsh, of first and second order, every solid that it writes.
+//! Bodies meshed by gmsh, of first and second order, with every solid that it writes.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
@@ -16,8 +16,8 @@ use crate::fem_bodies::{ALL, largest_difference, rotated_orthotropic, spec};
 use crate::fem_meshes::{add_cells, prescribe};
 use crate::mesh::tools;
 
-/// A quarter of a cylinder of radius 2 and height 2: hexahedra, and wedges where a triangle was left, in the lower half;
-/// pyramids on them and tetrahedra in the upper one.
+/// A quarter of a cylinder of radius 2 and height 2. The lower half has hexahedra and, at remaining triangles, wedges. The upper
+/// half has pyramids on them and tetrahedra.
 const QUARTER: &str = r#"
 Point(1) = {0, 0, 0, 0.7}; Point(2) = {2, 0, 0, 0.7}; Point(3) = {0, 2, 0, 0.7};
 Line(1) = {1, 2}; Circle(2) = {2, 1, 3}; Line(3) = {3, 1};
@@ -29,7 +29,7 @@ Physical Curve("arc") = {2};
 Physical Volume("body") = Volume{:};
 "#;
 
-/// The quarter with the kinds it is to hold; `None` without gmsh.
+/// The quarter with the expected element kinds. `None` without gmsh.
 fn quarter(order: &str, incomplete: &str, kinds: &[ElementKind]) -> Option<Mesh> {
     let dir = tempfile::tempdir().expect("a temporary folder");
     fs::write(dir.path().join("quarter.geo"), QUARTER).expect("a written file");
@@ -46,8 +46,8 @@ fn quarter(order: &str, incomplete: &str, kinds: &[ElementKind]) -> Option<Mesh>
     Some(mesh)
 }
 
-/// Solves the quarter under the pressure 7 on its whole skin, supported statically determinate: the stress is -7 on the
-/// diagonal everywhere, and no support carries anything.
+/// Solves the quarter under the pressure 7 on its whole surface with statically determinate supports. The normal stresses are -7
+/// everywhere, and reactions vanish.
 fn assert_hydrostatic(mut mesh: Mesh) {
     for face in outer_faces(&mesh) {
         let name = format!("skin {}", face.kind.name());
@@ -83,10 +83,9 @@ fn assert_hydrostatic(mut mesh: Mesh) {
     assert!(largest_difference(&reactions, &vec![[0.0; 3]; reactions.len()]) < 1e-9);
 }
 
-/// Truth: as gmsh numbers its nodes our elements take them: the volume is that of the quarter of a cylinder, constant strain
-/// passes the patch test on the curved mixed mesh, and pressure on its whole skin, curved faces included, gives a hydrostatic
-/// stress. Tolerances: twice what chords or parabolas in the place of arcs lose; rounding of a mesh of some thousand
-/// unknowns otherwise.
+/// Truth: our elements use gmsh's node order. The volume is that of the quarter of a cylinder. Constant strain passes the patch
+/// test on the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. Tolerances:
+/// twice the loss of volume by chords or parabolas instead of arcs. Otherwise rounding of a mesh of some thousand unknowns.
 #[test]
 fn every_solid_that_gmsh_writes_is_solved() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -98,7 +97,7 @@ fn every_solid_that_gmsh_writes_is_solved() {
         let Some(mesh) = quarter(order, incomplete, &kinds) else { return };
         let pieces = mesh.group("arc").expect("the arc").cells.len();
         let quality = check(&mesh).expect("a sound mesh");
-        // An arc of this angle loses angle²/6 of its sector to its chord, angle⁴/480 to the parabola through its middle.
+        // A chord loses angle²/6 of the sector of an arc, a parabola through its middle loses angle⁴/480.
         let angle = FRAC_PI_2 / pieces as f64;
         let lost = if order == "2" { angle.powi(4) / 480.0 } else { angle.powi(2) / 6.0 };
         let error = quality.volume / (2.0 * PI) - 1.0;

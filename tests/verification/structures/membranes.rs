@@ -1,4 +1,4 @@
-//! Panels loaded in their plane: Cook's membrane, the elliptic membrane LE1.
+//! Panels loaded in their plane: Cook's membrane and the elliptic membrane LE1.
 
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet10, Wedge15};
 use orthowear::fem::{CondensedBody, FeModel, FeSpec, HexFormulation, StressRecovery, Support};
@@ -12,13 +12,13 @@ fn solve(spec: FeSpec) -> CondensedBody {
     FeModel::new(spec).unwrap().condense(&[]).unwrap()
 }
 
-/// A group held along some components.
+/// A group with some fixed components.
 fn held(group: &str, components: [bool; 3]) -> Support {
     Support { components, ..clamp(group) }
 }
 
-/// Vertical displacement of the middle of the right edge of Cook's panel, `n` elements along an edge and one through the
-/// thickness 1; total shear `force`; plane strain or, with the front free, plane stress.
+/// Vertical displacement at the middle of the right edge of Cook's panel, with `n` elements along an edge and one through the
+/// thickness 1. The total shear is `force`. The state is plane strain or, with a free front, plane stress.
 fn cook(kind: ElementKind, n: usize, (modulus, nu, force): (f64, f64, f64), plane_strain: bool) -> f64 {
     let taper = |[s, t, z]: [f64; 3]| {
         let (bottom, top) = (44.0 * s, 44.0 + 16.0 * s);
@@ -37,10 +37,10 @@ fn cook(kind: ElementKind, n: usize, (modulus, nu, force): (f64, f64, f64), plan
     solve(spec).contact_free_displacement()[tip][1]
 }
 
-/// Truth: 23.968 in plane stress (E = 1, nu = 1/3, F = 1) and 8.778 in plane strain (E = 250, nu = 0.3, F = 100)
-/// (Cook 1974; graded elements of degree 4 and 5). Tolerance: the catalogue's 1 % with 32 elements
-/// of second order along an edge; half of them, and twice as many enhanced hexahedra of 8 nodes, are held to it as well. In
-/// plane stress the body of thickness 1 is a solid one, whose front is free: it differs at the clamped corners only.
+/// Truth: 23.968 in plane stress (E = 1, nu = 1/3, F = 1) and 8.778 in plane strain (E = 250, nu = 0.3, F = 100) (Cook 1974; graded
+/// elements of degree 4 and 5). Tolerance: the catalogue's 1 % with 32 elements of second order along an edge. It also holds for
+/// half as many, and for twice as many enhanced 8-node hexahedra. In plane stress the body is a solid of thickness 1 with a free
+/// front. It differs only at the clamped corners.
 #[test]
 fn cook_membrane() {
     let (stress, strain) = ((1.0, 1.0 / 3.0, 1.0), (250.0, 0.3, 100.0));
@@ -51,9 +51,8 @@ fn cook_membrane() {
     }
 }
 
-/// Truth: sigma_yy = 92.7 MPa at D = (2, 0) of the elliptic membrane, E = 210 GPa, nu = 0.3, 10 MPa outward on the outer edge,
-/// lengths in m (NAFEMS 1990). Tolerance: the catalogue's 2 %, of the recovered nodal stress on 16 x 24
-/// elements.
+/// Truth: sigma_yy = 92.7 MPa at D = (2, 0) of the elliptic membrane (NAFEMS 1990). E = 210 GPa, nu = 0.3, 10 MPa outward on the
+/// outer edge, lengths in m. Tolerance: the catalogue's 2 % for the recovered nodal stress on 16 x 24 elements.
 #[test]
 fn nafems_le1() {
     for kind in [Hex20, Hex27, Wedge15, Tet10] {

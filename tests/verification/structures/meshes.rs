@@ -1,4 +1,4 @@
-//! Meshes of these problems: elements between given corners, blocks joined, the seven hexahedra in other elements.
+//! Meshes of the structural tests: elements between given corners, joined blocks, the seven hexahedra cut into other elements.
 
 use std::collections::HashMap;
 
@@ -9,12 +9,12 @@ use orthowear::mesh::Mesh;
 use crate::by_kind;
 use crate::fem_meshes::{add_cells, block, linear, macneal_harder};
 
-/// Weights of the corners at a reference point of the linear element.
+/// Shape functions of the linear element at a reference point.
 fn values<S: ShapeFunctions<N, 3>, const N: usize>(xi: [f64; 3]) -> Vec<f64> {
     S::values(xi).to_vec()
 }
 
-/// Numbers points, the same number for the same place (to 1e-9).
+/// Numbers points. Points at the same position (to 1e-9) have the same number.
 #[derive(Default)]
 struct Places {
     known: HashMap<[i64; 3], usize>,
@@ -30,7 +30,7 @@ impl Places {
     }
 }
 
-/// Elements of kind `kind` with straight edges between corners, nodes at the same place joined; volume group "body".
+/// Elements of `kind` with straight edges between corners, coincident nodes merged. Volume group "body".
 pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     let mut places = Places::default();
     let mut nodes = Vec::new();
@@ -46,7 +46,7 @@ pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     mesh
 }
 
-/// Meshes side by side, nodes at the same place joined, groups of the same name united.
+/// Adjacent meshes with coincident nodes merged and groups of the same name united.
 pub fn joined(meshes: &[Mesh]) -> Mesh {
     let mut places = Places::default();
     let mut groups: Vec<(ElementKind, String, Vec<usize>)> = Vec::new();
@@ -76,7 +76,7 @@ fn pyramids(hexahedron: &[usize], points: &mut Vec<[f64; 3]>) -> Vec<Vec<usize>>
     Hex8.local_faces().iter().map(|(_, face)| pyramid(face)).collect()
 }
 
-/// The two tetrahedra of a pyramid, its base cut from the corner of the least number.
+/// The two tetrahedra of a pyramid. The diagonal of the base starts at the corner with the smallest number.
 fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     let least = (0..4).min_by_key(|&i| pyramid[i]).unwrap();
     let base = |step: usize| pyramid[(least + step) % 4];
@@ -84,8 +84,8 @@ fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     [vec![a, b, c, pyramid[4]], vec![a, c, d, pyramid[4]]]
 }
 
-/// The two wedges of each of the seven hexahedra: the inner one and those below and above it are cut across z, the four
-/// around them along the diagonals from the inner nodes below to the outer ones above.
+/// The two wedges of each of the seven hexahedra. The inner one and those below and above it are cut across z. The four around them
+/// are cut along the diagonals from the lower inner nodes to the upper outer ones.
 fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     let inner = [8, 9, 10, 11, 12, 13, 14, 15];
     let mut hexahedra = vec![inner.to_vec()];
@@ -100,8 +100,8 @@ fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     hexahedra.into_iter().flat_map(halves).collect()
 }
 
-/// The seven hexahedra of MacNeal and Harder (1985) as, or cut into, elements of kind `kind`: two wedges, six pyramids or
-/// twelve tetrahedra each.
+/// The seven hexahedra of MacNeal and Harder (1985) in elements of `kind`. Other elements are cut from them: two wedges, six
+/// pyramids or twelve tetrahedra each.
 pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     let hexahedra = macneal_harder();
     let mut points = hexahedra.points.clone();
@@ -120,11 +120,11 @@ pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// A quarter of the plate between the ellipses of NAFEMS LE1 and LE10, x²/2² + y²/1² = 1 and x²/3.25² + y²/2.75² = 1, of a
-/// thickness along z; cells from the inner ellipse "x0" to the outer "x1", from the axis y = 0 "y0" to x = 0 "y1", along z.
+/// A quarter of the plate of NAFEMS LE1 and LE10 between the ellipses x²/2² + y²/1² = 1 and x²/3.25² + y²/2.75² = 1, with a
+/// thickness along z. Cells run from the inner ellipse "x0" to the outer "x1", and from the axis y = 0 "y0" to x = 0 "y1".
 pub fn ellipses(kind: ElementKind, cells: [usize; 3], thickness: f64) -> Mesh {
     block(kind, cells, [1.0, 1.0, thickness], |[s, t, z]| {
-        // The cosine of exactly a right angle is not zero in floating point, but the axis is to be a plane.
+        // The cosine of a right angle is not zero in floating point, but the axis has to be a plane.
         let (sin, cos) = if t == 1.0 { (1.0, 0.0) } else { (t * std::f64::consts::FRAC_PI_2).sin_cos() };
         [(2.0 + 1.25 * s) * cos, (1.0 + 1.75 * s) * sin, z]
     })

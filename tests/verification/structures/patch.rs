@@ -10,11 +10,11 @@ use crate::fem::patch_test;
 use crate::fem_bodies::ELEMENTS;
 use crate::fem_meshes::linear;
 
-/// Truth: constant strain on the seven distorted hexahedra, whole or cut into the other elements: stresses 2000 and 400,
-/// inner displacements exact, reactions that balance (MacNeal and Harder 1985). Tolerance:
-/// rounding, 1e-12; the catalogue asks for 1e-10. The cut ones fill the unit cube, to rounding. One of the published
-/// hexahedra is folded at its inner corner (0.320, 0.186, 0.643), where its Jacobian is -1.58e-3, but positive at all
-/// integration points; no mesh check is made of it or of the wedge there.
+/// Truth: constant strain on the seven distorted hexahedra, whole or cut into other elements. Stresses are 2000 and 400, inner
+/// displacements exact, and reactions balance (MacNeal and Harder 1985). Tolerance: rounding, 1e-12, where the catalogue asks for
+/// 1e-10. Tetrahedra and pyramids fill the unit cube, to rounding. One of the published hexahedra is folded at its inner corner
+/// (0.320, 0.186, 0.643). There its Jacobian is -1.58e-3, but it is positive at all integration points. Neither this hexahedron nor
+/// the wedge there goes through the mesh check.
 #[test]
 fn seven_distorted_hexahedra_in_every_element() {
     let strain = [1e-3; 6];

@@ -1,4 +1,4 @@
-//! A thick plate under pressure, LE10.
+//! A thick plate under pressure: LE10.
 
 use orthowear::element::ElementKind::{Hex20, Hex27};
 use orthowear::fem::{FeModel, HexFormulation, StressRecovery, Support};
@@ -8,10 +8,9 @@ use super::meshes::ellipses;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::prescribe;
 
-/// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate, E = 210 GPa, nu = 0.3, 1 MPa on its upper face,
-/// lengths in m; the outer face is held along x and y, and along z on its middle line (NAFEMS 1990).
-/// Tolerance: the catalogue's 2 %, on 12 x 8 x 4 elements, of the recovered stress at this corner and of the mean of what the
-/// elements extrapolate there.
+/// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate (NAFEMS 1990). E = 210 GPa, nu = 0.3, 1 MPa on its
+/// upper face, lengths in m. The outer face is fixed along x and y, and along z on its middle line. Tolerance: the catalogue's 2 %
+/// for the recovered stress at this corner, on 12 x 8 x 4 elements.
 #[test]
 fn nafems_le10() {
     for kind in [Hex20, Hex27] {

@@ -1,4 +1,4 @@
-//! A thick sphere under inner pressure.
+//! A thick sphere under internal pressure.
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet4, Tet10, Wedge6, Wedge15};
@@ -23,12 +23,12 @@ fn radial(r: f64) -> f64 {
     SCALE / E * ((1.0 - 2.0 * NU) * r + (1.0 + NU) * 8.0 / (2.0 * r * r))
 }
 
-/// An eighth of the sphere, 1 < r < 2: three blocks of n x n x n cells over the three squares of a cube's corner; groups "z0"
+/// An eighth of the sphere, 1 < r < 2: three blocks of n x n x n cells over the three squares at a cube's corner. Groups are "z0"
 /// inside, "z1" outside, "x0" and "y0" on the planes of symmetry.
 fn eighth(kind: ElementKind, n: usize) -> Mesh {
     let part = |turn: usize| {
         let onto_sphere = |[s, t, layer]: [f64; 3]| {
-            // A quarter of a right angle for each cell along the square, 1 exactly on its diagonal edges.
+            // Equal angles for the cells along the square, exactly 1 on its diagonal edges.
             let slope = |c: f64| if c == 1.0 { 1.0 } else { (c * std::f64::consts::FRAC_PI_4).tan() };
             let direction = [slope(s), slope(t), 1.0];
             let r = (1.0 + layer) / direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -39,7 +39,7 @@ fn eighth(kind: ElementKind, n: usize) -> Mesh {
     joined(&[part(0), part(1), part(2)])
 }
 
-/// L2 norms of the error of the displacement and of the exact one.
+/// L2 norms of the displacement error and of the exact displacement.
 fn l2_error<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]) -> (f64, f64) {
     let rule: Vec<RulePoint<3>> = match linear(mesh.kind(mesh.volume_cells().next().unwrap())) {
         Hex8 => hexahedron(4),
@@ -65,10 +65,10 @@ fn l2_error<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]
     (error.sqrt(), norm.sqrt())
 }
 
-/// Relative errors of the displacement in L2, of it on the inner and outer sphere, and of the hoop stress there.
+/// Relative errors of the displacement in L2, of the displacement at the inner and outer sphere, and of the hoop stress there.
 fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     let mut mesh = eighth(kind, n);
-    // Each plane of symmetry is the side of two of the blocks: its nodes are found by their place.
+    // Each plane of symmetry is a side of two of the blocks. Its nodes are found by position.
     let supports = [0, 1, 2].map(|k| {
         let nodes = (0..mesh.n_points()).filter(|&node| mesh.points[node][k].abs() < 1e-12).collect();
         let group = format!("plane {k}");
@@ -82,7 +82,7 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     let mesh = model.mesh();
     let (error, norm) = by_kind!(kind, l2_error(mesh, u));
     let stress = StressRecovery::new(model).unwrap().stress(model, u).unwrap();
-    // On the x axis: hoop stress sigma_yy.
+    // On the x axis sigma_yy is the hoop stress.
     let on_axis = |r: f64| {
         let place = |x: &[f64; 3]| (x[0] - r).abs() + x[1].abs() + x[2].abs() < 1e-9;
         mesh.points.iter().position(place).expect("a node on the axis")
@@ -98,9 +98,9 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
 }
 
 /// Truth: Lamé's solution (1852), u_a = 3.809524e-4, u_b = 1.428571e-4, hoop stresses 71.42857 and 21.42857 (catalogue
-/// lame-thick-sphere); order p + 1 in u on curved boundaries. Tolerance: 0.2 below the order over the finer pair of meshes
-/// (orders are reached from below or above on meshes this coarse, those above are no fault); displacements to 0.5 % and
-/// hoop stresses to 3 % for elements of second order on the finest mesh.
+/// lame-thick-sphere). The order is p + 1 in u on curved boundaries. Tolerance: 0.2 below the order over the finer pair of meshes,
+/// where coarse meshes may give higher orders. On the finest mesh, displacements of second-order elements agree to 0.5 % and hoop
+/// stresses to 3 %.
 #[test]
 fn thick_sphere_under_inner_pressure() {
     assert!((radial(1.0) - 0.000380952381).abs() < 1e-13 && (radial(2.0) - 0.0001428571429).abs() < 1e-13);

@@ -7,9 +7,9 @@ use orthowear::material::Stiffness;
 use crate::fem_bodies::spec;
 use crate::fem_meshes::{block, prescribe};
 
-/// Torque and largest shear on the middle of a side of a bar with unit shear modulus, side and twist per length.
+/// Torque of a bar with unit shear modulus, side and twist per length, and largest shear at the middle of a side.
 ///
-/// Both ends are turned in their planes and free to warp, which Saint-Venant's solution satisfies exactly.
+/// Both ends rotate in their planes and are free to warp, which Saint-Venant's solution satisfies exactly.
 fn twisted(kind: ElementKind, n: usize) -> (f64, f64) {
     let length = 0.25;
     let centred = |[x, y, z]: [f64; 3]| [x - 0.5, y - 0.5, z];
@@ -42,9 +42,9 @@ fn twisted(kind: ElementKind, n: usize) -> (f64, f64) {
     (torque, stress[3].hypot(stress[4]))
 }
 
-/// Truth: T = 0.1405770 G theta' s⁴, largest shear 0.6753145 G theta' s in the middle of the sides (catalogue
-/// torsion-square-bar; Saint-Venant 1855). Tolerance: the catalogue's 0.5 % of the torque at 16 x 16 elements of second
-/// order, to which the shear and 8 x 8 of them are held as well; linear ones at 16 x 16 to 0.5 % of the torque.
+/// Truth: T = 0.1405770 G theta' s⁴, largest shear 0.6753145 G theta' s at the middle of the sides (catalogue torsion-square-bar;
+/// Saint-Venant 1855). Tolerance: the catalogue's 0.5 % of the torque at 16 x 16 elements of second order. It holds for the shear
+/// and for 8 x 8 elements, too. For linear elements it holds for the torque at 16 x 16.
 #[test]
 fn torsion_of_a_square_bar() {
     for (kind, n) in [(Hex20, 16), (Hex20, 8), (Hex27, 8), (Wedge15, 8), (Tet10, 8), (Hex8, 16)] {

@@ -1,4 +1,4 @@
-//! Coefficients of friction from 0 to 2: a certified answer or a loud refusal.
+//! Friction coefficients from 0 to 2: a certified solution or an explicit failure.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -16,7 +16,7 @@ use crate::observed::{audit, follow, pull};
 
 const COEFFICIENTS: [f64; 7] = [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0];
 
-/// Runs, and audits every state that is said to have converged; a run that has not says why.
+/// Runs and audits every converged state. A run that does not converge has to give a reason.
 fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     let unit = model.flexibility.diagonal_blocks()[0][(2, 2)];
     let ellipse = (mu > 0.0).then_some(FrictionEllipse { mu: [mu; 2], angle: 0.0 });
@@ -37,9 +37,9 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: `str-friction-large`: the laws hold cell by cell in every state said to be converged (1e-6); mu = 0 has no tangential traction at
-/// all and the frictionless force to 1e-10, mu = 1e-12 that force to 1e-7. A sphere pressed in five increments (the case of Spence), and on tilted
-/// fibres with a shift, where coupling is strongest; up to mu = 1 there is an answer.
+/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). mu = 0 gives no
+/// tangential traction and the frictionless force to 1e-10, mu = 1e-12 that force to 1e-7. Cases are a sphere pressed in five
+/// increments (the case of Spence) and tilted fibres under a displacement, where coupling is strongest. Up to mu = 1 both converge.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();
@@ -54,7 +54,7 @@ fn any_coefficient_is_certified_or_refused() {
         assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
         if mu <= 1e-12 {
             let found = result.records[4].normal_force;
-            // Without friction the same solve; with the least one another solver, to its residual of 1e-8.
+            // mu = 0 is the same solve. The smallest mu uses another solver, with a residual of 1e-8.
             let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
             assert!(relative(found, wanted) < tolerance, "mu {mu}: {found} {wanted}");
         }
@@ -71,8 +71,8 @@ fn any_coefficient_is_certified_or_refused() {
     }
 }
 
-/// Truth: `str-friction-large` on Cattaneo and Mindlin's spheres, nu = 0 (no coupling, so that there is an answer for every mu): the
-/// closed form of the shift for Q = 0.3 mu P, 5e-3 at 40 cells per diameter, and a tangential force without friction is refused.
+/// Truth: `str-friction-large` on Cattaneo and Mindlin's spheres, nu = 0. Without coupling there is a solution for every mu. The
+/// displacement for Q = 0.3 mu P agrees with the closed form to 5e-3 at 40 cells per diameter.
 #[test]
 fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -92,9 +92,9 @@ fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     }
 }
 
-/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres (12 mm, clamped at its base) under steel, pressed in
-/// two increments and sheared: the laws hold cell by cell (1e-6) wherever a state is said to have converged; mu = 0 is the
-/// frictionless answer to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 there is an answer.
+/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres (12 mm, clamped at its base) under a steel
+/// sphere. It is pressed in two increments and sheared. The laws hold cell by cell in every converged state (1e-6). mu = 0 is the
+/// frictionless solution to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 it converges.
 #[test]
 fn any_coefficient_on_finite_elements() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.0).expect("a grid");

@@ -1,4 +1,4 @@
-//! Hysteresis under a tangential force or shift that goes to and fro (Mindlin and Deresiewicz 1953).
+//! Hysteresis under a cyclic tangential force or displacement (Mindlin and Deresiewicz 1953).
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{FrameState, Outcome};
@@ -12,10 +12,10 @@ use crate::observed::{follow, pull};
 
 const LOAD: f64 = 1000.0;
 const MU: f64 = 0.3;
-/// Increments per quarter of a loop, those of the catalogue.
+/// Increments per quarter of a loop, as in the catalogue.
 const QUARTER: usize = 40;
 
-/// Contact radius, the shift D0 at which all slides and the compliance S, for two bodies with `nu`.
+/// Contact radius, displacement D0 at full sliding and compliance S for two bodies with Poisson's ratio `nu`.
 fn scales(nu: f64) -> (f64, f64, f64) {
     let reduced = 210e3 / (1.0 - nu * nu) / 2.0;
     let a = (3.0 * LOAD * 10.0 / (4.0 * reduced)).cbrt();
@@ -30,7 +30,7 @@ fn spheres(nu: f64) -> Model {
     model
 }
 
-/// Pressed, then to `+top` (one quarter), and `loops` times to `-top` and back.
+/// Presses, goes to `+top` (one quarter), then `loops` times to `-top` and back.
 fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, Vec<FrameState>) {
     let mut steps = vec![press(LOAD), Step { increments: QUARTER, ..to(1.0) }];
     for _ in 0..loops {
@@ -42,7 +42,7 @@ fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, V
     (result, fields)
 }
 
-/// Area of the loop in the plane of shift and force between two increments, by the trapezoidal rule.
+/// Area of the loop of displacement and force between two increments, by the trapezoidal rule.
 fn area(result: &RunResult, from: usize, to: usize) -> f64 {
     (from..to)
         .map(|k| (&result.records[k], &result.records[k + 1]))
@@ -50,7 +50,7 @@ fn area(result: &RunResult, from: usize, to: usize) -> f64 {
         .sum()
 }
 
-/// Work of the mean traction of each increment against its slip, summed over cells.
+/// Work of the mean traction of each increment on its slip, summed over cells.
 fn dissipated(model: &Model, fields: &[FrameState], from: usize, to: usize) -> f64 {
     let n = model.frame.n_cells();
     let increment = |k: usize| -> f64 {
@@ -62,7 +62,7 @@ fn dissipated(model: &Model, fields: &[FrameState], from: usize, to: usize) -> f
     (from..to).map(increment).sum()
 }
 
-/// W of the catalogue for z = Q* / (mu P).
+/// Dissipated energy W of the catalogue for z = Q* / (mu P).
 fn dissipation(nu: f64, z: f64) -> f64 {
     let (a, _, compliance) = scales(nu);
     9.0 * (MU * LOAD).powi(2) / (10.0 * a)
@@ -70,9 +70,9 @@ fn dissipation(nu: f64, z: f64) -> f64 {
         * (1.0 - (1.0 - z).powf(5.0 / 3.0) - 5.0 * z / 6.0 * (1.0 + (1.0 - z).powf(2.0 / 3.0)))
 }
 
-/// Truth: `mindlin-deresiewicz-loop`, nu = 0 (then exact), driven by the force to 0.6 mu P: the dissipation of a cycle to 1e-2, largest
-/// shift and that at Q = 0 on the way back to 1e-2; the second loop is the first one to 1e-6; the work of tractions against
-/// slip is the area of the loop to 1e-6.
+/// Truth: `mindlin-deresiewicz-loop`, exact for nu = 0, under a force up to 0.6 mu P. Dissipation of a cycle, largest displacement
+/// and that at Q = 0 on the way back to 1e-2. The second loop is the first one to 1e-6. The work of tractions on slip is the area
+/// of the loop to 1e-6.
 #[test]
 fn loops_under_a_force() {
     let model = spheres(0.0);
@@ -92,12 +92,12 @@ fn loops_under_a_force() {
     for k in 0..=cycle {
         let (first, second) =
             (result.records[start + k].shift[0], result.records[start + cycle + k].shift[0]);
-        // The first loop starts from the virgin curve and is closed when it comes back to its end.
+        // The first loop starts from the virgin curve and closes when it returns to the end of it.
         assert!((first - second).abs() < 1e-6 * largest, "{k}: {first} {second}");
     }
 }
 
-/// Truth: the same with the shift driven between +-D0, where all is just sliding (z = 1): dissipation to 1e-2.
+/// Truth: the same with a displacement between +-D0, at the onset of full sliding (z = 1). Dissipation to 1e-2.
 #[test]
 fn loops_to_the_verge_of_sliding() {
     let model = spheres(0.0);
@@ -112,7 +112,7 @@ fn loops_to_the_verge_of_sliding() {
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 1e-2);
 }
 
-/// Truth: the values of the catalogue for nu = 0.3, 3 %, since the classical solution leaves out slip across the force.
+/// Truth: the values of the catalogue for nu = 0.3, to 3 %. The classical solution neglects slip across the force.
 #[test]
 fn loops_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -123,7 +123,7 @@ fn loops_with_lateral_contraction() {
     assert!(relative(result.records[start].shift[0], 0.002692017759) < 3e-2);
 }
 
-/// Truth: the same between +-D0 (z = 1), 3 %: the verge of sliding, so that the force ends within 3 % of mu P too.
+/// Truth: the same between +-D0 (z = 1), to 3 %. At the onset of sliding the force is within 3 % of mu P, too.
 #[test]
 fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -135,7 +135,7 @@ fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let work = area(&result, start, start + cycle);
     assert!(relative(work, 1.413391) < 3e-2, "{work}");
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 3e-2);
-    // On the way back the force vanishes at D0 - 2 D0 (1 - 2^(-2/3)); between two increments of D0 / 40.
+    // On the way back the force vanishes at D0 - 2 D0 (1 - 2^(-2/3)), between two increments of D0 / 40.
     let back = &result.records[start..=start + 2 * QUARTER];
     let crossing = back.windows(2).find(|pair| pair[1].tangential_force[0] <= 0.0).expect("the force turns");
     let [(x0, q0), (x1, q1)] = [0, 1].map(|k| (crossing[k].shift[0], crossing[k].tangential_force[0]));

@@ -1,4 +1,4 @@
-//! Partial slip with exact answers: forces raised together, and profiles other than spheres.
+//! Partial slip with exact solutions: proportional loading, and indenters other than spheres.
 
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::Step;
@@ -8,10 +8,10 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::{press_and_pull, pull, radius};
 
-/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953), Q = 0.2 P raised together from zero, so that the radius
-/// of contact grows evenly: nothing slips but the outermost ring of cells, whose gaps close in the increment; the tractions of
-/// nu = 0 are q0 p (2e-2 of the peak). Shift over approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3 with 100 increments; new
-/// cells are dragged within the increment in which they close, so that 25 are more than twice as far off.
+/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = 0.2 P grows with P from zero, such that the contact
+/// radius grows uniformly. Only the outermost ring of cells slips, whose gaps close in the increment. For nu = 0 the tractions are
+/// q0 p (2e-2 of the peak). With 100 increments, displacement over approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3. New cells are
+/// dragged in the increment of their closure. With 25 increments the error is therefore more than twice as large.
 #[test]
 fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     for nu in [0.0, 0.3] {
@@ -44,8 +44,8 @@ fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     }
 }
 
-/// Truth: `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998), equal bodies of nu = 0 with a cone of 5 degrees between them, Q = 0.5 mu P:
-/// c / a = sqrt(1 - Q / mu P) within one cell, and shift G* / (mu delta E*) = 1 - c / a to 1e-2.
+/// Truth: `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998). Equal bodies of nu = 0 with a conical gap of 5 degrees, Q = 0.5
+/// mu P. c / a = sqrt(1 - Q / mu P) within one cell, and shift G* / (mu delta E*) = 1 - c / a to 1e-2.
 #[test]
 fn cone_in_partial_slip() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");

@@ -16,8 +16,8 @@ const CASES: [[f64; 5]; 4] = [
     [0.3, 0.3, 0.89596, 1.0243, 1.01948],
 ];
 
-/// Truth: a flat punch keeps its contact, so that one increment is the whole history: c / a within one cell, and kappa, the force over
-/// that without friction, to 3e-3 (on the same cells the rim's error cancels).
+/// Truth: a flat punch keeps its contact, and a single increment is the whole history. c / a agrees to one cell. kappa, the force
+/// relative to the frictionless one, agrees to 3e-3 (the edge error cancels on the same cells).
 #[test]
 fn flat_punch() {
     for [nu, mu, ratio, kappa, _] in CASES {
@@ -41,8 +41,9 @@ fn flat_punch() {
     }
 }
 
-/// Truth: a sphere pressed in increments, in which contact grows over cells that stuck at another place before: c / a within one
-/// cell of 36 along the contact and the force kappa DR (4/3) E* a³ / R, a² = R delta / DR, to 3e-3; half the load has the same c / a.
+/// Truth: a sphere pressed in increments, where contact spreads over cells that have stuck at another place. c / a agrees to one
+/// cell of 36 along the contact. The force kappa DR (4/3) E* a³ / R, a² = R delta / DR, agrees to 3e-3. Half the approach has the
+/// same c / a.
 #[test]
 fn sphere_in_increments() {
     for [nu, mu, ratio, kappa, dr] in CASES {

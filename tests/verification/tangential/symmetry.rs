@@ -1,4 +1,4 @@
-//! What symmetry says of friction: signs, axes, places, the order of the bodies.
+//! Symmetries of frictional contact: signs, axes, position, order of the bodies.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ fn run(model: &Model, force: [f64; 2]) -> RunResult {
     result
 }
 
-/// Steel below aluminium: normal and tangential displacements are coupled.
+/// Two unlike bodies, such as steel below aluminium: normal and tangential displacements are coupled.
 fn pair(lower: &Stiffness, upper: &Stiffness) -> Model {
     let mut model = half_spaces(lower, Some(upper), (0.6, CELLS), sphere(10.0));
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
@@ -38,8 +38,8 @@ fn last(result: &RunResult) -> &IncrementRecord {
     result.records.last().expect("records")
 }
 
-/// Largest difference of two states over the largest pressure, `image(i)` being the cell, `q(i)` the tangential traction, that cell i is
-/// mapped to.
+/// Largest difference of two states, relative to the largest pressure. Cell i is mapped to cell `image(i)`, its tangential traction
+/// to `q`.
 fn apart(
     a: &RunResult,
     b: &RunResult,
@@ -59,8 +59,8 @@ fn apart(
         .fold(0.0, f64::max)
 }
 
-/// Truth: `shear-reversal-symmetry`, Q = 0.6 mu P of unlike bodies: -Q mirrors the state, Q along y is the state turned by 90 degrees; 1e-6 of
-/// the peak pressure as in the catalogue for iterative solvers.
+/// Truth: `shear-reversal-symmetry`, Q = 0.6 mu P of unlike bodies. -Q mirrors the state, and Q along y turns it by 90 degrees.
+/// Tolerance 1e-6 of the peak pressure, that of the catalogue for iterative solvers.
 #[test]
 fn forces_turned_and_reversed() {
     let model = pair(&steel(), &aluminium());
@@ -70,15 +70,15 @@ fn forces_turned_and_reversed() {
     let (row, column) = (|i: usize| i / CELLS, |i: usize| i % CELLS);
     let mirrored = |i: usize| (CELLS - 1 - row(i)) * CELLS + column(i);
     assert!(apart(&along, &back, mirrored, |[x, y]| [-x, y]) < 1e-6);
-    // (x, y) goes to (-y, x).
+    // (x, y) is mapped to (-y, x).
     let turned = |i: usize| (CELLS - 1 - column(i)) * CELLS + row(i);
     assert!(apart(&along, &across, turned, |[x, y]| [-y, x]) < 1e-6);
     assert!((last(&along).shift[0] + last(&back).shift[0]).abs() < 1e-6 * last(&along).shift[0]);
     assert!((last(&along).shift[0] - last(&across).shift[1]).abs() < 1e-6 * last(&along).shift[0]);
 }
 
-/// Truth: `shear-reversal-symmetry`: the same contact seen upside down: bodies exchanged, force reversed. Turned by 180 degrees about
-/// y, x and the normal change sign, and the forces on body 1 become those on body 2: with the mirror image of the tractions.
+/// Truth: `shear-reversal-symmetry`, the same contact upside down with exchanged bodies and reversed force. A rotation by 180
+/// degrees about y changes the signs of x and the normal. Forces on body 1 become those on body 2, with mirrored tractions.
 #[test]
 fn bodies_exchanged() {
     let upright = run(&pair(&steel(), &aluminium()), [180.0, 0.0]);
@@ -86,11 +86,11 @@ fn bodies_exchanged() {
     let mirrored = |i: usize| (CELLS - 1 - i / CELLS) * CELLS + i % CELLS;
     assert!(apart(&upright, &exchanged, mirrored, |q| [q[0], -q[1]]) < 1e-6);
     assert!((last(&upright).shift[0] - last(&exchanged).shift[0]).abs() < 1e-6 * last(&upright).shift[0]);
-    // The normal pressures differ by the coupling from those of their own mirror image, or the test would say nothing.
+    // Due to the coupling, pressures differ from their own mirror image. Otherwise the test would prove nothing.
     assert!(apart(&upright, &upright, mirrored, |q| [q[0], -q[1]]) > 1e-4);
 }
 
-/// Truth: `shear-reversal-symmetry`: frame and gap moved together by a vector change nothing (1e-9: rounding of the gap).
+/// Truth: `shear-reversal-symmetry`. A common translation of frame and gap changes nothing (1e-9: rounding of the gap).
 #[test]
 fn another_place() {
     let here = pair(&steel(), &aluminium());

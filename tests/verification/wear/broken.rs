@@ -1,4 +1,4 @@
-//! Steps of cycles that are broken off after their last jump.
+//! Fretting steps that are interrupted after their last jump.
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::{ErrorKind, Result};
@@ -8,7 +8,7 @@ use orthowear::evolution::step::{Integrator, Step};
 
 use crate::common::{Silent, fretting, frp_wear, indent, shift, sphere_on_frp};
 
-/// Breaks the run off at the first sign of life after so many entries, and keeps what it can be taken up from.
+/// Interrupts the run at the first progress message after a number of entries. Keeps its checkpoint.
 struct Breaking {
     loops: bool,
     entries: usize,
@@ -43,8 +43,8 @@ impl Observer for Breaking {
     }
 }
 
-/// Truth: the run that was not interrupted, bit by bit, where a signal comes after the last jump: in the fretting loop there, of the last
-/// step too, and on the way back to the centre.
+/// Truth: the uninterrupted run, bit by bit. The interruption comes after the last jump: in the fretting loop, also of the last
+/// step, or on the way back to the centre.
 #[test]
 fn runs_broken_off_after_the_last_jump() {
     let mut model = sphere_on_frp(30.0, 1.5, 16);
@@ -70,7 +70,7 @@ fn runs_broken_off_after_the_last_jump() {
         assert_eq!(end.records.len(), whole.records.len());
         assert_eq!(end.fretting_loops.len(), whole.fretting_loops.len());
         if steps.len() == 2 {
-            // No entry is left, and no state after it.
+            // There is no further entry and no state after it.
             continue;
         }
         let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
@@ -79,7 +79,7 @@ fn runs_broken_off_after_the_last_jump() {
     }
 }
 
-/// Keeps the state after the first entry.
+/// Keeps the checkpoint after the first entry.
 struct First(Option<RunCheckpoint>);
 
 impl Observer for First {
@@ -95,7 +95,8 @@ impl Observer for First {
     }
 }
 
-/// Truth: increments that are done are none of a step of cycles, and the other way round: such a checkpoint is refused as wrong input.
+/// Truth: completed increments do not belong to a fretting step, and completed cycles not to a monotone step. Such a checkpoint is
+/// refused as invalid input.
 #[test]
 fn checkpoints_within_a_step_of_another_kind_are_refused() {
     let mut model = sphere_on_frp(30.0, 1.5, 12);

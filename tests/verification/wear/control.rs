@@ -1,4 +1,4 @@
-//! Jumps as long as their estimated error allows, and what may break that off.
+//! Jumps with lengths from their estimated error, and their limits.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::RunResult;
@@ -9,7 +9,7 @@ use crate::common::{
     fretting, frp_wear, indent, path_of, reference, relative, solve, solve_with, sphere_on_frp,
 };
 
-/// Cycles of the reference scene in jumps by their estimated error.
+/// Cycles of the reference scene in jumps with error control.
 fn controlled(tolerance: f64) -> Step {
     let mut step = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
     step.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
@@ -22,8 +22,9 @@ fn reference_scene(tilt: f64, cells: usize, cycles: Step) -> RunResult {
     solve(&model, &[indent(0.02), cycles])
 }
 
-/// Truth: independent program with incremental slip, one increment per stroke: volume, load and largest depth after 100 000 cycles
-/// within 2e-3 at the default tolerance, with 40 contact solves at most; the volume by the friction energy is that of the depth.
+/// Truth: independent program with incremental slip and one increment per stroke. Volume, load and largest depth after 100 000
+/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves. The volume by the friction energy is that of the
+/// depth.
 #[test]
 fn default_tolerance_meets_the_reference() {
     let data = reference();
@@ -46,13 +47,13 @@ fn default_tolerance_meets_the_reference() {
     }
 }
 
-/// Root of the mean square of the difference of two fields over the cells where the second is not zero.
+/// Root-mean-square difference of two fields over the cells where the second one is positive.
 fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     let worn: Vec<f64> = a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
 }
 
-/// Truth: the worn depth of 96 jumps: the error stays below the tolerance, and its estimate within a factor of 5 of it.
+/// Truth: the wear depth of 96 jumps. The error is below the tolerance, and its estimate is within a factor of 5.
 #[test]
 fn estimates_are_near_the_errors() {
     for tilt in [0.0, 90.0] {
@@ -69,7 +70,7 @@ fn estimates_are_near_the_errors() {
     }
 }
 
-/// Truth: implicit jumps take as many cycles as are left, explicit ones are kept below what is stable.
+/// Truth: implicit jumps complete all cycles. Explicit jumps stay below the critical length.
 #[test]
 fn jumps_fill_the_cycles() {
     let run = reference_scene(0.0, 16, controlled(1e-2));
@@ -85,7 +86,7 @@ fn jumps_fill_the_cycles() {
     assert!(jumps.iter().all(|jump| jump.length <= critical), "{jumps:?}");
 }
 
-/// Truth: contacts are solved to 1e-8; what asks jumps for less is told so.
+/// Truth: contacts are solved to 1e-8. A finer tolerance for jumps gives a warning.
 #[test]
 fn tolerances_finer_than_contacts_are_solved() {
     for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {
@@ -97,8 +98,8 @@ fn tolerances_finer_than_contacts_are_solved() {
     }
 }
 
-/// Truth: docs/theory-wear.md: 2 λ_min(S_nn) / D is 39 500 cycles for D = 1.6e-10 mm/MPa per cycle, cells of 0.06 mm and the reference
-/// scene at tilt 0 (D is less by the elastic part of the stroke); longer jumps are refused.
+/// Truth: docs/theory-wear.md. In the reference scene at tilt 0 with cells of 0.06 mm, 2 λ_min(S_nn) / D is 39 500 cycles for D =
+/// 1.6e-10 mm/MPa per cycle. (D is smaller by the elastic part of the stroke.) Longer jumps are refused.
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);
@@ -119,8 +120,8 @@ fn explicit_jumps_have_a_critical_length() {
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
 }
 
-/// Truth: strokes in 4 increments instead of 1 wear less than 1e-4 less at tilt 0, and about 0.3 % less at tilt 90 (an independent program,
-/// per cycle at the start).
+/// Truth: strokes in 4 increments instead of 1 reduce the wear by less than 1e-4 at tilt 0 and by about 0.3 % at tilt 90. (An
+/// independent program, per cycle at the start.)
 #[test]
 fn strokes_in_several_increments() {
     for (tilt, range) in [(0.0, -1e-4..1e-4), (90.0, -0.0045..-0.0020)] {

@@ -1,4 +1,4 @@
-//! Contacts that outgrow their frame go on in a larger one.
+//! Runs whose contact reaches the edge of the frame continue on a larger frame.
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
@@ -11,12 +11,13 @@ use serde_json::Value;
 use super::sliding::{half_space, last, press, slide_to};
 use crate::common::{Silent, fretting, frp_wear, indent, relative, shift, solve, sphere, sphere_on_frp};
 
-/// Numbers of the cells of `model` in a larger one.
+/// Indices of the cells of `model` in a larger one.
 fn places(model: &Model, larger: &Model) -> Vec<usize> {
     model.frame.grid.expect("a grid").indices_in(&larger.frame.grid.expect("a grid"))
 }
 
-/// Runs on the first model, and on the next where contact outgrows it; the result and the models that it took.
+/// Runs on the first model and continues on the next one each time the contact reaches the edge of the frame. Returns the result
+/// and the number of models.
 fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);
@@ -31,8 +32,8 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     (result, taken)
 }
 
-/// Truth: `wear-sphere-elastic` (contact radius, pressure and depth in the middle, approach at τ = 1, 10) on a frame that is 1.35 a0
-/// wide at first: contact outgrows it once until τ = 1 (a / a0 = 1.408), twice until τ = 10 (2.31).
+/// Truth: `wear-sphere-elastic` (contact radius, pressure and depth at the centre, approach at τ = 1, 10) on a frame whose initial
+/// half-width is 1.35 a0. The contact reaches its edge once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);
@@ -62,7 +63,7 @@ fn elastic_sphere() {
     }
 }
 
-/// The sphere on a fibre-reinforced half-space, fretting until the contact is wider, then moved across.
+/// The sphere on a fibre-reinforced half-space, fretting until the contact is wider, then displaced across.
 fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
         let mut model = sphere_on_frp(30.0, half_width, cells);
@@ -73,21 +74,21 @@ fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     (models, [indent(0.02), fretting(cycles, amplitude, 8, Integrator::Sdirk2), across])
 }
 
-/// Largest difference of two fields on the same frame over the largest value.
+/// Largest difference of two fields on the same frame, relative to the largest value.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let largest = b.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
     a.iter().zip(b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Tolerance of the strokes that say where cells stick; it shows in fields of partial slip.
+/// Tolerance of the strokes that determine the stick zone. It limits the accuracy of fields in partial slip.
 const STROKES: f64 = 1e-6;
 
-/// Truth: the run on the large frame from the start, jump by jump, in partial and in gross slip, and in the step that follows; resultants
-/// and worn volume to 1e-7, fields to that or the tolerance of strokes.
+/// Truth: the run on the large frame from the start, jump by jump. Cases are partial slip and gross slip, with a step after the
+/// cycles. Resultants and worn volume agree to 1e-7, fields to that or to the tolerance of strokes.
 #[test]
 fn as_on_the_large_frame_from_the_start() {
-    // In the last case it is the first jump.
+    // In the last case the contact reaches the edge in the first jump.
     for (amplitude, cycles, tolerance) in
         [(0.004, 10_000_000, STROKES), (0.08, 300_000, 1e-7), (0.008, 12_000_000, STROKES)]
     {
@@ -116,7 +117,7 @@ fn as_on_the_large_frame_from_the_start() {
     }
 }
 
-/// Keeps the state after each entry.
+/// Keeps the checkpoint after each entry.
 struct States(Vec<RunCheckpoint>);
 
 impl Observer for States {
@@ -143,8 +144,9 @@ fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Truth: the fields of the state before, bit by bit in its cells; in the others nothing is worn or carried, and the tangential gap
-/// and elastic displacement are those of the run on the large frame from the start, to the tolerance of the solutions.
+/// Truth: in the cells of the smaller frame the fields are those before the transfer, bit by bit. New cells have no wear and no
+/// traction. Their tangential gap and elastic displacement are those of the run on the large frame, to the tolerance of the
+/// solutions.
 #[test]
 fn states_are_carried_over() {
     let (models, steps) = fretted(0.004, 10_000_000);
@@ -183,7 +185,7 @@ fn states_are_carried_over() {
                 let [a, b] = [carried[plane * n + place], old[plane * n_before + cell]].map(f64::to_bits);
                 assert_eq!(a, b, "{name}: plane {plane} of cell {cell}");
             }
-            // Where new cells would stick is of no account, for they do not.
+            // The stick gap of new cells does not matter, because they do not stick.
             for &cell in new.iter().filter(|_| !name.ends_with("/stick_gap")) {
                 let [a, b] = [&carried, &wanted].map(|field| field[plane * n + cell]);
                 assert!(!nothing || (a == 0.0 && b == 0.0), "{name}: plane {plane} of cell {cell}");
@@ -204,7 +206,7 @@ fn states_are_carried_over() {
     assert!(larger_misfits(&models, &steps), "a state of another frame");
 }
 
-/// Whether a state is refused on a frame that is not the larger one.
+/// Returns whether frames that do not match the checkpoint are refused.
 fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
     let snapshot = solve(&models[0], steps).frame_edge_checkpoint.expect("a state");
     let short = vec![0; 10];
@@ -213,8 +215,8 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
         && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }
 
-/// Truth: the work of a jump that is not taken is that of the next entry, once: each further try on the small frame adds as much as the one
-/// before, also where it is the first jump of the step.
+/// Truth: the work of a discarded jump is added once to the next entry. Each repeated attempt on the small frame adds the same
+/// work, also if it is the first jump of the step.
 #[test]
 fn each_jump_tried_again_adds_its_work_once() {
     let options = SolverOptions::default();

@@ -1,4 +1,4 @@
-//! Jumps in unusual states: contact at an approach of zero, no contact, tolerances that no jump meets, own loads.
+//! Jumps in unusual states: contact at zero approach, no contact, tolerances that cannot be met, own loads.
 
 use orthowear::body::UnconstrainedModes;
 use orthowear::body::rigid_body_modes::RigidBodyMode;
@@ -16,7 +16,7 @@ use crate::common::{Silent, fretting, indent, relative, solve, sphere, step};
 
 const MU: f64 = 0.4;
 
-/// Keeps entries and warnings; an error ends the run after some entries.
+/// Keeps records and warnings. Ends the run with an error after `entries` entries.
 #[derive(Default)]
 struct Kept {
     entries: usize,
@@ -49,8 +49,8 @@ fn controlled(count: u64, amplitude: f64, tolerance: f64) -> Step {
     step
 }
 
-/// Truth: a step has all of its cycles, in jumps of one cycle at least: also where a sphere that was turned about the frame's centre is in
-/// contact at an approach of 0.
+/// Truth: a step computes all of its cycles in jumps of at least one cycle. This includes a sphere with contact at zero approach
+/// after a rotation about the centre of the frame.
 #[test]
 fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
     let model = rubbed_sphere(1e-8, (0.6, 16), 20.0);
@@ -67,7 +67,7 @@ fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
     assert!(result.records.iter().filter_map(|record| record.jump).all(|jump| jump.length >= 1.0));
 }
 
-/// Truth: nothing wears without contact; each note is given once.
+/// Truth: without contact there is no wear. Each note is given once.
 #[test]
 fn fretting_without_contact_converges_without_wear() {
     for jumps in [JumpPolicy::Tolerance(1e-3), JumpPolicy::Number(2)] {
@@ -90,7 +90,7 @@ fn fretting_without_contact_converges_without_wear() {
     }
 }
 
-/// Truth: the increments of a step that begins in the air have one note.
+/// Truth: a step that starts without contact has a single note for all increments.
 #[test]
 fn steps_in_the_air_are_noted_once() {
     let step = Step { increments: 4, ..indent(-0.001) };
@@ -99,7 +99,8 @@ fn steps_in_the_air_are_noted_once() {
     assert_eq!(result.warnings.iter().filter(|note| note.contains("nothing is in contact")).count(), 1);
 }
 
-/// Truth: docs/theory-wear.md: explicit jumps are stable up to 2 λ_min(S_nn) / D. With i = 1e-3 that is less than a cycle, which no number of jumps undercuts.
+/// Truth: docs/theory-wear.md. Explicit jumps are stable up to 2 λ_min(S_nn) / D. With i = 1e-3 this is less than a cycle, and no
+/// number of jumps is sufficient.
 #[test]
 fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let run_with = |jumps: JumpPolicy| {
@@ -113,18 +114,19 @@ fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let error = run_with(JumpPolicy::Number(2)).expect_err("unstable").to_string();
     assert!(error.contains("at least one cycle") && !error.contains("jumps or more"), "{error}");
     let result = run_with(JumpPolicy::Tolerance(1e-3)).expect("a run of jumps of a cycle");
-    let unstable = |note: &&String| note.contains("longer than is stable") && note.starts_with("WARNING");
+    let unstable =
+        |note: &&String| note.contains("longer than the stability limit") && note.starts_with("WARNING");
     assert!(result.warnings.iter().any(|note| unstable(&note)), "{:?}", result.warnings);
 }
 
-/// Truth: docs/theory-wear.md: a jump is tried again, shorter, while its error is above what the tolerance allows; where trials run out before, a warning says by
-/// how much, once. A tolerance of 1e-25 lies below the rounding of the rates.
+/// Truth: docs/theory-wear.md. A jump is repeated with a shorter length while its error exceeds the tolerance. If the trials run
+/// out, a single warning gives the ratio. A tolerance of 1e-25 is below the rounding of the rates.
 #[test]
 fn jumps_above_the_tolerance_are_warned_of() {
     let warned = |tolerance: f64| {
         let steps = [indent(0.005), controlled(1_000_000_000_000_000, 0.02, tolerance)];
         let mut kept = Kept { entries: 5, ..Kept::default() };
-        // It ends by the error above, or before.
+        // The run ends with the error above or earlier.
         let _ =
             run(&rubbed_sphere(1e-20, (0.6, 12), 20.0), &steps, &SolverOptions::default(), None, &mut kept);
         let jumps = kept.records.iter().filter_map(|record| record.jump);
@@ -138,7 +140,7 @@ fn jumps_above_the_tolerance_are_warned_of() {
     assert!(rejected < Some(12) && count == 0, "{rejected:?} {count}");
 }
 
-/// Truth: the load of a body that nothing holds along n presses as a prescribed force does: the jumps are the same.
+/// Truth: the weight of a body that is unconstrained along n acts as a prescribed force of the same size. The jumps are the same.
 #[test]
 fn own_loads_and_prescribed_forces_take_the_same_jumps() {
     let force = 200.0;
@@ -156,7 +158,7 @@ fn own_loads_and_prescribed_forces_take_the_same_jumps() {
             });
         }
         let first = if floats { Step { wear: false, ..step("press") } } else { press(force) };
-        // 4e-3 of the approach is worn in the end.
+        // The final wear depth is 4e-3 of the approach.
         let result = solve(&model, &[first, slide_to(20.0, 1e-5)]);
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let last = result.records.last().expect("records");

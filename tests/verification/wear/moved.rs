@@ -1,4 +1,4 @@
-//! Meshes moved by what the bodies have lost.
+//! Finite-element meshes moved by the wear depth.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -32,7 +32,8 @@ use crate::structured::{BlockElements, GradedBlock};
 /// Depth of the blocks, mm.
 const DEPTH: f64 = 1.2;
 
-/// Blocks below or above z = 0 with sides of 2 mm: of all kinds of faces, of both orders; `thickness` in the place of their depth.
+/// Blocks below or above z = 0 with sides of 2 mm and the given thickness. The element kinds cover all kinds of faces and both
+/// orders.
 fn blocks(side: Side, thickness: f64) -> Vec<(&'static str, Mesh)> {
     let z = match side {
         Side::Lower => steps(-DEPTH, thickness - DEPTH, 3),
@@ -66,7 +67,7 @@ fn worn(spec: &FeSpec, side: Side, frame: &ContactFrame, depth: &[f64]) -> Resul
     worn_mesh(spec, contact(side), (frame, depth), &MemoryLimit::of_machine())
 }
 
-/// A bump that reaches the rim of its frame on one side.
+/// A wear depth that reaches the edge of the frame on one side.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let at = |cell: usize| {
         let [x, y] = frame.plane_coordinates(cell);
@@ -75,8 +76,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
     (0..frame.n_cells()).map(at).collect()
 }
 
-/// Truth: the volume before less that of the cells, Σ A w, on cells that do not fit the faces; nodes that are fixed, on the sides or
-/// beyond the frame keep their place but for their height.
+/// Truth: the loss of volume is that of the cells, Σ A w, also where cells and faces do not match. Nodes keep their positions in
+/// the plane. Nodes of the base do not move.
 #[test]
 fn volumes_are_conserved() {
     let frame = frame(0.9, [7, 6]);
@@ -121,7 +122,7 @@ fn rollers(side: Side) -> Vec<Support> {
     vec![clamp(base), along("low0", 0), along("high0", 0), along("low1", 1), along("high1", 1)]
 }
 
-/// The largest difference of two flexibilities under some tractions, over the largest value.
+/// Largest difference between two flexibilities under some tractions, relative to the largest value.
 fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     let tractions: Vec<f64> = (0..3 * n).map(|k| ((k * k + 3 * k) as f64).sin()).collect();
     let [a, b] = bodies.map(|mut body| {
@@ -134,7 +135,7 @@ fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     a.iter().zip(&b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Truth: a layer that has lost the same depth everywhere is evenly thinner, and as soft as one that was made so.
+/// Truth: a layer with uniform wear is uniformly thinner. Its flexibility is that of a layer made with this thickness.
 #[test]
 fn even_wear_gives_the_thinner_layer() {
     let (frame, lost) = (frame(1.0, [4, 3]), 0.5);
@@ -157,8 +158,8 @@ fn even_wear_gives_the_thinner_layer() {
     }
 }
 
-/// Truth: by symmetry a ring that has lost the same depth all round its hole has a wider hole, whose corners have moved along their
-/// radii by that depth; it is held outside, and keeps its height.
+/// Truth: by symmetry, uniform wear widens the hole of a ring. The nodes of the hole move along their radii by the wear depth. The
+/// ring is fixed outside and keeps its height.
 #[test]
 fn holes_get_wider() {
     let (inner, outer, lost) = (2.0, 3.0, 0.07);
@@ -182,8 +183,8 @@ fn holes_get_wider() {
     }
 }
 
-/// Truth: a quarter of that ring, between planes of symmetry, moves as the ring does: its corners along their radii, those on the
-/// planes in them.
+/// Truth: a quarter of the same ring between planes of symmetry moves as the ring does. Its nodes move along their radii. Nodes on
+/// the planes stay in them.
 #[test]
 fn quarters_move_as_the_whole() {
     let lost = 0.07;
@@ -206,7 +207,7 @@ fn quarters_move_as_the_whole() {
     }
 }
 
-/// Truth: where the material changes nodes stay, so that the ply at the surface alone gets thinner.
+/// Truth: nodes on a material interface do not move. Only the ply at the surface gets thinner.
 #[test]
 fn plies_below_keep_their_thickness() {
     let mut mesh = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-DEPTH, 0.0, 6)], false, |x| x);
@@ -229,7 +230,7 @@ fn plies_below_keep_their_thickness() {
     }
 }
 
-/// Truth: a layer that is worn through turns over, one that has lost more than nine tenths is too flat.
+/// Truth: elements of a layer that is worn through are inverted. A layer that has lost more than nine tenths is too flat.
 #[test]
 fn meshes_that_are_refused() {
     let frame = frame(1.0, [4, 4]);
@@ -241,7 +242,7 @@ fn meshes_that_are_refused() {
     assert!(lost(1.2 * DEPTH).is_err_and(|text| text.contains("positive Jacobian")));
 }
 
-/// Wants the run to end before the third step.
+/// Asks for a rebuild of the bodies before the third step.
 struct Stops(Cell<usize>);
 
 impl Observer for Stops {
@@ -294,8 +295,8 @@ fn field(state: &Value, name: &str) -> Vec<f64> {
     values.iter().map(|value| value.as_f64().expect("a number")).collect()
 }
 
-/// Truth: nobody moves body 2, so no cell slips on the body that has changed: what the tractions of a contact that sticks give on both
-/// bodies is what its reference of slip moves by, tractions stay bit by bit, and a step that moves nothing has no slip.
+/// Truth: body 2 is at rest, and no cell slips because body 1 is rebuilt. In sticking contact the slip reference changes by the
+/// difference of the elastic gaps under the same tractions. Tractions stay bit-identical, and a step without motion has no slip.
 #[test]
 fn no_cell_slips_by_a_move() {
     let frame = frame(0.8, [4, 3]);
@@ -340,7 +341,7 @@ fn no_cell_slips_by_a_move() {
     );
 }
 
-/// Truth: kinds of the blocks that the other tests move.
+/// Truth: the kinds of faces of the blocks in the other tests.
 #[test]
 fn all_kinds_of_faces_are_moved() {
     let kinds: Vec<ElementKind> =

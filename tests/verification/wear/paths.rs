@@ -1,4 +1,4 @@
-//! Closed paths: under forces, round ellipses.
+//! Closed fretting paths: prescribed forces, ellipses.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
@@ -10,8 +10,8 @@ use orthowear::output::plot::loops::LoopCurve;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
-/// Truth: round a circle that is large against all elastic displacements each cell slips by the sides of the polygon: V = i P 2K 2A sin(π/2K),
-/// wherever the circle begins; the volume by the friction energy is the same.
+/// Truth: around a circle much larger than all elastic displacements each cell slips along the sides of the polygon. V = i P 2K 2A
+/// sin(π/2K) for any starting point. The volume by the friction energy is the same.
 #[test]
 fn circles_in_gross_slip() {
     let (force, amplitude, intensity) = (100.0, 2.0, 1e-10);
@@ -33,7 +33,7 @@ fn circles_in_gross_slip() {
     }
 }
 
-/// Truth: an ellipse with half-axes a, b from angle 0 is one with b, a from a quarter turn, on an isotropic body.
+/// Truth: on an isotropic body an ellipse with semi-axes a, b from angle 0 equals one with b, a from a quarter turn.
 #[test]
 fn ellipses_may_begin_anywhere() {
     let volume = |amplitude: [f64; 2], angle: f64| {
@@ -51,7 +51,7 @@ fn ellipses_may_begin_anywhere() {
     assert!(relative(one, other) < 1e-3, "{one} {other}");
 }
 
-/// Wants loops, keeps nothing.
+/// Asks for fretting loops and discards the records.
 struct Loops;
 
 impl Observer for Loops {
@@ -66,8 +66,9 @@ impl Observer for Loops {
     }
 }
 
-/// Truth: Mindlin, Deresiewicz 1953: energy of a cycle of equal spheres under ±Q, K the shift under Q = μP but for the factor 1 - (1-x)^(2/3):
-/// (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 + (1-x)^(2/3)]}, x = Q/(μP); the loop is closed and symmetric, and its area is that energy.
+/// Truth: Mindlin, Deresiewicz 1953. Energy of a cycle of equal spheres under ±Q is (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 +
+/// (1-x)^(2/3)]}, x = Q/(μP). The displacement is K [1 - (1-x)^(2/3)]. The loop is closed and symmetric, and its area is this
+/// energy.
 #[test]
 fn loops_dissipate_what_they_enclose() {
     let (radius, a, e_star, nu, mu, x) = (100.0, 1.0, 1e5, 0.0, 0.5, 0.6_f64);
@@ -105,14 +106,14 @@ fn loops_dissipate_what_they_enclose() {
     }
 }
 
-/// Truth: `fretting-limit-profile`: under a constant amplitude of the tangential force the stick zone stays as it is, and the rest wears to zero
-/// pressure: approach, volume and pressure in the middle of the limit.
+/// Truth: `fretting-limit-profile`. Under a constant amplitude of the tangential force the stick zone does not change. The rest
+/// wears to zero pressure. Compared are approach, volume and pressure at the centre in the limit.
 #[test]
 fn limit_of_fretting_under_force() {
     let (radius, a0, e_star, cells) = (100.0, 1.0, 1e5, 40);
     let force = 4.0 * e_star / (3.0 * radius);
     let (p0, delta0) = (1.5 * force / std::f64::consts::PI, a0 * a0 / radius);
-    // Equal bodies, of which tractions in the surface do not change the pressures.
+    // In equal bodies tangential tractions do not change the pressures.
     let material = Stiffness::isotropic(2.0 * e_star, 0.0).expect("an admissible material");
     let mut model = half_spaces(&material, Some(&material), (1.7, cells), sphere(radius));
     model.friction = FrictionLaw::Coulomb { mu: 0.5 };
@@ -135,9 +136,9 @@ fn limit_of_fretting_under_force() {
     assert!((stick - 0.5).abs() < 3.4 / cells as f64, "{stick}");
 }
 
-/// Truth: method of dimensionality reduction (Popov 2014): springs at x stick under ±u where G* u < μ E* (δ - x²/R), so that a stick zone that
-/// shrinks, in cells that wear has not reached yet, has c² = R (δ - u G* / (μ E*)) whatever has worn outside; what stays inside to the
-/// end is not worn.
+/// Truth: method of dimensionality reduction (Popov 2014). Springs at x stick under ±u where G* u < μ E* (δ - x²/R). A shrinking
+/// stick zone in unworn cells thus has c² = R (δ - u G* / (μ E*)), independent of the wear outside. Cells that stick to the end do
+/// not wear.
 #[test]
 fn stick_zone_that_moves() {
     let (radius, e_star, mu, amplitude, cells) = (100.0, 1e5, 0.5, 0.0018, 48);
@@ -150,7 +151,7 @@ fn stick_zone_that_moves() {
     let lifted = Step { name: "fretting".into(), normal: Some(Normal::Approach(0.0061)), ..cycles };
     let run = solve(&model, &[indent(0.01), lifted]);
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
-    // G* = E* without lateral contraction.
+    // G* = E* for nu = 0.
     let stick_radius = |approach: f64| (radius * (approach - amplitude / mu)).sqrt();
     let side = 2.4 / cells as f64;
     let jumps: Vec<_> = run.records.iter().filter(|record| record.jump.is_some()).collect();
@@ -165,7 +166,7 @@ fn stick_zone_that_moves() {
     let place = |k: usize| (k as f64 + 0.5) * side - 1.2;
     let distance = |i: usize| place(i / cells).hypot(place(i % cells));
     let deepest = worn.iter().copied().fold(0.0, f64::max);
-    // A twentieth of the approach, which relieves the ring.
+    // A twentieth of the approach, which unloads the annulus.
     assert!(deepest > 5e-4, "{deepest}");
     let inside =
         (0..cells * cells).filter(|&i| distance(i) < last - side).map(|i| worn[i]).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Resolved cycles, which show what wears between the reversal points that are solved together: corrected wear, measured errors.
+//! Resolved cycles, which measure the wear between the reversal points: corrected wear, estimated errors.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
@@ -20,7 +20,7 @@ fn always(tolerance: f64) -> Option<ResolvedCycleSettings> {
     Some(ResolvedCycleSettings { tolerance, correction: Correction::Always, error_warning: f64::INFINITY })
 }
 
-/// Cycles of the reference scene on coarser cells: so many increments per stroke, or those and resolved cycles.
+/// Cycles of the reference scene on a coarser grid, with increments per stroke or with resolved cycles.
 fn reference_scene(
     tilt: f64,
     mut cycles: Step,
@@ -36,12 +36,12 @@ fn reference_scene(
     run
 }
 
-/// Truth: all ends of 16 increments per stroke solved together in every stage (what wears in a step by its tolerance, against the
-/// 0.25 % less that they wear than single increments at tilt 90, and the nothing at tilt 0), and the volume by the friction energy.
+/// Truth: all path points of 16 increments per stroke solved together in every stage, and the volume by the friction energy. Both
+/// agree to about the tolerance. They wear 0.25 % less than single increments at tilt 90 and the same at tilt 0.
 #[test]
 #[ignore = "10 s; usual: controlled_jumps_with_resolved_cycles"]
 fn factors_stand_for_ends_between() {
-    for (tilt, least) in [(0.0, 0.0), (90.0, 1.5e-3)] {
+    for (tilt, range) in [(0.0, 0.0..1e-4), (90.0, 1.5e-3..4e-3)] {
         let volume = |increments: usize, resolve: Option<ResolvedCycleSettings>| {
             let cycles = fretting(100_000, 0.08, 4, Integrator::Sdirk2);
             let run = reference_scene(tilt, cycles, increments, resolve);
@@ -50,13 +50,13 @@ fn factors_stand_for_ends_between() {
         };
         let ((alone, _), (together, _)) = (volume(1, None), volume(16, None));
         let (found, by_energy) = volume(1, always(1e-3));
-        assert!(relative(together, alone) >= least, "tilt {tilt}: {together} {alone}");
+        assert!(range.contains(&relative(together, alone)), "tilt {tilt}: {together} {alone}");
         assert!(relative(found, together) < 1e-3, "tilt {tilt}: {found} {together}");
         assert!(relative(found, by_energy) < 1.5e-3, "tilt {tilt}: {found} {by_energy}");
     }
 }
 
-/// Truth: resolved strokes wear 0.4 % less per cycle than single increments at tilt 90, at the start (an independent program).
+/// Truth: at tilt 90 resolved strokes initially wear 0.4 % less per cycle than single increments (an independent program).
 #[test]
 fn rate_of_resolved_strokes() {
     let rate = |resolve: Option<ResolvedCycleSettings>| {
@@ -67,8 +67,8 @@ fn rate_of_resolved_strokes() {
     assert!((-0.0047..-0.0033).contains(&change), "{change}");
 }
 
-/// Truth: where the slip from end to end stands still, under a constant force and with next to no wear, one resolved cycle is enough;
-/// where wear takes the load away at tilt 90 it is not. Increments per stroke are at least twice those between the ends.
+/// Truth: one resolved cycle is enough where the slip between reversal points does not change, under a constant force and with
+/// little wear. It is not enough at tilt 90, where wear reduces the load. A resolved stroke has at least two increments.
 #[test]
 fn a_cycle_is_resolved_where_slip_has_changed() {
     let resolved = |first: Step, count: u64| -> Vec<Option<usize>> {
@@ -87,8 +87,8 @@ fn a_cycle_is_resolved_where_slip_has_changed() {
     assert!(moving.iter().all(Option::is_some), "{moving:?}");
 }
 
-/// Truth: what the drift of the factors makes of the worn volume is part of its estimated error: the one of few jumps covers the
-/// distance to many.
+/// Truth: the drift of the correction factors is part of the estimated error of the worn volume. The estimate for few jumps covers
+/// the difference from many jumps.
 #[test]
 fn drift_is_in_the_estimated_error() {
     let run = |jumps: usize| {
@@ -100,7 +100,7 @@ fn drift_is_in_the_estimated_error() {
     assert!((0.2..5.0).contains(&(few.worn_volume_error / error)), "{} {error}", few.worn_volume_error);
 }
 
-/// Truth: bits do not depend on a resolved cycle that finds nothing new: without wear there is none.
+/// Truth: resolved cycles change no bit if they bring nothing new. Without wear there are none.
 #[test]
 fn nothing_is_resolved_without_wear() {
     let run = |resolve: Option<ResolvedCycleSettings>| {
@@ -114,7 +114,7 @@ fn nothing_is_resolved_without_wear() {
     assert_eq!(run(always(1e-3)), run(None));
 }
 
-/// Truth: controlled jumps with resolved cycles converge, and their volume is within the tolerance of many jumps with all ends
+/// Truth: controlled jumps with resolved cycles converge. Their volume agrees to the tolerance with many jumps with all path points
 /// solved together.
 #[test]
 fn controlled_jumps_with_resolved_cycles() {
@@ -126,7 +126,8 @@ fn controlled_jumps_with_resolved_cycles() {
     assert!(relative(volume(&found), volume(&together)) < 2e-3, "{} {}", volume(&found), volume(&together));
 }
 
-/// A cycle in partial slip, or nearly so: a steel sphere on CFRP under 200 N, fibres and path in degrees; amplitude in N or mm.
+/// A cycle in partial slip or nearly so: a steel sphere on CFRP under 200 N. Fibre and path angles are in degrees, amplitudes in N
+/// or mm.
 struct PartialSlip {
     fibre: [f64; 2],
     angle: f64,
@@ -136,15 +137,15 @@ struct PartialSlip {
 }
 
 impl PartialSlip {
-    /// Of the random scenes of benchmarks/fretting those that settle within ten cycles.
+    /// The random scenes of benchmarks/fretting that settle within ten cycles.
     const SCENES: [Self; 3] = [
         Self { fibre: [-75.9, 97.5], angle: 338.1, mu: 0.66, drive: Drive::Force, amplitude: 67.8 },
-        // Without a cell that sticks at a reversal point, but far from sliding alike on all of the stroke.
+        // No cell sticks at a reversal point, but slip is far from uniform along the stroke.
         Self { fibre: [-10.8, 137.2], angle: 0.8, mu: 0.31, drive: Drive::Shift, amplitude: 0.00578 },
         Self { fibre: [-12.5, 149.4], angle: 241.3, mu: 0.58, drive: Drive::Shift, amplitude: 0.00538 },
     ];
 
-    /// The scene with so little wear that its shape stays.
+    /// The model, with wear so small that the shape does not change.
     fn model(&self) -> Model {
         let [tilt, azimuth] = self.fibre.map(f64::to_radians);
         let cfrp = im7(0.0).rotated(&fibre_axes(tilt, azimuth));
@@ -159,7 +160,7 @@ impl PartialSlip {
         Step { tangential, increments: 4, wear: false, ..press(200.0) }
     }
 
-    /// The last of ten cycles whose strokes follow one after the other: wear volume with `increments` each.
+    /// Wear volume of the last of ten cycles, computed stroke after stroke with `increments` each.
     fn marched(&self, increments: usize) -> f64 {
         let (sin, cos) = self.angle.to_radians().sin_cos();
         let to = |sign: f64| {
@@ -180,7 +181,7 @@ impl PartialSlip {
         worn(0) - worn(2)
     }
 
-    /// One cycle by its reversal points.
+    /// One cycle computed from its reversal points.
     fn cycle(&self, increments: usize, correction: Option<Correction>) -> (IncrementRecord, RunResult) {
         let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
         let path = path_of(&mut cycles);
@@ -196,9 +197,9 @@ impl PartialSlip {
     }
 }
 
-/// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear of a cycle
-/// is within 1.5 %, where single increments are 2 % and more too high; in both cases at least a third of the error is claimed. Prescribed
-/// increments are taken as they are, with a warning.
+/// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear
+/// of a cycle is within 1.5 %, while single increments are 2 % and more too high. The estimate is at least a third of the error in
+/// both cases. Prescribed increments stay unchanged, with a warning.
 #[test]
 fn wear_in_partial_slip_by_default() {
     for scene in PartialSlip::SCENES.into_iter().take(usual_or_finest(2, 3)) {
@@ -220,8 +221,8 @@ fn wear_in_partial_slip_by_default() {
     }
 }
 
-/// Truth: where all of the contact slides far, wear and tractions are those of single increments, bit by bit, and no correction is
-/// reported; the errors are larger by what a resolved cycle differs.
+/// Truth: if the whole contact slides far, wear and tractions are those of single increments, bit by bit. No correction is
+/// reported. The error estimate grows by the difference found in a resolved cycle.
 #[test]
 fn gross_slip_keeps_single_increments() {
     let run = |correction: Option<Correction>| {
@@ -240,8 +241,8 @@ fn gross_slip_keeps_single_increments() {
     assert!(!found.warnings.iter().any(|text| text.contains("per stroke")), "{:?}", found.warnings);
 }
 
-/// Truth: an octagon in a circle has the perimeter 16 sin(π/16) / (2π): in gross slip on a rigid frame of reference, polygons of 16 sides wear
-/// 0.64 % less than the circle. By default ellipses are corrected for it.
+/// Truth: the perimeter of a regular 16-gon in a circle is 16 sin(π/16) / π of that of the circle. In gross slip a path of 16
+/// chords therefore wears 0.64 % less than the circle. By default ellipses are corrected for it.
 #[test]
 fn ellipses_in_gross_slip_are_corrected() {
     let volume = |resolve: Option<ResolvedCycleSettings>| {

@@ -1,4 +1,4 @@
-//! Steady sliding: closed forms of worn contacts.
+//! Steady sliding: closed forms for worn contacts.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, relative, solve, sphere, step};
 
-/// Sliding along a direction (degrees).
+/// Sliding along a direction in degrees.
 fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
     let motion = CycleMotion::Sliding { angle: angle.to_radians() };
     let cycles = Cycles { count: distance, motion, jumps, integrator };
@@ -27,13 +27,13 @@ pub(super) fn slide_to(distance: f64, tolerance: f64) -> Step {
     slide(distance, 0.0, JumpPolicy::Tolerance(tolerance), Integrator::Sdirk2)
 }
 
-/// A half-space of E* under a rigid body.
+/// A half-space of reduced modulus E* under a rigid body.
 pub(super) fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64) -> f64) -> Model {
     let material = Stiffness::isotropic(0.91 * e_star, 0.3).expect("an admissible material");
     half_spaces(&material, None, frame, gap)
 }
 
-/// A normal force without wear: pressures alone move surfaces along each other, too.
+/// A normal force without wear: pressures alone can cause tangential slip.
 pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
@@ -43,7 +43,7 @@ pub(super) fn last(run: &RunResult) -> &orthowear::evolution::records::Increment
     run.records.last().expect("records")
 }
 
-/// Truth: `archard-global-volume`: V = k P s, whatever the profile.
+/// Truth: `archard-global-volume`. V = k P s for any profile.
 #[test]
 fn volume_is_that_of_archard() {
     let rough = |x: f64, y: f64| x * x / 40.0 + y * y / 30.0 + 1e-3 * ((17.0 * x).sin() + (23.0 * y).cos());
@@ -62,7 +62,7 @@ fn volume_is_that_of_archard() {
         let record = last(&run);
         assert!(relative(record.worn_volume, 0.1) < 1e-10, "{name}: {}", record.worn_volume);
         assert_eq!(record.distance_slid, 10_000.0);
-        // V / E = k / mu.
+        // Dissipation = mu V / k.
         assert!(
             relative(record.dissipation - run.records[0].dissipation, 3e6) < 1e-8,
             "{name}: {}",
@@ -71,7 +71,7 @@ fn volume_is_that_of_archard() {
     }
 }
 
-/// Truth: V = k s (P0 + P1) / 2 under a force that grows linearly, which SDIRK2 integrates exactly.
+/// Truth: V = k s (P0 + P1) / 2 under a linearly growing force. SDIRK2 integrates it exactly.
 #[test]
 fn forces_change_along_the_way() {
     let mut model = half_space(1e5, (1.5, 20), sphere(20.0));
@@ -85,11 +85,11 @@ fn forces_change_along_the_way() {
     let wanted = 1e-8 * 500.0 * 600.0;
     assert!(relative(run.records[3].worn_volume, wanted) < 1e-9, "{}", run.records[3].worn_volume);
     assert!(relative(run.records[3].normal_force, 1000.0) < 1e-9);
-    // The force stays.
+    // The force keeps its value in the next step.
     assert!(relative(last(&run).worn_volume, wanted + 1e-8 * 100.0 * 1000.0) < 1e-9);
 }
 
-/// Truth: `wear-orthotropic-direction`: k(θ) = √((k1 cos θ)² + (k2 sin θ)²), V = k(θ) P s.
+/// Truth: `wear-orthotropic-direction`. k(θ) = √((k1 cos θ)² + (k2 sin θ)²), V = k(θ) P s.
 #[test]
 fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
@@ -102,7 +102,7 @@ fn direction_of_sliding() {
     }
 }
 
-/// Truth: `wear-sphere-rigid-limit`: a = (4 R k P s / π)^¼, the depth a² / (2R).
+/// Truth: `wear-sphere-rigid-limit`. a = (4 R k P s / π)^¼, depth a² / (2R).
 #[test]
 fn flat_of_a_sphere() {
     let mut model = half_spaces(&crate::common::steel(), None, (2.2, 64), sphere(10.0));
@@ -121,7 +121,7 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic`: contact radius, pressure and depth in the middle and approach at τ = k p0 s / δ0 = 1, 10.
+/// Truth: `wear-sphere-elastic`. Contact radius, pressure and depth at the centre, and approach at τ = k p0 s / δ0 = 1, 10.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -145,8 +145,8 @@ fn elastic_sphere() {
     }
 }
 
-/// Truth: `wear-flat-punch-steady`: deviations from the mean pressure decay as exp(-2.06065 k v E* t / a) once the faster ones have died out,
-/// and nothing is left of them.
+/// Truth: `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k v E* t / a) after the faster modes
+/// have decayed. Finally they vanish.
 #[test]
 fn flat_punch_runs_in() {
     let cells = 42;
@@ -169,7 +169,7 @@ fn flat_punch_runs_in() {
     }
 }
 
-/// Columns by themselves, of one stiffness.
+/// Independent columns of equal stiffness.
 struct Columns(usize, f64);
 
 impl Flexibility for Columns {
@@ -194,7 +194,7 @@ impl Flexibility for Columns {
     }
 }
 
-/// Two columns of stiffness 0.8 that carry 2 and 0.5 at first.
+/// Two columns of stiffness 0.8 with initial forces 2 and 0.5.
 fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step; 2]) {
     let frame = ContactFrame::grid([1.0, 0.5], [2, 1], [0.0; 2], 0.0).expect("a grid");
     let model = Model {
@@ -209,8 +209,8 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
-/// Truth: `wear-winkler-exponential`: p(t) = p̄ + (p(0) - p̄) exp(-λt), λ = 0.8; orders of the integrators; explicit jumps beyond 2 / λ
-/// are refused.
+/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt), λ = 0.8. Integrators have their orders of convergence.
+/// Explicit jumps beyond 2 / λ are refused.
 #[test]
 fn columns_run_in() {
     for (integrator, order) in
