@@ -1,4 +1,6 @@
-"""What MkDocs does differently from a forge, made the same: anchors of headings, links to files outside of docs/, lists after a line; and the search from a folder."""
+"""Hooks for MkDocs, which make the book render as on a forge: anchors of headings, links to files outside of docs/, lists directly
+after a line. They also make the search work from a folder.
+"""
 
 import json
 import re
@@ -11,7 +13,7 @@ ITEM = re.compile(r"(\* |\d+\. )")
 
 
 def slug(text, separator):
-    """Anchor of a heading as forges make it: small letters, blanks as hyphens, no signs."""
+    """Anchor of a heading as on forges: lower case, hyphens for blanks, no punctuation."""
     kept = re.sub(r"[^\w\- ]", "", text.lower().strip())
     return kept.replace(" ", separator)
 
@@ -22,7 +24,7 @@ def on_config(config):
 
 
 def outside(match):
-    """A link to a file beside docs/ as its text and its path, since the file is no page of the book."""
+    """Text and path of a link to a file outside of docs/, because the file is not a page of the book."""
     text, target = match.group(1), match.group(2).removeprefix("../").split("#")[0]
     return f"`{target}`" if text in (target, target.rsplit("/", 1)[-1]) else f"{text} (`{target}`)"
 
@@ -40,8 +42,8 @@ def on_page_markdown(markdown, **_):
     return "\n".join(lines)
 
 
-# The search of MkDocs reads its index by a request, which browsers refuse to pages opened from a folder. The page of the search therefore
-# gets the worker, lunr and the index as one script; the other pages only have the form that leads there.
+# MkDocs loads its search index by a request, which browsers refuse for pages opened from a folder. The search page therefore gets
+# the worker, lunr and the index as one script. The other pages have only a form that leads to it.
 WORKER = 'new Worker(joinUrl(base_url, "search/worker.js"))'
 FROM_SCRIPT = "new Worker(URL.createObjectURL(new Blob([book_search])))"
 NO_REQUESTS = "loadScripts = function (urls, callback) { callback(); };\ninit = function () { onJSONLoaded.call({ responseText: %s }); };\n"
@@ -49,7 +51,7 @@ MAIN = '<script src="./search/main.js"></script>'
 
 
 def once(text, old, new, where):
-    """Replaces a part that stands in a text once."""
+    """Replaces a part of a text that must occur once."""
     if text.count(old) != 1:
         raise PluginError(f"{where}: {old} stands there {text.count(old)} times instead of once: another version of MkDocs?")
     return text.replace(old, new)

@@ -1,5 +1,6 @@
-"""Mistakes made on purpose: which tests find them. Called by scripts/mutants."""
+"""Deliberate defects, and the tests that find them. Called by scripts/mutants."""
 
+import csv
 import datetime
 import os
 import pathlib
@@ -12,14 +13,9 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COPY = ROOT / "target" / "mutants"
-PAGE = """# Mistakes made on purpose
+DATA = ROOT / "docs" / "data" / "mutants.csv"
 
-Would the tests notice? `./scripts/mutants` puts the classical mistakes of contact programs into a copy of the sources (`tests/mutants.toml`: file, what
-takes the place of what, tests that are run), each behind a condition, builds it once, and shows for one after the other which tests fail. It ends with an error if one of
-the mistakes is found by none, and begins by showing that all of these tests pass without them. `./scripts/mutants wear` makes those only whose names contain the word.
-"""
-
-# What the copy knows of the mistake that is being made.
+# Code in the copy that tells which defect is active.
 SWITCH = '''
 /// Whether the mistake `name` is being made.
 pub fn mistake(name: &str) -> bool {
@@ -31,7 +27,7 @@ pub fn mistake(name: &str) -> bool {
 
 
 def with_mistakes(mutants):
-    """The sources with all mistakes in them, by name."""
+    """Sources with all defects in them, by name."""
     changed = {"src/lib.rs": (ROOT / "src/lib.rs").read_text() + SWITCH}
     for mutant in mutants:
         text = changed.get(mutant["file"]) or (ROOT / mutant["file"]).read_text()
@@ -43,7 +39,7 @@ def with_mistakes(mutants):
 
 
 def copied(changed):
-    """The files under version control, as they are now but for those that are `changed`; those that are the same keep their times."""
+    """Copies the files under version control, with the `changed` sources. Unchanged files keep their times."""
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True).stdout
     for name in filter(None, names.decode().split("\0")):
         source, target = ROOT / name, COPY / name
@@ -57,14 +53,16 @@ def copied(changed):
 
 
 def verification(arguments, mistake=""):
-    """The verification tests of the copy, built in a folder of their own: in that of scripts/test they would pass for its tests."""
+    """Builds and runs the verification tests of the copy. They have a build folder of their own, because scripts/test would take
+    them for its own tests.
+    """
     environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target" / "mutants-build"), ORTHOWEAR_MISTAKE=mistake)
     command = ["cargo", "test", "--release", "--locked", "--test", "verification", *arguments]
     return subprocess.run(command, cwd=COPY, env=environment, capture_output=True, text=True)
 
 
 def failures(words, mistake=""):
-    """How many tests have one of the words in their names, and those of them that fail."""
+    """Number of tests whose names contain one of the words, and the failed ones."""
     ran = verification(["--no-fail-fast", "--", *words], mistake)
     failed = sorted(set(re.findall(r"^test (\S+) \.\.\. FAILED", ran.stdout, re.M)))
     passed = sum(int(number) for number in re.findall(r"test result: .*?(\d+) passed", ran.stdout))
@@ -73,13 +71,14 @@ def failures(words, mistake=""):
     return passed + len(failed), failed
 
 
-def table(rows):
-    lines = ["| mistake | where | tests run | found by |", "|---|---|---|---|"]
-    for mutant, ran, failed in rows:
-        found = ", ".join(f"`{name}`" for name in failed[:4])
-        more = f" and {len(failed) - 4} more" if len(failed) > 4 else ""
-        lines.append(f"| {mutant['name']} | `{mutant['file']}` | {ran} | {found}{more} |")
-    return "\n".join(lines)
+def write(rows):
+    """Writes the results, and their summary in docs/mutants.md."""
+    with open(DATA, "w", newline="", encoding="utf-8") as out:
+        out.write(f"# date: {datetime.date.today().isoformat()}\n# command: scripts/mutants\n")
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["mistake", "file", "tests_run", "tests_failed", "found_by"])
+        writer.writerows([mutant["name"], mutant["file"], ran, len(failed), "; ".join(failed)] for mutant, ran, failed in rows)
+    subprocess.run([sys.executable, ROOT / "benchmarks" / "summaries.py", "mutants"], check=True)
 
 
 def main():
@@ -108,8 +107,7 @@ def main():
     if missed:
         sys.exit("not found by any test: " + "; ".join(missed))
     if not sys.argv[1:]:
-        date = datetime.date.today().isoformat()
-        (ROOT / "docs" / "mutants.md").write_text(f"{PAGE}\nMade on {date}.\n\n{table(rows)}\n")
+        write(rows)
     print(f"all {len(rows)} mistakes are found")
 
 

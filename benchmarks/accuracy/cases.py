@@ -1,4 +1,4 @@
-"""The cases of the catalogue with an independent truth: scenes, and what is known of their results."""
+"""Cases of the catalogue with independent reference values: scenes, and known results."""
 
 import csv
 import json
@@ -14,11 +14,11 @@ E, NU = 210e3, 0.3
 STAR = E / (1 - NU**2)
 
 STEEL = f'[materials.steel]\nmodel = "isotropic"\nE = {E}\nnu = {NU}\n'
-# Bodies that do not contract across, for which the forms of Cattaneo and Mindlin are exact.
+# Bodies with zero Poisson ratio, for which the solution of Cattaneo and Mindlin is exact.
 PLAIN = '[materials.plain]\nmodel = "isotropic"\nE = 210e3\nnu = 0.0\n'
 CFRP = ('[materials.cfrp]\nmodel = "orthotropic"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\n'
         "G23 = 3483.0\nnu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369\n")
-# Of the catalogue's aniso-hertz-cfrp.
+# Material of the catalogue's aniso-hertz-cfrp.
 FRP = ('[materials.frp]\nmodel = "orthotropic"\nE1 = 140e3\nE2 = 10e3\nE3 = 9e3\nnu12 = 0.30\nnu13 = 0.28\nnu23 = 0.45\n'
        "G23 = 3.3e3\nG13 = 4.8e3\nG12 = 5.2e3\n")
 RIGID = 'kind = "rigid"\n'
@@ -28,7 +28,7 @@ WORN_FRP = "[wear]\nlaw = \"frp\"\ni_L = 5.0e-10\ni_T = 6.25e-10\ni_N = 6.875e-1
 
 @dataclass
 class Case:
-    """A scene, and what is known of it: step, result, value, and what its error is relative to."""
+    """A scene and its reference values: step, result, value, and the scale of the relative error."""
 
     name: str
     source: str
@@ -36,9 +36,9 @@ class Case:
     truths: list
     of: list = field(default_factory=list)
     keep: list = field(default_factory=list)
-    # Relative error of the truths.
+    # Relative error of the reference values.
     known: float = 0.0
-    # Makes the meshes of the scene in a folder.
+    # Writes the files that the scene needs into a folder.
     prepare: object = None
 
 
@@ -65,7 +65,7 @@ def known(step_name, **values):
 
 
 def elliptic(k):
-    """K and E of the modulus k, by the arithmetic-geometric mean (Abramowitz and Stegun 17.6)."""
+    """Complete elliptic integrals K and E of modulus k, by the arithmetic-geometric mean (Abramowitz and Stegun 17.6)."""
     a, b, c, s, power = 1.0, math.sqrt(1 - k * k), k, 0.5 * k * k, 1.0
     while abs(c) > 1e-16:
         a, b, c = (a + b) / 2, math.sqrt(a * b), (a - b) / 2
@@ -129,7 +129,7 @@ def lines():
     yield Case("line", "Hertz 1882, Johnson 1985",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), cylinder, press(normal_force=500.0), (50, 1), along),
                known("press", approach=approach, peak_pressure=peak))
-    # Equal cylinders; creepage for half and three quarters of what friction carries.
+    # Equal cylinders, with creepage for half and three quarters of the limiting friction force.
     a = math.sqrt(8 * 500.0 * 20.0 / (PI * STAR))
     for share in (0.5, 0.75):
         creepage = 0.3 * a / 20.0 * (1 - math.sqrt(1 - share))
@@ -139,7 +139,7 @@ def lines():
                    scene(STEEL, half_space("steel"), half_space("steel"), (0.4, 0.5), cylinder, text, (50, 1), along),
                    [("roll", "tangential_force x", share * 150.0, math.hypot(500.0, share * 150.0))]
                    + known("roll", peak_pressure=1000.0 / (PI * a)))
-    # Half of what closes the gap: sin^2 a = 1/2, peak 2 P / sin a.
+    # Half of the mean pressure that closes the gap: sin^2 a = 1/2, peak 2 P / sin a.
     mean = PI * STAR * 2e-3 / 2
     yield Case("wave", "Westergaard 1939",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), 'kind = "heights"\nfile = "wave.csv"\nspacing = [0.00048828125, 1.0]\n',
@@ -148,7 +148,7 @@ def lines():
 
 
 def wave(folder):
-    """Delta (1 - cos 2 pi x) at the middles of 2048 cells."""
+    """Gap Delta (1 - cos 2 pi x) as heights at the centres of 2048 cells; x is 0 in the middle of the frame."""
     with open(folder / "wave.csv", "w", newline="", encoding="utf-8") as out:
         csv.writer(out).writerows([[2e-3 * (1 + math.cos(2 * PI * (i + 0.5) / 2048))] for i in range(2048)])
 
@@ -167,7 +167,7 @@ def punches():
 
 
 def anisotropic():
-    """Rigid spheres of R = 10 mm, P = 100 N (Willis 1966; values of the catalogue)."""
+    """Rigid spheres of R = 10 mm, P = 100 N (Willis 1966, values of the catalogue)."""
     for name, tilt, azimuth, half, approach, peak in [
         ("along x", 0.0, 0.0, 0.5, 0.01674191382, 287.2075736),
         ("turned by 30", 0.0, 30.0, 0.5, 0.01674191382, 287.2075736),
@@ -203,7 +203,7 @@ def friction():
     tangent = math.tan(math.radians(5.0))
     depth = math.sqrt(force * PI * tangent / (2 * star))
     text = pressed + step("pull", tangential_force=[0.5 * mu * force, 0.0])
-    # E*/G* = 1 of bodies that do not contract across.
+    # E*/G* = 1 for bodies with zero Poisson ratio.
     yield Case("partial slip of a cone", "Ciavarella 1998", of(text, 'kind = "cone"\nslope = 5.0\n', 0.32),
                [shift("pull", mu * depth * (1 - math.sqrt(0.5)), depth)] + known("pull", approach=depth), ["load"])
     for nu, mu, kappa, ratio in [(0.3, 0.2, 1.01927, 1.01487), (0.0, 0.5, 1.07479, 1.05997), (0.3, 0.3, 1.0243, 1.01948)]:
@@ -231,7 +231,7 @@ def fibres():
             p, x, y, p0 = (values[key]["value"] for key in ("P", "Q1", "Q2", "p0"))
             whole = math.hypot(p, x, y)
             truths += [(name, "normal_force", p, whole), (name, "tangential_force x", x, whole), (name, "tangential_force y", y, whole)]
-            # The independent program's peaks are off by 1e-3 at 60 degrees.
+            # The peak pressures of the independent program have errors of 1e-3 at 60 degrees.
             truths += [] if tilt == 60.0 else [(name, "peak_pressure", p0, p0)]
         yield Case(f"CFRP, tilt {tilt:.0f}, friction", "independent program", of(tilt, 1.2, text), truths, [], ["increments"], 5e-5)
     for tilt in ("0", "90"):
@@ -243,7 +243,7 @@ def fibres():
 
 
 def wear():
-    """Sliding under a force: Archard's volume; approach of a sphere that wears (catalogue, four digits)."""
+    """Sliding under a force: wear volume by Archard's law, and approach of a sphere with wear (catalogue, four digits)."""
     star, force, radius = STAR, 1000.0, 10.0
     a, approach, peak = hertz(force, radius, star)
     of = lambda text, half, gap='kind = "sphere"\nradius = 10.0\n': scene(STEEL, half_space("steel"), RIGID, (half, half), gap, text)

@@ -1,6 +1,6 @@
 """The mesh of benchmarks/pareto/layer.toml without gmsh: a block of 8 x 8 x 1 mm of hexahedra with 27 nodes."""
 
-# Corners of a hexahedron as halves of its sides, and the pairs and quadruples of corners that edges and faces lie between (gmsh's order).
+# Corners of a hexahedron in half side lengths. Pairs and quadruples of corners of its edges and faces, in gmsh's order.
 CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
 EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
 FACES = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
@@ -13,7 +13,7 @@ def places():
 
 
 def halved(ends):
-    """The ends with the middles between them."""
+    """The given points with the midpoints between them."""
     return [x for a, b in zip(ends, ends[1:]) for x in (a, (a + b) / 2)] + [ends[-1]]
 
 

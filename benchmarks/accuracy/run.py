@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
-"""What is asked for, what is estimated and what is true: `accuracy` on the cases of the catalogue.
+"""Compares requested, estimated and true errors: `accuracy` on the cases of the catalogue.
 
     cargo build --release --locked
     python3 benchmarks/accuracy/run.py [--asked 1e-2 3e-3 1e-3] [--program FILE] [--write] [BEGINNINGS OF NAMES ...]
 
-Runs each case at each accuracy, one after the other, on one thread; prints a row for each, and with --write puts the table into
-docs/accuracy.md. Of a run's results the one with the largest true error stands in the row. Takes some minutes.
+Runs each case at each accuracy on one thread, one after the other, and prints a row for each. With --write the rows are written
+to docs/data/accuracy.csv, and their summary to docs/accuracy.md. A row shows the result with the largest true error. Takes some
+minutes.
 """
 
 import argparse
+import csv
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import time
 from datetime import date
@@ -19,14 +22,18 @@ from pathlib import Path
 
 import cases
 
-PAGE = cases.ROOT / "docs/accuracy.md"
-BEGIN, END = "<!-- table: begin -->", "<!-- table: end -->"
-# Seconds after which a run is given up.
+sys.path.insert(0, str(cases.ROOT / "benchmarks"))
+import summaries  # noqa: E402
+
+DATA = cases.ROOT / "docs/data/accuracy.csv"
+TITLES = ["case", "source", "results", "requested", "estimate", "true_error", "true_error_is_bound", "above_requested", "worst_result", "seconds",
+          "cells_x", "cells_y", "increments_factor", "status"]
+# Time limit of a run, seconds.
 LIMIT = 120
 
 
 def run(program, case, asked, folder):
-    """The row of one run: a dict."""
+    """Runs a case, and returns a dict with its results."""
     more = "".join(f", {key} = {json.dumps(names)}" for key, names in (("of", case.of), ("keep", case.keep)) if names)
     (folder / "scene.toml").write_text(f"accuracy = {{ relative = {asked}{more} }}\n{case.text}", encoding="utf-8")
     if case.prepare:
@@ -70,41 +77,42 @@ def first_value(path, key):
     return "unknown"
 
 
-def cells(row):
-    """Rows of the table of one run."""
+def fields(row):
+    """Fields of the file for one run."""
     what = ", ".join(row["of"]).replace("_", " ") or "all"
+    begin, seconds = [row["case"], row["source"], what, row["asked"]], f"{row['seconds']:.1f}"
     if not row["results"]:
-        ended = "given up" if row["code"] == "time" else f"exit code {row['code']}"
-        return [row["case"], what, row["asked"], "", "", "", f"{row['seconds']:.1f}", ended]
+        return [*begin, "", "", "", "", "", seconds, "", "", "", "time limit" if row["code"] == "time" else f"exit code {row['code']}"]
     worst = max(row["results"], key=lambda result: result["error"])
     last = row["record"]["runs"][-1]
-    times = f", {last['increments']} x increments" if last["increments"] > 1 else ""
-    fine = " x ".join(str(n) for n in last["cells"]) + times
-    error = f"{worst['error']:.1e}" if worst["error"] > row["known"] else f"below {row['known']:.0e}"
-    if worst["error"] > float(row["asked"]):
-        error = f"**{error}**"
-    ended = "" if row["met"] else ", not reached"
-    return [row["case"], what, row["asked"], f"{worst['estimate']:.1e}", error, worst["name"].replace("_", " "), f"{row['seconds']:.1f}", fine + ended]
+    error, above = max(worst["error"], row["known"]), worst["error"] > float(row["asked"])
+    flags = [str(flag).lower() for flag in (worst["error"] <= row["known"], above)]
+    estimate = "" if worst["estimate"] is None else f"{worst['estimate']:.1e}"
+    return [*begin, estimate, f"{error:.1e}", *flags, worst["name"].replace("_", " "), seconds, *last["cells"], last["increments"],
+            "reached" if row["met"] else "not reached"]
 
 
-def page(rows, load):
-    """The table, and what it adds up to."""
+def head(rows, load):
+    """Comment lines of the file."""
     version = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=False).stdout.strip()
     memory = int(first_value("/proc/meminfo", "MemTotal").split()[0]) / (1 << 20)
-    head = (f"date: {date.today()}  \nmachine: {first_value('/proc/cpuinfo', 'model name')}, {os.cpu_count()} cores, {memory:.0f} GiB, "
-            f"load {load:.0f} to {os.getloadavg()[1]:.0f}; one thread  \nversions: {version}\n")
-    titles = ["case", "of", "asked", "estimate", "true error", "of which result", "seconds", "last run"]
-    lines = [titles, ["---"] * len(titles)] + [cells(row) for row in rows]
-    reached = [row for row in rows if row["results"] and row["met"]]
-    results = [(result["error"], row) for row in reached for result in row["results"]]
-    above = sum(error > float(row["asked"]) for error, row in results)
-    worst = [max(result["error"] for result in row["results"]) / float(row["asked"]) for row in reached]
-    near = sum(share >= 0.1 for share in worst)
-    words = (f"{len(rows)} runs, of which {len(reached)} say that they have reached what was asked for: of their {len(results)} results with a truth {above} "
-             f"are off by more (the largest {max(worst):.2f} times of it). The worst result of a run is off by more than a tenth of what was asked for in "
-             f"{near} of {len(reached)} runs.")
-    sources = sorted({f"{row['case'].split(',')[0]}: {row['source']}" for row in rows})
-    return "\n".join([BEGIN, "", head, *("| " + " | ".join(line) + " |" for line in lines), "", words, "", "Truths: " + "; ".join(sources) + ".", "", END])
+    shares = [result["error"] / float(row["asked"]) for row in rows if row["results"] and row["met"] for result in row["results"]]
+    return [
+        f"date: {date.today()}",
+        f"machine: {first_value('/proc/cpuinfo', 'model name')}, {os.cpu_count()} cores, {memory:.0f} GiB, load {load:.0f} to {os.getloadavg()[1]:.0f}; one thread",
+        f"versions: {version}",
+        "command: python3 benchmarks/accuracy/run.py --write",
+        "Errors are relative. Each row shows the result with the largest true error.",
+        f"results with a known answer: {len(shares)} in the reached runs; above the requested error: {sum(share > 1 for share in shares)}; "
+        f"largest true error over requested error: {max(shares, default=0.0):.2f}",
+    ]
+
+
+def write(rows, load):
+    with open(DATA, "w", newline="", encoding="utf-8") as out:
+        out.writelines(f"# {line}\n" for line in head(rows, load))
+        csv.writer(out, lineterminator="\n").writerows([TITLES, *map(fields, rows)])
+    summaries.write("accuracy")
 
 
 def main():
@@ -122,11 +130,9 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 rows.append(run(options.program, case, asked, Path(folder)))
             print(line(rows[-1]), flush=True)
-    text = page(rows, load)
-    print(text.split("\n\n")[-3])
+    print(head(rows, load)[-1])
     if options.write:
-        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        PAGE.write_text(before + text + rest.split(END)[1], encoding="utf-8")
+        write(rows, load)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-//! What finite bodies of boundary elements cost, dense and compressed: seconds of making and solving the equations, memory, error.
+//! Cost of finite boundary-element bodies with dense and compressed equations: seconds to assemble and solve, memory, error.
 //!
 //!     cargo run --release --example bem -- [--sides N ..] [--dense UNKNOWNS] [--loaded NODES] [--tolerance DIGITS] [--case CASE]
 //!         [--threads N]
 //!
-//! A block of CFRP, 8 x 8 x 4, with N elements of first order along its long sides, smaller in the middle of the top; CASE is "block" (base held),
-//! "rollers" (base held along its normal, sides along theirs), "plate" (8 x 8 x 0.4, one side held) or "free".
+//! A block of CFRP, 8 x 8 x 4, has N first-order elements along its long sides, finer in the middle of the top. CASE is "block"
+//! (base fixed), "rollers" (base and sides fixed along their normals), "plate" (8 x 8 x 0.4, one side fixed) or "free".
 
 #[path = "../im7.rs"]
 mod im7;
@@ -35,7 +35,7 @@ struct Settings {
     case: String,
 }
 
-/// Elements on the skin of a block 8 x 8 x `height`, the top at z = 0; smaller in the middle of the top.
+/// Surface elements of a block 8 x 8 x `height` with the top at z = 0, finer in the middle of the top.
 fn block(n: usize, height: f64) -> Vec<Panel> {
     let deep = ((n as f64 * height / 8.0).round() as usize).max(1);
     let across = |k: usize| {
@@ -69,7 +69,7 @@ fn block(n: usize, height: f64) -> Vec<Panel> {
     panels
 }
 
-/// Whether a case holds displacement along axis c at a point with such a normal.
+/// Whether a case fixes the displacement along axis c at a point with the given normal.
 fn held(case: &str, height: f64, x: &Point, normal: &Point, c: usize) -> bool {
     match case {
         "free" => false,
@@ -86,7 +86,7 @@ fn peak() -> f64 {
     line.split_whitespace().nth(1).and_then(|kib| kib.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
 }
 
-/// Processor seconds of the process so far, of all threads.
+/// Processor seconds of the process so far, over all threads.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or("");
@@ -95,7 +95,7 @@ fn processor() -> f64 {
         / 100.0
 }
 
-/// Responses of the loaded nodes.
+/// Displacement responses between all loaded nodes.
 fn responses(solution: &BoundarySolution) -> Vec<f64> {
     let loaded = solution.loaded();
     let columns = 3 * loaded.len();
@@ -163,7 +163,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// Slope of value `k` over the first, by least squares.
+/// Slope of value `k` over value 0, by least squares.
 fn slope(points: &[[f64; 3]], k: usize) -> f64 {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(0), mean(k)];
@@ -206,7 +206,7 @@ fn main() -> Outcome<()> {
     );
     println!("|{}", "---|".repeat(12));
     let mut logs: Vec<[f64; 3]> = Vec::new();
-    // Each size in a process of its own, for its memory.
+    // Each size in a separate process, to measure its memory.
     for side in &sides {
         let mut command = std::process::Command::new(std::env::current_exe()?);
         let output = command.args(&words).args(["--sides", &side.to_string()]).output()?;

@@ -1,4 +1,4 @@
-//! How much stiffer a block clamped at its base is than the half-space it stands for, by its size: the table of
+//! Stiffness of a block fixed at its base relative to a half-space, over the size of the block: the table of
 //! docs/theory-coupling.md.
 //!
 //!     cargo run --release --example blocks
@@ -26,10 +26,10 @@ use orthowear::material::Stiffness;
 
 use structured::{BlockElements, GradedBlock};
 
-/// Half of the frame's side, mm, and its cells along it.
+/// Half side length of the frame, mm, and its cells along a side.
 const FRAME: (f64, usize) = (1.2, 24);
 
-/// Half-width and depth of a block, mm, its elements from the contact to the side and down to the base.
+/// Half-width and depth of a block, mm; elements from the contact to the side and down to the base.
 const SIZES: [(f64, usize, usize); 4] = [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)];
 
 fn main() -> Result<()> {
@@ -53,7 +53,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// A block clamped at its base, with the frame's cells for elements at the contact.
+/// A block fixed at its base. Its elements at the contact are the cells of the frame.
 fn block(
     material: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -87,7 +87,7 @@ fn block(
     FeBody::new(spec, "contact", Side::Lower, frame)
 }
 
-/// Normal force, N, of a steel half-space with the gap of a sphere of 50 mm on `lower`, at an approach of 0.02 mm.
+/// Normal force, N, at an approach of 0.02 mm: a steel half-space with the gap of a sphere of radius 50 mm on `lower`.
 fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     let mut upper = HalfSpaceBody::new(&steel, Side::Upper, frame)?;
@@ -123,7 +123,7 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
     }
 }
 
-/// Nobody looks on.
+/// Observer without output.
 struct Silent;
 
 impl Observer for Silent {

@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""One job for two programs: a steel cap pressed on a CFRP block with friction, on the same gmsh meshes.
+"""Compares orthowear and CalculiX: a steel cap pressed on a CFRP block with friction, on the same gmsh meshes.
 
     cargo build --release
     .venv/bin/python benchmarks/calculix/run.py [--out DIR] [CELLS ...] [--own CELLS ...] [--near-field CELLS ...]
 
-Needs gmsh, CalculiX (`ccx`, Debian package calculix-ccx) and the Python environment of scripts/setup. CELLS are the
-numbers of elements along the contact patch (default 10), those after --own (default 14 20) for this program only. Both
-programs get one thread; times are CPU seconds (user and system) of the whole run, the least of three for this program,
-one run for CalculiX. --near-field (default 4 6 8): numbers of elements along the edges of a block without refinement
-at the contact, and near fields of half-spaces (near-field.toml). CalculiX enforces contact by a penalty: each stiffness is a row of its own. The error is that of
-the normal force against REFERENCE.
+Needs gmsh, CalculiX (`ccx`, Debian package calculix-ccx) and the Python environment of scripts/setup. CELLS are the numbers of
+elements along the contact patch (default 10). Those after --own (default 14 20) are for orthowear only. --near-field (default 4
+6 8): numbers of elements along the edges of a block without refinement at the contact, with near fields of half-spaces
+(near-field.toml).
+
+Both programs get one thread. Times are CPU seconds (user and system) of the whole run: the least of three runs of orthowear,
+one run of CalculiX. CalculiX enforces contact by a penalty, and each stiffness has its own row. Errors are of the normal force,
+against REFERENCE.
 """
 
 import argparse
@@ -38,7 +40,7 @@ def cpu_seconds(command, cwd, log):
 
 
 def meshes(cells, folder):
-    """Block and cap with `cells` elements along the patch, all sizes in proportion."""
+    """Meshes of block and cap with `cells` elements along the patch, and all element sizes in proportion."""
     outer, depth = round(0.32 * cells) + 1, round(3.6 + 0.34 * cells)
     common = {"patch_cells": cells, "outer_cells": outer}
     for script, name, own in [
@@ -51,7 +53,7 @@ def meshes(cells, folder):
 
 
 def coarse_meshes(cells, folder):
-    """The same bodies with `cells` elements along the edges of the block, for near fields of half-spaces."""
+    """Meshes of the same bodies with `cells` elements along the edges of the block, for near fields of half-spaces."""
     for script, name, own in [
         ("far-field-block", "block", {"half_size": 12, "depth": 12, "cells": cells}),
         ("steel-cap", "cap", {"patch_cells": 2, "outer_cells": cells // 2, "height_cells": cells // 2, "first_height": 2}),
@@ -118,7 +120,7 @@ def main():
     (arguments.out / "calculix.csv").write_text("\n".join(head + rows) + "\n", encoding="utf-8")
 
 
-# Normal force of the exact bodies, N: see benchmarks/README.md.
+# Normal force of the exact bodies, N (see benchmarks/README.md).
 REFERENCE = 440.0
 
 if __name__ == "__main__":

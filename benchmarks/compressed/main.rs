@@ -1,5 +1,4 @@
-//! What the compressed operator of half-spaces costs beside the dense one: seconds of building, of a product, memory,
-//! error.
+//! Cost of the compressed half-space operator compared with the dense one: seconds to build, seconds per product, memory, error.
 //!
 //!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance DIGITS] [--tilt DEGREES]
 //!         [--threads N]
@@ -18,15 +17,15 @@ use orthowear::material::Stiffness;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Products timed.
+/// Number of timed products.
 const PRODUCTS: usize = 10;
 
 /// Centres, corners and areas of cells.
 type Cells = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
 
-/// About `n` quadrangles and triangles that fill the unit square, finer in the middle.
+/// About `n` quadrilaterals and triangles that fill the unit square, finer in the middle.
 fn cells(n: usize) -> Cells {
-    // A third of the squares is cut in two.
+    // A third of the squares is split into two triangles.
     let m = (n as f64 * 0.75).sqrt().round() as usize;
     let node = |i: usize, j: usize| {
         let graded = |k: usize| {
@@ -62,7 +61,7 @@ fn cells(n: usize) -> Cells {
     (centers, corners, areas)
 }
 
-/// CFRP with fibres at an angle below steel.
+/// Green's function of CFRP with fibres at angle `tilt` below steel.
 fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     Ok(SurfaceGreen::sum(&[
@@ -71,7 +70,7 @@ fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     ]))
 }
 
-/// Seconds of the fastest of some products with all components, and with the pressures; the first result.
+/// Least seconds of a product with all components and of a product with pressures only; result of the first product.
 fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64>) {
     let n = operator.n_cells();
     let mut gap = vec![0.0; 3 * n];
@@ -89,8 +88,8 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
     (all, normal, gap)
 }
 
-/// Iterations of conjugate gradients to 1e-8 for the pressures that lower the cells of a disc by 1, with the
-/// approximate inverse or without.
+/// Iterations of the conjugate gradient method to 1e-8, with or without the approximate inverse. The unknowns are the pressures
+/// that displace the cells of a disc by 1.
 fn iterations(
     operator: &CompressedFlexibility,
     (centers, areas): (&[[f64; 2]], &[f64]),
@@ -124,7 +123,7 @@ fn iterations(
     count
 }
 
-/// Bytes that the process has in memory.
+/// Resident memory of the process, bytes.
 fn resident() -> usize {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -135,14 +134,14 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
     values.map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// The value after a word of the command line, or what it is without.
+/// Values after an option of the command line, or the default.
 fn numbers(words: &[String], name: &str, otherwise: &[f64]) -> Outcome<Vec<f64>> {
     let Some(at) = words.iter().rposition(|word| word == name) else { return Ok(otherwise.to_vec()) };
     let found: Vec<f64> = words[at + 1..].iter().map_while(|word| word.parse().ok()).collect();
     if found.is_empty() { Err(format!("{name} needs a number").into()) } else { Ok(found) }
 }
 
-/// What is asked for.
+/// Settings of the command line.
 struct Settings {
     sizes: Vec<f64>,
     dense_up_to: f64,
@@ -172,7 +171,7 @@ fn main() -> Outcome<()> {
          it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    // Each size in a process of its own: memory that another has freed would not be seen.
+    // Each size is measured in a separate process, because freed memory of another size would hide its growth.
     let mut seconds: Vec<[f64; 3]> = Vec::new();
     for size in &settings.sizes {
         let mut command = std::process::Command::new(std::env::current_exe()?);
@@ -194,7 +193,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// The rows of one size.
+/// Measures one size and prints its rows.
 fn measure(size: f64, settings: &Settings) -> Outcome<()> {
     let (green, tolerance) = (green(settings.tilt)?, settings.tolerance);
     let (centers, corners, areas) = cells(size as usize);

@@ -1,4 +1,4 @@
-//! The blocks that are condensed, and their matrices.
+//! Blocks of the condensation benchmark, and their matrices.
 
 use std::io::Write;
 use std::path::Path;
@@ -19,13 +19,13 @@ pub const NAMES: [&str; 4] = ["20", "30", "40", "graded"];
 pub struct Case {
     /// The body.
     pub model: FeModel,
-    /// Which nodes share an element.
+    /// Graph of nodes that share an element.
     pub graph: NodeGraph,
-    /// Nodes of the contact set.
+    /// Contact nodes.
     pub contact: Vec<usize>,
 }
 
-/// Orders that are compared.
+/// Compared elimination orders.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
     /// Nested dissection by METIS.
@@ -35,8 +35,8 @@ pub enum Ordering {
 }
 
 impl Case {
-    /// The block of a name: orthotropic (IM7, fibres at 30 degrees), fixed at its base, the contact set being the nodes
-    /// of the central ninth of its top face.
+    /// The block with the given name: orthotropic (IM7, fibres at 30 degrees), fixed at its base. The contact nodes are the central
+    /// ninth of its top face.
     pub fn new(name: &str) -> Outcome<Self> {
         let block = match name {
             "graded" => GradedBlock {
@@ -68,7 +68,7 @@ impl Case {
         Ok(Self { model, graph, contact })
     }
 
-    /// Rows in the order to be eliminated in, those of the contact set last, and how many these are.
+    /// Elimination order of the rows, contact rows last, and the number of contact rows.
     pub fn order(&self, ordering: Ordering) -> Outcome<(Vec<usize>, usize)> {
         let held = |node: &usize| self.model.free_dof(*node, 0).is_some();
         let nodes: Vec<usize> = (0..self.graph.n_nodes()).filter(held).collect();
@@ -115,8 +115,8 @@ impl Case {
         Ok(order.into_iter().map(|i| first[i]).chain(self.contact.iter().copied()).collect())
     }
 
-    /// Writes the lower triangle by columns, the METIS order and the contact rows for the peers: little-endian i64
-    /// n, entries, contact rows; i64 column offsets, row indices, order, rows of the contact set; f64 values.
+    /// Writes the lower triangle by columns, the METIS order and the contact rows for the peers. Little-endian: i64 n, entries,
+    /// contact rows; i64 column offsets, row indices, order, contact rows; f64 values.
     pub fn write(&self, path: &Path) -> Outcome<()> {
         let (order, n_contact) = self.order(Ordering::Metis)?;
         let (offsets, rows, values) = self.model.stiffness().lower();

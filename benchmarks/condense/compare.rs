@@ -1,4 +1,4 @@
-//! All programs on all blocks in turn, each in a process of its own; tables and a picture of the least times.
+//! Measures all programs on all blocks alternately, each in a separate process. Writes tables and a chart of the least times.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,16 +12,16 @@ use orthowear::output::plot::chart::{Chart, Series};
 use crate::case::{Case, NAMES};
 use crate::{Outcome, machine};
 
-/// What a process printed.
+/// Values printed by a process.
 type Values = BTreeMap<String, f64>;
 
-/// Stages whose times are compared; assembly is the same for all.
+/// Compared stages. Assembly is the same for all programs.
 const STAGES: [&str; 4] = ["order", "symbolic", "factor", "flexibility"];
 
 /// A program with its settings.
 struct Contestant {
     name: &'static str,
-    /// Arguments of this program's `measure` after the block; of a peer, its file.
+    /// Arguments after the block for `measure` of this program, or the file of a peer.
     how: How,
 }
 
@@ -39,7 +39,7 @@ const CONTESTANTS: [Contestant; 6] = [
     Contestant { name: "orthowear-back-solves", how: How::Own(["metis", "solves", "1"]) },
 ];
 
-/// Where the peers are, where results go, how often, and which blocks.
+/// Folder of the peers, output folder, repetitions and blocks.
 pub struct Settings {
     folder: PathBuf,
     out: PathBuf,
@@ -48,7 +48,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// From the arguments after `compare`.
+    /// Parses the arguments after `compare`.
     pub fn new(arguments: &[&str]) -> Outcome<Self> {
         let mut arguments = arguments.iter().copied();
         let folder = arguments.next().ok_or("compare needs the folder of the peers")?.into();
@@ -71,7 +71,7 @@ impl Settings {
     }
 }
 
-/// Measures and writes.
+/// Measures and writes the results.
 pub fn compare(settings: &Settings) -> Outcome<()> {
     fs::create_dir_all(&settings.out)?;
     let mut table = machine::comment();
@@ -107,7 +107,7 @@ pub fn compare(settings: &Settings) -> Outcome<()> {
     Ok(fs::write(settings.out.join("condense.csv"), table)?)
 }
 
-/// The least times of each contestant, all in turn; `None` where it is not there.
+/// Least times of each contestant, measured alternately; `None` for missing programs.
 fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option<Values>>> {
     let mut best: Vec<Option<Values>> = vec![None; CONTESTANTS.len()];
     for _ in 0..settings.repeats {
@@ -119,7 +119,7 @@ fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option
                 .for_each(|(key, least)| *least = least.min(values[key]));
         }
     }
-    // The order is handed to MUMPS: making it belongs to its time.
+    // MUMPS gets the order from this program: the time to make it belongs to MUMPS, too.
     if let [Some(own), _, Some(mumps), ..] = &mut best[..] {
         for key in ["order_cpu", "order_wall"] {
             mumps.insert(key.to_owned(), own[key]);

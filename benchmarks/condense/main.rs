@@ -1,6 +1,4 @@
-//! What condensing a finite-element block to its contact nodes costs, stage by stage, beside CHOLMOD and MUMPS.
-//!
-//!     benchmarks/condense/run
+//! Cost of condensing a finite-element block to its contact nodes, stage by stage, compared with CHOLMOD and MUMPS.
 
 mod case;
 mod compare;

@@ -1,4 +1,4 @@
-//! One block condensed in this process, stage by stage.
+//! Condenses one block in this process, stage by stage.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use orthowear::linalg::two_level::TwoLevelSolver;
 use crate::Outcome;
 use crate::case::{Case, Ordering};
 
-/// How the flexibility is formed from the factor.
+/// Computation of the flexibility from the factor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Route {
     /// From the trailing block of the factor.
@@ -17,7 +17,7 @@ pub enum Route {
     BackSolve,
 }
 
-/// Seconds by the clock and of the processor since the last call.
+/// Wall-clock and processor seconds since the last call.
 struct Watch(Instant, f64);
 
 impl Watch {
@@ -36,7 +36,7 @@ fn cpu_seconds() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Condenses a block and prints what every program of this benchmark prints: `key value` lines.
+/// Condenses a block and prints `key value` lines, as every program of this benchmark does.
 pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;
@@ -78,7 +78,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     Ok(())
 }
 
-/// Sum of the diagonal of the flexibility, by back-solves in batches.
+/// Trace of the flexibility, by back-solves in batches.
 fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64> {
     const BATCH: usize = 64;
     let n = factor.n();
@@ -92,7 +92,7 @@ fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64>
     Ok(trace)
 }
 
-/// The same flexibility without a factor, by conjugate gradients; prints iterations, seconds, memory and trace.
+/// Forms the same flexibility without a factor, by conjugate gradients. Prints iterations, seconds, memory and trace.
 pub fn iterate(name: &str) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;

@@ -1,4 +1,4 @@
-//! The scenes: what each case solves, and the number whose error is shown.
+//! Scenes of the benchmark, and the quantity whose error is reported.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -24,11 +24,11 @@ pub enum Case {
 }
 
 impl Case {
-    /// All of them.
+    /// All cases.
     pub const ALL: [Self; 6] =
         [Self::Hertz, Self::PartialSlip, Self::Fibres, Self::Roughness, Self::Cycles, Self::Rolling];
 
-    /// Its letter on the command line and in the tables.
+    /// Letter of the case on the command line and in the tables.
     pub fn letter(self) -> char {
         match self {
             Self::Hertz => 'a',
@@ -40,22 +40,22 @@ impl Case {
         }
     }
 
-    /// Cells along the frame that it is run on unless others are asked for.
+    /// Default numbers of cells along the frame.
     pub fn cells(self) -> &'static [usize] {
         if self == Self::Rolling { &[64, 128, 256] } else { &[64, 128, 256, 512, 1024] }
     }
 
-    /// Increments that the case is made of; seconds are shown for each of them where there are many.
+    /// Number of increments. Cases with several are reported in seconds per increment.
     pub fn increments(self) -> usize {
         if self == Self::Cycles { 2 * 40 } else { 1 }
     }
 
-    /// Transforms of one application of the operator: there and back for each component.
+    /// Number of transforms per application of the operator: forward and inverse for each component.
     pub fn transforms(self) -> f64 {
         if matches!(self, Self::Hertz | Self::Roughness) { 2.0 } else { 6.0 }
     }
 
-    /// The number of the last entry of `summary.steps` whose error is shown.
+    /// Quantity of the last entry of `summary.steps` whose error is reported.
     pub fn quantity(self, last: &serde_json::Value) -> f64 {
         let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
         match self {
@@ -67,13 +67,13 @@ impl Case {
         }
     }
 
-    /// What it is where that is known.
+    /// Exact value of the quantity, if known.
     pub fn exact(self) -> Option<f64> {
         (self == Self::Hertz).then(|| hertz_radius(STEEL / (1.0 - NU * NU)).powi(2) / RADIUS)
     }
 
-    /// Writes its scene (and what it reads) with `n` x `n` cells into `folder`; `method` as in the scene's `[solver]`, `width` the
-    /// diameter of a contact of spheres over the side of the frame.
+    /// Writes the scene (and the files that it reads) with `n` x `n` cells into `folder`. `method` is as in `[solver]` of the
+    /// scene. `width` is the contact diameter of spheres over the side of the frame.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -146,12 +146,12 @@ const RADIUS: f64 = 10.0;
 const FORCE: f64 = 1000.0;
 const MU: f64 = 0.3;
 
-/// Radius of contact under FORCE for a reduced modulus.
+/// Contact radius under FORCE for a reduced modulus.
 fn hertz_radius(reduced: f64) -> f64 {
     (3.0 * FORCE * RADIUS / (4.0 * reduced)).cbrt()
 }
 
-/// A half-space of steel below, `upper` (rigid or steel) above, the frame.
+/// Bodies and frame of a scene: a steel half-space below `upper` (rigid or steel).
 fn bodies(upper: &str, half_width: f64, n: usize) -> String {
     let above =
         if upper == "rigid" { "kind = \"rigid\"" } else { "kind = \"half-space\"\nmaterial = \"steel\"" };

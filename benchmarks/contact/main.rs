@@ -1,7 +1,4 @@
-//! What contacts of half-spaces cost from 64 to 1024 cells along the frame: seconds, products, memory, error.
-//!
-//!     cargo build --release && cargo run --release --example contact -- [LETTERS] [--cells N ..] [--threads N ..]
-//!         [--repeats N] [--limit SECONDS] [--width SHARE] [--uzawa]
+//! Cost of half-space contacts from 64 to 1024 cells along the frame: seconds, products, memory, error.
 
 mod cases;
 #[path = "../machine.rs"]
@@ -20,16 +17,16 @@ use places::program;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// What the command line asks for.
+/// Settings of the command line.
 struct Settings {
     cases: Vec<Case>,
-    /// Cells along the frame; those of the case where none are asked for.
+    /// Cells along the frame, by default those of the case.
     cells: Option<Vec<usize>>,
     threads: Vec<usize>,
     repeats: usize,
-    /// A case is not taken further when a run takes longer than this.
+    /// Seconds. If a run takes longer, finer grids of its case are left out.
     limit: f64,
-    /// Diameter of the contact of spheres (a, b, e, f) over the side of the frame.
+    /// Contact diameter of spheres (a, b, e, f) over the side of the frame.
     width: f64,
     uzawa: bool,
 }
@@ -140,7 +137,7 @@ fn measure_case(
     Ok(runs)
 }
 
-/// How the seconds of a case grow with the number N of cells on one thread: the exponent between neighbouring frames and over all.
+/// Growth of the seconds of a case with the number N of cells on one thread: exponents between successive frames, and overall.
 fn growth_of(case: Case, runs: &[(usize, usize, Run)]) -> Option<String> {
     let seconds: Vec<(f64, f64)> = runs
         .iter()
@@ -181,7 +178,7 @@ fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f
     )
 }
 
-/// The method of the source paper beside the default on the scene with fibres.
+/// Compares the method of the source paper with the default on the scene with fibres.
 fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
     println!("| cells | method | s | applications | residual | normal force |");
     println!("|{}", "---|".repeat(6));

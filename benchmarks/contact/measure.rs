@@ -1,4 +1,4 @@
-//! Runs a scene as a user does, in a process of its own.
+//! Runs a scene as a user does, in a separate process.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,28 +8,28 @@ use serde_json::Value;
 use super::Outcome;
 use super::cases::Case;
 
-/// What a run told.
+/// Results of a run.
 #[derive(Debug, Clone)]
 pub struct Run {
     /// Seconds of all stages from the cold start to the certificate.
     pub total: f64,
-    /// Of these, the kernel table.
+    /// Of these, the seconds of the kernel table.
     pub table: f64,
     /// Applications of the operator in all increments.
     pub applications: f64,
     /// Largest memory, MiB.
     pub memory: f64,
-    /// Worst natural residual of all increments.
+    /// Largest natural residual of all increments.
     pub residual: f64,
-    /// The number of the case.
+    /// Reported quantity of the case.
     pub quantity: f64,
     /// Share of the frame in contact at the end.
     pub contact: f64,
-    /// "converged", or what it was instead.
+    /// "converged", or the status of a run that did not converge.
     pub status: String,
 }
 
-/// Runs `case` on `n` x `n` cells; `how`: method and width as [`Case::write`] takes them.
+/// Runs `case` on `n` x `n` cells. `how`: method and width as in [`Case::write`].
 ///
 /// # Errors
 /// If the program cannot be run or leaves no summary.
@@ -68,7 +68,7 @@ fn read(case: Case, summary: &Value) -> Outcome<Run> {
     })
 }
 
-/// The run with the median of the totals.
+/// The run with the median total.
 pub fn median(mut runs: Vec<Run>) -> Run {
     runs.sort_by(|a, b| a.total.total_cmp(&b.total));
     runs.swap_remove(runs.len() / 2)

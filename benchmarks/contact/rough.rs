@@ -10,7 +10,7 @@ use super::Outcome;
 const LONGEST: i32 = 2;
 const SHORTEST: i32 = 32;
 const HURST: f64 = 0.8;
-/// Share of the frame in real contact that the force aims at.
+/// Share of the frame in real contact, which determines the force.
 const CONTACT: f64 = 0.01;
 
 /// Amplitudes and phases of the waves with wavenumbers kx in 0..=32, ky in -32..=32 on a frame of unit width.
@@ -52,8 +52,8 @@ impl Default for Rough {
 const SLOPE: f64 = 0.1;
 
 impl Rough {
-    /// Force on the frame of unit area at which about CONTACT of it touches: area = 2.7 p / (E* slope) with these few waves (1.6 for
-    /// a surface of very many, after Persson).
+    /// Force on the frame of unit area at which about CONTACT of it is in contact. Area = 2.7 p / (E* slope) for these few waves
+    /// (1.6 for a surface of very many waves, after Persson).
     pub fn force(&self, reduced: f64) -> f64 {
         CONTACT * reduced * SLOPE / 2.7
     }
@@ -62,7 +62,7 @@ impl Rough {
     pub fn heights(&self, n: usize) -> Vec<f64> {
         let place = |i: usize| 2.0 * PI * ((i as f64 + 0.5) / n as f64 - 0.5);
         let (count, offset) = (2 * SHORTEST as usize + 1, SHORTEST);
-        // cos(a + b + phase) with the part of every row done once: real and imaginary sums over kx for each ky.
+        // cos(a + b + phase), with the part of each row evaluated once: real and imaginary sums over kx for each ky.
         let mut heights = vec![0.0; n * n];
         for (i, row) in heights.chunks_mut(n).enumerate() {
             let mut sums = vec![[0.0; 2]; count];
@@ -83,7 +83,7 @@ impl Rough {
         heights
     }
 
-    /// Writes the heights as a table, a line per place along x.
+    /// Writes the heights as a table, one line per position along x.
     ///
     /// # Errors
     /// If the file cannot be written.

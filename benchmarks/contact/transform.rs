@@ -1,4 +1,4 @@
-//! What one transform of the padded frame costs: the floor that every contact by transforms stands on.
+//! Cost of one transform of the padded frame: lower bound for the cost of contact by transforms.
 
 use std::time::Instant;
 
@@ -6,10 +6,10 @@ use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-/// Columns transposed at a time.
+/// Number of columns transposed at a time.
 const BLOCK: usize = 16;
 
-/// Seconds of one real transform of 2n x 2n values on one thread, the least of some.
+/// Least seconds, over several repetitions, of one real transform of 2n x 2n values on one thread.
 pub fn seconds(n: usize) -> f64 {
     let m = 2 * n;
     let rows = RealFftPlanner::<f64>::new().plan_fft_forward(m);

@@ -1,5 +1,5 @@
-//! Error of load and peak pressure against unknowns and processor seconds for every element kind, on a steel block under a
-//! steel sphere and on the CFRP block of scenes/sphere-on-cfrp-block.toml. Runs the program as a user does.
+//! Error of load and peak pressure over unknowns and processor seconds for every element type: a steel block under a steel sphere,
+//! and the CFRP block of scenes/sphere-on-cfrp-block.toml. Runs the program as a user does.
 //!
 //!     cargo build --release
 //!     cargo run --release --example elements -- [--out DIR]
@@ -26,10 +26,10 @@ use orthowear::output::plot::chart::{Chart, Series};
 use places::{program, root};
 use serde_json::Value;
 
-/// Result of this program's parts.
+/// Result type of this benchmark.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Elements: name in a scene, kind of cell.
+/// Element types: name in a scene, kind of cell.
 const ELEMENTS: [(&str, ElementKind); 9] = [
     ("hex8-eas", Hex8),
     ("hex8", Hex8),
@@ -42,11 +42,11 @@ const ELEMENTS: [(&str, ElementKind); 9] = [
     ("wedge15", Wedge15),
 ];
 
-/// Cells of the frame along the patch: one for each element of first order, or for each half of one of second order, so that
-/// both have their surface nodes equally close.
+/// Cells of the frame along the patch. There is one per first-order element, or one per half of a second-order element. Both then
+/// have the same spacing of surface nodes.
 const CELLS: [usize; 4] = [8, 12, 16, 24];
 
-/// The element whose limit is the truth, and a finer frame for it.
+/// Element whose extrapolated values are the reference, and an additional finer frame for it.
 const REFERENCE: (&str, usize) = ("hex20", 32);
 
 /// A steel sphere on a steel block without friction.
@@ -78,7 +78,7 @@ name = "indent"
 approach = 0.02
 "#;
 
-/// What one run gave.
+/// Results of one run.
 struct Sample {
     cells: usize,
     unknowns: usize,
@@ -117,7 +117,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Runs of one element over the sizes.
+/// Runs of one element type over all sizes.
 fn family(folder: &Path, element: &str, kind: ElementKind) -> Outcome<Vec<Sample>> {
     let step = if kind.n_nodes() > kind.n_corners() { 2 } else { 1 };
     let mut samples = Vec::new();
@@ -135,7 +135,7 @@ fn family(folder: &Path, element: &str, kind: ElementKind) -> Outcome<Vec<Sample
     Ok(samples)
 }
 
-/// One run in a process and thread of its own, without the cache.
+/// One run in a separate process on one thread, without the cache.
 fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<Sample> {
     let out = folder.join("out");
     let mut program = Command::new(program()?);
@@ -144,7 +144,7 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
         "output.fields=[]".to_owned(),
         format!("body1.mesh=\"{}\"", folder.join("block.msh").display()),
         format!("body1.element=\"{element}\""),
-        // What is compared are elements under a contact.
+        // The benchmark compares elements under a contact.
         "body1.near_field=\"mesh\"".to_owned(),
         format!("frame.cells=[{cells}, {cells}]"),
     ] {
@@ -162,9 +162,9 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
     Ok(Sample { cells, unknowns, seconds, values: [value("normal_force")?, value("peak_pressure")?] })
 }
 
-/// Processor seconds of all programs that this one has run.
+/// Processor seconds of all finished child processes.
 fn children_seconds() -> f64 {
-    // SAFETY: an all-zero rusage is a valid one, and the pointer is to it.
+    // SAFETY: an all-zero rusage is valid, and the pointer refers to it.
     let usage = unsafe {
         let mut usage: libc::rusage = std::mem::zeroed();
         libc::getrusage(libc::RUSAGE_CHILDREN, &mut usage);
@@ -174,7 +174,7 @@ fn children_seconds() -> f64 {
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }
 
-/// Value for vanishing size of cells and elements, from the two finest: the error falls with the square.
+/// Richardson extrapolation of a value from the two finest runs, with an error of second order in the size of cells and elements.
 fn limit(samples: &[Sample], value: usize) -> f64 {
     let [.., coarse, fine] = samples else { return f64::NAN };
     let gain = (fine.cells as f64 / coarse.cells as f64).powi(2) - 1.0;

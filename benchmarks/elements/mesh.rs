@@ -1,4 +1,4 @@
-//! Blocks of every element kind on the same graded grid, written as .msh files.
+//! Blocks of every element type on the same graded grid, written as .msh files.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -11,13 +11,13 @@ use orthowear::mesh::{CellBlock, CellRef, Mesh};
 use crate::Outcome;
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Half the edge of the contact patch, mm.
+/// Half the edge length of the contact patch, mm.
 pub const PATCH: f64 = 1.5;
-/// Half the edge of the block, and its height, mm.
+/// Half the edge length of the block, and its height, mm.
 const SIZE: f64 = 12.0;
 
-/// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch (two wedges or six tetrahedra in the place of
-/// a hexahedron), growing outward and downward.
+/// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch, growing outward and downward. Each hexahedron may
+/// be replaced by two wedges or six tetrahedra.
 pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
     let solids = if kind.n_corners() == 4 { BlockElements::Tet4 } else { BlockElements::Hex8 };
     let mesh = GradedBlock {
@@ -34,13 +34,13 @@ pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
     Ok(if kind.n_nodes() > kind.n_corners() { raised(mesh, kind) } else { mesh })
 }
 
-/// The kind of the faces of `solid` with as many corners as `face`.
+/// Kind of the faces of `solid` with as many corners as `face`.
 fn face_kind(solid: ElementKind, face: ElementKind) -> ElementKind {
     let mut kinds = solid.local_faces().iter().map(|(kind, _)| *kind);
     kinds.find(|kind| kind.n_corners() == face.n_corners()).expect("a face of the solid")
 }
 
-/// Each hexahedron cut into two wedges, upper and lower faces into triangles.
+/// Splits each hexahedron into two wedges, and its upper and lower faces into triangles.
 fn wedges(mesh: &Mesh) -> Mesh {
     let mut cut = Mesh { source: mesh.source.clone(), points: mesh.points.clone(), ..Mesh::default() };
     let kinds: [(ElementKind, &[&[usize]]); 3] = [
@@ -70,7 +70,7 @@ fn wedges(mesh: &Mesh) -> Mesh {
     numbered(cut)
 }
 
-/// Elements numbered from 1 on, block by block.
+/// Numbers the elements from 1, block by block.
 fn numbered(mut mesh: Mesh) -> Mesh {
     let mut next = 1;
     for block in &mut mesh.blocks {
@@ -81,7 +81,7 @@ fn numbered(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Corners between which each further node of a solid lies, by its reference coordinates: those it is the mean of.
+/// Corners whose mean is each further node of a solid, found by its reference coordinates.
 fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     let nodes = kind.reference_nodes();
     let corners = kind.n_corners();
@@ -91,7 +91,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
             (mean - x[k]).abs() < 1e-12
         })
     };
-    // Edges first: the middle of a face is that of its diagonals too, but these are no edges.
+    // Edges first: the centre of a face is also the centre of its diagonals, which are no edges.
     let faces = || kind.local_faces().iter().map(|(face, local)| &local[..face.n_corners()]);
     let edges = || faces().flat_map(|f| (0..f.len()).map(move |i| vec![f[i], f[(i + 1) % f.len()]]));
     let all = || std::iter::once((0..corners).collect::<Vec<_>>());
@@ -99,7 +99,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     nodes[corners..].iter().map(|&x| lists().find(|list| is_mean(list, x)).expect("a mean")).collect()
 }
 
-/// The same mesh with elements of second order, the solids becoming `kind`.
+/// The same mesh with second-order elements; the solids become `kind`.
 fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
     for block in 0..mesh.blocks.len() {
@@ -127,7 +127,7 @@ fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     mesh
 }
 
-/// As [`between`], of a face: its edges in order, then the middle of a quadrilateral of nine nodes.
+/// As [`between`], for a face: its edges in order, then the centre of a quadrilateral of nine nodes.
 fn between_on_face(face: ElementKind) -> Vec<Vec<usize>> {
     let n = face.n_corners();
     let edges = (0..n).map(|i| vec![i, (i + 1) % n]);

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Wear of a fretting cycle in partial slip: settings of `cycles.increments` against strokes marched one after the other.
+"""Wear of a fretting cycle in partial slip: settings of `cycles.increments` against a calculation stroke by stroke.
 
 usage: partial_slip.py PROGRAM [--scenes 10] [--seed 1] [--cells 16] [--cycles 30]
 
-Scenes are drawn at random: a steel sphere on a CFRP half-space with tilted fibres, under an amplitude of force or displacement. The truth
-is the last of `--cycles` cycles whose strokes are load points of a `history`, in 32 and 64 increments each. Wear coefficients are so
-small that the shape stays as it is. Relative errors of the wear volume per cycle are printed, with the errors that the program claims,
-against the limit of first order of both numbers of increments.
+Scenes are random: a steel sphere on a CFRP half-space with tilted fibres, under an amplitude of force or displacement. The
+reference is the last of `--cycles` cycles, with the strokes as load points of a `history` in 32 and 64 increments each. It is
+extrapolated with first order in the increments. Wear coefficients are so small that the shape does not change. The program
+prints relative errors of the wear volume per cycle, and the estimated errors.
 """
 import argparse
 import json
@@ -43,7 +43,7 @@ radius = 50.0
 
 
 def draw(generator):
-    """A scene: fibre, laws, load and path."""
+    """A random scene: fibre, laws, load and path."""
     mu = generator.uniform(0.3, 0.7)
     forced = generator.random() < 0.5
     return {
@@ -53,7 +53,7 @@ def draw(generator):
         "mu": mu,
         "wear": [1e-16 * generator.uniform(1.0, 3.0) for _ in range(3)],
         "forced": forced,
-        # Force amplitude over mu P, or amplitude in mm: from a narrow slip ring to most of the contact.
+        # Amplitude of the force (N), or displacement amplitude (mm): from a narrow slip annulus to slip in most of the contact.
         "amplitude": generator.uniform(0.5, 0.95) * mu * 200.0 if forced else generator.uniform(0.002, 0.006),
     }
 
@@ -89,7 +89,7 @@ wear = false
 
 
 def run(program, folder, scene, cells, steps):
-    """Entries of the run, and its warnings; an error if it does not converge."""
+    """Entries and warnings of a run. Raises an error if it does not converge."""
     path = folder / "scene.toml"
     path.write_text(text(scene, cells, steps))
     out = folder / "out"
@@ -100,10 +100,10 @@ def run(program, folder, scene, cells, steps):
 
 
 def marched(program, folder, scene, cells, cycles, increments):
-    """Wear volume of the last cycle and of the one before it, of strokes one after the other."""
+    """Wear volumes of the last two cycles, calculated stroke by stroke, last one first."""
     x, y = (scene["amplitude"] * f(math.radians(scene["angle"])) for f in (math.cos, math.sin))
     columns = ["tangential_x", "tangential_y"] if scene["forced"] else ["shift_x", "shift_y"]
-    # A stroke is an entry of its own: increments divide it, the first one from the centre likewise.
+    # Each stroke is one entry, divided into increments. This includes the first one, from the centre.
     rows = [f"{sign * x},{sign * y}" for _ in range(cycles) for sign in (1, -1)] + [f"{x},{y}"]
     (folder / "loads.csv").write_text("\n".join(rows) + "\n")
     steps = f"""[[steps]]
@@ -117,7 +117,7 @@ increments = {increments}
 
 
 def cycle(program, folder, scene, cells, increments):
-    """Wear volume of a cycle, its claimed error, and seconds."""
+    """Wear volume of a cycle, its estimated error, and seconds."""
     key = "force_amplitude" if scene["forced"] else "amplitude"
     chosen = "" if increments is None else f", increments = {json.dumps(increments)}"
     steps = f"""[[steps]]
@@ -148,7 +148,7 @@ def main():
             coarse, _ = marched(*fixed, arguments.cycles, 32)
             truth, before = marched(*fixed, arguments.cycles, 64)
             drive = f"{scene['amplitude']:.3g} {'N' if scene['forced'] else 'mm'}"
-            # Increments are of first order.
+            # The error is of first order in the increments.
             limit = 2 * truth - coarse
             name = f"{scene['tilt']:5.1f} {scene['azimuth']:5.1f} {scene['angle']:5.1f} mu {scene['mu']:.2f} {drive:9}"
             columns = []

@@ -1,4 +1,4 @@
-//! The scenes whose memory is measured: those of scenes/, and larger ones of every kind of body.
+//! Scenes for the memory measurement: the scenes of scenes/, and larger ones for every kind of body.
 
 use std::path::{Path, PathBuf};
 
@@ -9,22 +9,22 @@ use super::writer::{VARIANTS, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// A scene and what is laid over it.
+/// A scene with overrides.
 pub struct Case {
     /// Heading in the table.
     pub group: &'static str,
     pub name: String,
     base: Base,
     pub sets: Vec<String>,
-    /// Whether the least memory that `check` accepts is given, so that the body is condensed by conjugate gradients.
+    /// Whether to set the smallest memory limit that `check` accepts. The body is then condensed by conjugate gradients.
     pub least: bool,
 }
 
-/// Where a scene comes from.
+/// Origin of a scene.
 enum Base {
     /// A file of scenes/.
     File(String),
-    /// Its text, and the block that it calls block.msh.
+    /// Text of the scene, and the block for its block.msh.
     Block(String, Box<GradedBlock>),
 }
 
@@ -42,7 +42,7 @@ const INSIDE: [&str; 2] = [
 /// Writes no fields.
 const BARE: &str = "output.fields=[]";
 
-/// Half of a side of the plates on whose faces mesh frames lie.
+/// Half side length of the plates under mesh frames.
 const PLATE: f64 = 1.5;
 
 impl Case {
@@ -62,7 +62,7 @@ impl Case {
         Self { group, name: name.into(), base: Base::Block(scene, Box::new(block)), sets, least: false }
     }
 
-    /// The scene's file, its mesh beside it; what it needs lies in `folder`.
+    /// Path of the scene file. Writes the scene and its mesh into `folder` if it is not in scenes/.
     pub fn place(&self, folder: &Path) -> Outcome<PathBuf> {
         match &self.base {
             Base::File(name) => Ok(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)),
@@ -76,7 +76,7 @@ impl Case {
     }
 }
 
-/// All of them; the quick ones take seconds each.
+/// All cases. Quick ones take seconds each.
 pub fn all(quick: bool) -> Vec<Case> {
     let mut cases = scenes();
     cases.extend(grids(quick));
@@ -107,7 +107,7 @@ fn scenes() -> Vec<Case> {
         "steel-cap-on-cfrp-block",
         "tilting-punch",
     ];
-    NAMES.iter().map(|name| Case::file("The scenes of scenes/", *name, name, &[])).collect()
+    NAMES.iter().map(|name| Case::file("Scenes of scenes/", *name, name, &[])).collect()
 }
 
 /// Half-spaces on grids: without friction, with it, anisotropic, with wear, in a window of the frame.
@@ -181,15 +181,15 @@ fn on_block(kind: &str, cells: usize) -> String {
     )
 }
 
-/// Condensed bodies.
+/// Condensed finite-element bodies.
 fn finite_elements(quick: bool) -> Vec<Case> {
-    const GROUP: &str = "Bodies of finite elements";
+    const GROUP: &str = "Finite-element bodies";
     let mut cases = Vec::new();
     let sizes: &[usize] = if quick { &[8, 16] } else { &[4, 8, 12, 16, 22] };
     for &n in sizes {
         for least in [false, true] {
             for (fields, sets) in [("no fields", &[BARE][..]), ("with fields", &[])] {
-                // Conjugate gradients take long.
+                // Conjugate gradients are slow.
                 if least && (n > 12 || fields == "with fields") {
                     continue;
                 }
@@ -210,7 +210,7 @@ fn finite_elements(quick: bool) -> Vec<Case> {
     cases
 }
 
-/// A half-space that a mesh corrects.
+/// Half-spaces with a far-field correction by a mesh.
 fn far_fields(quick: bool) -> Vec<Case> {
     let sizes: &[usize] = if quick { &[64] } else { &[64, 256, 512] };
     let of = |&n: &usize| {
@@ -218,13 +218,13 @@ fn far_fields(quick: bool) -> Vec<Case> {
         let sets = [cells.as_str(), "steps.2.cycles.jumps=2"];
         [("with fields", &sets[..]), ("no fields", &[sets[0], sets[1], BARE])].map(|(fields, sets)| {
             let name = format!("CFRP block on {n} x {n} cells, {fields}");
-            Case::file("Half-spaces that a mesh corrects", name, "sphere-on-cfrp-block", sets)
+            Case::file("Half-spaces with far-field correction", name, "sphere-on-cfrp-block", sets)
         })
     };
     sizes.iter().flat_map(of).collect()
 }
 
-/// Dense and compressed equations.
+/// Boundary-element bodies with dense and compressed equations.
 fn boundary_elements(quick: bool) -> Vec<Case> {
     let sizes: &[(usize, &str)] = if quick {
         &[(8, "constant"), (8, "linear")]
@@ -233,8 +233,8 @@ fn boundary_elements(quick: bool) -> Vec<Case> {
     };
     let case = |&(n, element): &(usize, &str)| {
         let scene = on_block(&format!("\"be\"\nelement = \"{element}\""), n / 2);
-        let name = format!("skin of {0} x {0} x {n} hexahedra, {element}", 2 * n);
-        Case::block("Bodies of boundary elements", name, scene, cube(n, BlockElements::Hex8), &[BARE])
+        let name = format!("boundary of {0} x {0} x {n} hexahedra, {element}", 2 * n);
+        Case::block("Boundary-element bodies", name, scene, cube(n, BlockElements::Hex8), &[BARE])
     };
     sizes.iter().map(case).collect()
 }
@@ -250,7 +250,7 @@ fn truncated(quick: bool) -> Vec<Case> {
 }
 
 fn inside() -> Vec<Case> {
-    const GROUP: &str = "Points inside";
+    const GROUP: &str = "Interior points";
     let be = on_block("\"be\"\nelement = \"constant\"", 4);
     vec![
         Case::file(GROUP, "90 000 points in a half-space, 64 x 64 cells", "hertz", &[INSIDE[0]]),

@@ -1,9 +1,9 @@
-//! What `check` says that a run takes beside what the run took: the scenes of scenes/ and larger ones.
+//! Memory estimate of `check` compared with the measured peak of the run: the scenes of scenes/ and larger ones.
 //!
 //!     cargo run --release --example memory -- [--out FILE] [--quick] [NAME ..]
 //!
-//! FILE is docs/memory.md by default: what stands there between two marks is replaced. Names choose the rows whose group or name has one of
-//! them in it; then, and with --quick, the table is printed only.
+//! FILE is docs/data/memory.csv by default. `python3 benchmarks/summaries.py memory` then writes the summary of docs/memory.md.
+//! Names select the rows whose group or name contains one of them. With names or --quick the rows are only printed.
 
 mod cases;
 #[path = "../machine.rs"]
@@ -11,6 +11,8 @@ mod machine;
 mod measure;
 #[path = "../places.rs"]
 mod places;
+#[path = "../quoted.rs"]
+mod quoted;
 #[path = "../../tests/verification/mesh/writer.rs"]
 mod writer;
 #[path = "../../tests/fixtures/structured.rs"]
@@ -23,18 +25,22 @@ use std::fs;
 use cases::Case;
 use measure::{Measured, row};
 use places::{program, root};
+use quoted::quoted;
 
-/// Any failure.
+/// Result type of this benchmark.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// The marks around what is replaced.
-const MARKS: [&str; 2] = ["<!-- table: begin -->", "<!-- table: end -->"];
+/// Comment and header row of the file.
+const HEADER: &str = "# command: cargo run --release --example memory
+# One run each.
+group,scene,threads,estimate_MiB,peak_MiB,ratio
+";
 
-/// Estimate over peak that is wanted.
+/// Accepted range of the ratio of estimate to peak.
 const WANTED: [f64; 2] = [0.8, 1.2];
 
 fn main() -> Outcome<()> {
-    let mut path = root().join("docs/memory.md");
+    let mut path = root().join("docs/data/memory.csv");
     let (mut quick, mut names) = (false, Vec::new());
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -55,35 +61,24 @@ fn main() -> Outcome<()> {
         println!("{table}");
         return Ok(());
     }
-    let page = fs::read_to_string(&path)?;
-    let [before, after] = MARKS.map(|mark| page.find(mark).ok_or(format!("{}: no {mark}", path.display())));
-    let (before, after) = (before? + MARKS[0].len(), after?);
-    fs::write(&path, format!("{}\n\n{table}\n{}", &page[..before], &page[after..]))?;
+    fs::write(&path, table)?;
     println!("{}", path.display());
     Ok(())
 }
 
-/// Every group under a heading of its own.
+/// Rows of all cases, with a head. Prints the extremes of the ratio.
 fn table(cases: &[Case]) -> Outcome<String> {
     let program = program()?;
-    let mut text: String =
-        machine::comment().lines().map(|line| format!("{}  \n", line.trim_start_matches("# "))).collect();
-    let (mut group, mut outside, mut failed, mut extremes) = ("", 0, 0, [f64::INFINITY, 0.0_f64]);
+    let mut text = machine::comment() + HEADER;
+    let (mut outside, mut failed, mut extremes) = (0, 0, [f64::INFINITY, 0.0_f64]);
     for case in cases {
-        if case.group != group {
-            group = case.group;
-            let _ = write!(
-                text,
-                "\n### {group}\n\n| scene | threads | estimate, MiB | peak, MiB | ratio |\n|{}\n",
-                "---|".repeat(5)
-            );
-        }
         for threads in [1, 2] {
             let measured = match row(&program, case, threads) {
                 Ok(measured) => measured,
                 Err(error) => {
                     eprintln!("{}: {error}", case.name);
-                    let _ = writeln!(text, "| {} | {threads} | | | failed |", case.name);
+                    let _ =
+                        writeln!(text, "{},{},{threads},,,failed", quoted(case.group), quoted(&case.name));
                     failed += 1;
                     continue;
                 }
@@ -95,9 +90,8 @@ fn table(cases: &[Case]) -> Outcome<String> {
             eprint!("{}", line(case, threads, measured));
         }
     }
-    let _ = write!(
-        text,
-        "\n{} runs: estimate over peak from {:.2} to {:.2}; {outside} outside of {} .. {}, {failed} failed.\n",
+    eprintln!(
+        "{} runs: estimate over peak from {:.2} to {:.2}; {outside} outside of {} .. {}, {failed} failed",
         2 * cases.len(),
         extremes[0],
         extremes[1],
@@ -109,5 +103,6 @@ fn table(cases: &[Case]) -> Outcome<String> {
 
 fn line(case: &Case, threads: usize, measured: Measured) -> String {
     let Measured { estimate, peak } = measured;
-    format!("| {} | {threads} | {estimate:.1} | {peak:.1} | {:.2} |\n", case.name, measured.ratio())
+    let [group, name] = [case.group, case.name.as_str()].map(quoted);
+    format!("{group},{name},{threads},{estimate:.1},{peak:.1},{:.2}\n", measured.ratio())
 }

@@ -1,4 +1,4 @@
-//! The estimate of `check` and the peak of a run, each in a process of its own, without the cache.
+//! Memory estimate of `check` and peak of a run, each in a separate process, without the cache.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -8,10 +8,10 @@ use serde_json::Value;
 use super::Outcome;
 use super::cases::Case;
 
-/// Growth of the limits that are tried to find the least one.
+/// Factor between successive trial limits in the search for the least one.
 const STEP: f64 = 1.1;
 
-/// What was foretold and found, MiB.
+/// Estimated and measured memory, MiB.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured {
     pub estimate: f64,
@@ -54,7 +54,7 @@ pub fn row(program: &Path, case: &Case, threads: usize) -> Outcome<Measured> {
     Ok(Measured { estimate, peak: peak / f64::from(1 << 20) })
 }
 
-/// The option that gives the least memory that `check` accepts, by trying.
+/// Option with the least memory that `check` accepts, found by trial.
 fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     let mut bytes = 1.2e7;
     loop {
@@ -70,7 +70,7 @@ fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     }
 }
 
-/// The memory that `check` tells, MiB.
+/// Memory estimate in the output of `check`, MiB.
 fn estimate(told: &str) -> Option<f64> {
     let line = told.lines().find(|line| line.starts_with("memory"))?;
     line.split_once("about ")?.1.split_whitespace().next()?.parse().ok()

@@ -1,5 +1,5 @@
-//! Error of the load against unknowns and seconds: blocks with the near field of a half-space, and the same blocks condensed, a rigid
-//! sphere pressed into them. Runs the program as a user does; meshes by gmsh.
+//! Error of the load over unknowns and seconds for a rigid sphere on blocks: with the near field of a half-space, and with the same
+//! blocks condensed. Runs the program as a user does. Meshes are made by gmsh.
 //!
 //!     cargo build --release
 //!     cargo run --release --example near_field -- [--out DIR] [--repeats N] [--products]
@@ -61,8 +61,8 @@ approach = 0.02
 fields = []
 "#;
 
-/// Blocks: name, material, half-width and depth (mm), load of an independent program (N): a half-space with a far field of 14³
-/// hexahedra of 27 nodes, certain to 1e-4 (steel) and 1e-3 (CFRP).
+/// Blocks: name, material, half-width and depth (mm), load (N) of an independent program. That program combines a half-space with a
+/// far field of 14³ hexahedra of 27 nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
 const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("steel 3", STEEL, 3.0, 8414.4),
     ("steel 6", STEEL, 6.0, 7138.7),
@@ -71,7 +71,7 @@ const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("cfrp 6", CFRP, 6.0, 411.69),
 ];
 
-/// Meshes of a half-space's far field: cells along an edge, order of the elements, ratio of their sizes.
+/// Meshes of the far field of a half-space: cells along an edge, order of the elements, size ratio.
 const FAR: [(usize, usize, f64); 8] = [
     (4, 1, 1.0),
     (8, 1, 3.0),
@@ -83,10 +83,10 @@ const FAR: [(usize, usize, f64); 8] = [
     (8, 2, 3.0),
 ];
 
-/// Products of each operator.
+/// Number of products per operator.
 const PRODUCTS: usize = 15;
 
-/// Condensed meshes: elements of first order along the patch, around it, over the depth; cells of the frame.
+/// Condensed meshes: first-order elements along the patch, around it, over the depth; cells of the frame.
 const CONDENSED: [(usize, usize, usize, usize); 4] =
     [(8, 4, 6, 7), (12, 6, 8, 11), (16, 7, 10, 14), (24, 9, 14, 22)];
 
@@ -117,7 +117,7 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    // Products are measured in one thread.
+    // Products are timed on one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     fs::create_dir_all(&out)?;
     let folder = std::env::temp_dir().join(format!("orthowear-near-field-{}", std::process::id()));
@@ -131,7 +131,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Errors and seconds of the loads.
+/// Computes and writes errors and seconds of the loads.
 fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -178,7 +178,7 @@ fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
     Ok(())
 }
 
-/// Seconds of a product with the half-space's operator and with the far field on top, in turn.
+/// Times products of the half-space operator with and without the far field, alternately.
 fn products(folder: &Path) -> Outcome<String> {
     mesh(folder, "far-field-block", &[("half_size", 3.0), ("depth", 3.0), ("cells", 8.0)])?;
     let mut text = machine::comment();
@@ -223,7 +223,7 @@ fn products(folder: &Path) -> Outcome<String> {
     Ok(text)
 }
 
-/// The block of CFRP, held at its base.
+/// The CFRP block, fixed at its base.
 fn block(path: &Path) -> Outcome<FeSpec> {
     Ok(FeSpec {
         name: "block".to_owned(),
@@ -289,7 +289,7 @@ fn mesh(folder: &Path, script: &str, numbers: &[(&str, f64)]) -> Outcome<()> {
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The median of some runs.
+/// Median of the runs by seconds.
 fn sample(folder: &Path, what: String, settings: &[String], repeats: usize) -> Outcome<Sample> {
     let mut runs = Vec::new();
     for _ in 0..repeats.max(1) {
@@ -300,7 +300,7 @@ fn sample(folder: &Path, what: String, settings: &[String], repeats: usize) -> O
     Ok(Sample { what, unknowns: unknowns(&folder.join("block.msh"))?, seconds, load })
 }
 
-/// Seconds and load of one run in a process of its own.
+/// Seconds and load of one run in a separate process.
 fn run(folder: &Path, settings: &[String]) -> Outcome<(f64, f64)> {
     let out = folder.join("out");
     let mut program = Command::new(program()?);
@@ -321,7 +321,7 @@ fn run(folder: &Path, settings: &[String]) -> Outcome<(f64, f64)> {
     Ok((seconds, load))
 }
 
-/// Three for each node that is not on the base.
+/// Number of unknowns: three for each node that is not on the base.
 fn unknowns(path: &Path) -> Outcome<usize> {
     let mesh = orthowear::mesh::gmsh::read(path)?;
     let held = mesh.group_nodes("base")?.len();

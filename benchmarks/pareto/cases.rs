@@ -1,4 +1,4 @@
-//! The scenes, what is known of them, and the settings that are tried.
+//! Scenes with reference values, and the settings to compare.
 
 use std::f64::consts::PI;
 
@@ -7,49 +7,49 @@ use super::layer::{self, Mesh};
 /// Names of all cases.
 pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "layer"];
 
-/// Cells along the frame, and the accuracies asked for; the last ones are left out of the quick form.
+/// Cells along the frame, and requested accuracies. The quick form leaves out the last ones.
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
 const QUICK: usize = 5;
 
-/// Family of the scene as it is.
+/// Family of the unchanged scene.
 pub const OWN: &str = "as the scene is";
 
-/// A value that is known.
+/// A reference value.
 pub struct Truth {
-    /// At the end of this step.
+    /// Step at whose end the value is valid.
     pub step: &'static str,
-    /// Place in its last entry of `summary.steps`.
+    /// JSON pointer of the value in the last entry of this step in `summary.steps`.
     pub place: &'static str,
     pub value: f64,
-    /// What errors are relative to.
+    /// Scale of the relative error.
     pub scale: f64,
 }
 
 /// Settings of a run.
 #[derive(Debug, Clone)]
 pub struct Configuration {
-    /// Which knob is turned.
+    /// Name of the setting that varies.
     pub family: &'static str,
     pub label: String,
     pub sets: Vec<String>,
-    /// Mesh of body 1, made for it.
+    /// Mesh of body 1 that is generated for this run.
     pub mesh: Option<Mesh>,
-    /// Relative error that is asked for.
+    /// Requested relative error.
     pub asked: Option<f64>,
 }
 
-/// A scene with what is known of it.
+/// A scene with its reference values.
 pub struct Case {
     pub name: &'static str,
     pub title: &'static str,
-    /// Where the values come from.
+    /// Source of the values.
     pub source: &'static str,
     /// Relative error of the values.
     pub known: f64,
-    /// Its file, from the project's folder.
+    /// Scene file, relative to the project folder.
     pub scene: &'static str,
-    /// Largest error that the scene as it is may have, and why.
+    /// Largest allowed error of the unchanged scene, and the reason.
     pub allowed: (f64, &'static str),
     pub truths: Vec<Truth>,
     pub configurations: Vec<Configuration>,
@@ -59,19 +59,20 @@ pub fn configuration(family: &'static str, label: impl Into<String>, sets: &[Str
     Configuration { family, label: label.into(), sets: sets.to_vec(), mesh: None, asked: None }
 }
 
-/// With an accuracy that the program is asked for; `table`: what else its table has.
+/// Configuration with a requested accuracy. `table` has further entries of the `accuracy` table.
 fn accuracy(relative: &str, table: &str) -> Configuration {
     let set = format!("accuracy={{ relative = {relative}{table} }}");
     let asked = relative.parse().ok();
     Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
 }
 
-/// Mean of Hertz's pressure over a cell of side h beside the centre, below the peak by this part: (h / a)^2 / 3.
+/// Relative deficit of Hertz's mean pressure over a cell of side h next to the centre, from the peak: (h / a)^2 / 3.
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 
-/// The scene as it is, finer and coarser cells, tolerances, solvers and accuracies; `keep`: what the accuracy leaves.
+/// The unchanged scene, coarser and finer cells, tolerances, solvers and accuracies. `keep`: what the accuracy search does not
+/// refine.
 fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     let first = |n: usize| if quick { n.min(QUICK) } else { n };
     let mut all = vec![configuration(OWN, "defaults", &[])];
@@ -94,7 +95,7 @@ fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     all
 }
 
-/// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the radius of the contact.
+/// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the contact radius.
 fn hertz(modulus: f64, radius: f64, force: f64) -> [f64; 3] {
     let a = f64::cbrt(0.75 * force * radius / modulus);
     [a * a / radius, 1.5 * force / (PI * a * a), a]
@@ -108,7 +109,7 @@ pub fn value(step: &'static str, place: &'static str, value: f64) -> Truth {
 pub fn all(quick: bool) -> Vec<Case> {
     let [approach, peak, radius] = hertz(210e3 / 0.91, 10.0, 1000.0);
     let of_hertz = vec![value("press", "/approach", approach), value("press", "/peak_pressure", peak)];
-    // Two bodies of steel that do not contract across: nothing couples pressure and friction.
+    // Two bodies with zero Poisson ratio: pressure and friction are not coupled.
     let [pressed, peak, a] = hertz(105e3, 10.0, 1000.0);
     let moved = 0.9 * 1000.0 * 2.0 / (8.0 * 105e3 * a) * (1.0 - 0.1f64.powf(2.0 / 3.0));
     let of_mindlin = vec![
@@ -116,7 +117,7 @@ pub fn all(quick: bool) -> Vec<Case> {
         value("pull", "/peak_pressure", peak),
         Truth { scale: pressed, ..value("pull", "/shift/0", moved) },
     ];
-    // An independent program on 128 and 256 cells, extrapolated; tilt 30, one increment for each step.
+    // An independent program on 128 and 256 cells, extrapolated. Tilt 30, one increment for each step.
     let of_cfrp = vec![
         value("indent", "/normal_force", 417.87604),
         value("shift", "/normal_force", 303.76251),

@@ -1,26 +1,30 @@
-"""Truth of the benchmark's layer: a sphere of an elastic half-space pressed on an elastic layer that is bonded to a rigid base.
+"""Reference solution of the benchmark's layer: an elastic half-space sphere on an elastic layer bonded to a rigid base.
 
     python3 benchmarks/pareto/layer.py            (needs numpy)
 
-Frictionless, laterally endless. With p^(k) the Hankel transform of order 0 of the pressure, the surfaces come nearer by
+Frictionless, laterally infinite. With p^(k) the Hankel transform of order 0 of the pressure, the approach of the surfaces is
 
     u(r) = 2/E* int_0^oo g(k) p^(k) J0(kr) dk,        g(k) = (G(kh) E* / E1* + E* / E2*),        1/E* = 1/E1* + 1/E2*,
 
-E1* of the layer, E2* of the half-space, and of a bonded layer of thickness h (Hayes, Keer, Herrmann and Mockros 1972; Johnson,
-Contact Mechanics, 1985, section 5.8)
+with E1* of the layer and E2* of the half-space. For a bonded layer of thickness h (Hayes, Keer, Herrmann and Mockros 1972;
+Johnson, Contact Mechanics, 1985, section 5.8)
 
     G(y) = (2 K sinh 2y - 4 y) / (2 K cosh 2y + 4 y^2 + 1 + K^2),        K = 3 - 4 nu.
 
-p^(k) = int_0^a phi(t) cos(kt) dt, u = d - r^2 / 2R in r < a and the integral of Abel give (Lebedev and Ufliand 1958 for the punch)
+Substitute p^(k) = int_0^a phi(t) cos(kt) dt and u = d - r^2 / 2R in r < a. Abel's integral then gives (Lebedev and Ufliand 1958
+for the punch)
 
     phi(x) + (2/pi) int_0^a M(x, t) phi(t) dt = E*/pi (d - x^2 / R),        M = int_0^oo (g(k) - 1) cos kx cos kt dk,
 
-phi(a) = 0 fixes a for a given d. Force 2 pi int phi, peak pressure -int phi'(t) / t dt. phi is even and smooth: a polynomial in x^2
-through Gauss points; the kernel is integrated by Gauss's rule until g - 1 is below 1e-16. Checks: the table of a flat punch, Hertz for a
-layer that is thick, and the digits that change when everything is doubled (none of nine). How much the sides of a block of half-width W
-matter: displacement of the layer's surface by the force at the distance 2 W, where the first images of rollers at the sides lie, over
-the approach: below 1e-6 for the benchmark's W = 4. The block's sides are free, which makes it softer than the endless layer as clamped
-ones make it stiffer: with W = 4 both forces differ by 1.6e-5, with W = 3 by 1.2e-4.
+phi(a) = 0 determines a for a given d. Force 2 pi int phi, peak pressure -int phi'(t) / t dt. phi is even and smooth: a
+polynomial in x^2 through Gauss points. The kernel is integrated by Gauss quadrature until g - 1 is below 1e-16.
+
+Checks: the table of a flat punch, Hertz for a thick layer, and doubling the resolution (none of nine digits changes).
+
+Influence of the sides of a block of half-width W: displacement of the layer's surface by the force at distance 2 W, over the
+approach. The first images for rollers at the sides are at this distance. The ratio is below 1e-6 for the benchmark's W = 4. The
+block's free sides make it softer than the infinite layer, as clamped sides make it stiffer. With W = 4 both forces differ by
+1.6e-5, with W = 3 by 1.2e-4.
 """
 
 import numpy as np
@@ -36,7 +40,7 @@ def bonded(y, nu):
 
 
 class Layer:
-    """The pair of a layer and a half-space."""
+    """Contact of a layer and a half-space."""
 
     def __init__(self, modulus, other, nu, thickness, fineness=1):
         """modulus, other: E / (1 - nu^2) of the layer and of the half-space (np.inf: rigid), MPa."""
@@ -53,7 +57,7 @@ class Layer:
         self.order = 20 * fineness
 
     def solve(self, a, rights):
-        """Gauss points in 0..a, their weights, and phi for right sides."""
+        """Gauss points in 0..a, their weights, and phi for the given right-hand sides."""
         x, w = leggauss(2 * self.order)
         x, w = a * x[self.order:], a * w[self.order:]
         cosines = np.cos(np.outer(x, self.k))
@@ -61,12 +65,12 @@ class Layer:
         return x, w, np.linalg.solve(matrix, np.stack([right(x) for right in rights], axis=1))
 
     def fit(self, a, x, phi):
-        """Chebyshev series of phi in x / a; its odd coefficients vanish."""
+        """Chebyshev series of phi in x / a. Its odd coefficients vanish."""
         both, values = np.concatenate([-x[::-1], x]) / a, np.concatenate([phi[::-1], phi])
         return chebyshev.chebfit(both, values, 2 * (self.order // 2))
 
     def sphere_of_radius(self, a, radius):
-        """(approach, force, peak pressure) at the contact radius a."""
+        """(approach, force, peak pressure) at contact radius a."""
         unit = lambda x: np.full_like(x, self.combined / np.pi)
         bowl = lambda x: -self.combined / np.pi * x**2 / radius
         x, w, phi = self.solve(a, [unit, bowl])
@@ -79,7 +83,7 @@ class Layer:
 
     def sphere(self, approach, radius):
         """(contact radius, force, peak pressure) at an approach."""
-        # Secants, from the contact of a half-space and a smaller one.
+        # Secant method, from the contact radius of a half-space and a smaller one.
         ends = [np.sqrt(approach * radius), 0.8 * np.sqrt(approach * radius)]
         errors = [self.sphere_of_radius(a, radius)[0] - approach for a in ends]
         while abs(ends[1] - ends[0]) > 1e-12 * ends[1] and errors[1] != errors[0]:
@@ -88,12 +92,12 @@ class Layer:
         return (ends[1], *self.sphere_of_radius(ends[1], radius)[1:])
 
     def punch(self, a):
-        """Force over 2 E* a approach."""
+        """Force divided by 2 E* a approach."""
         _, w, phi = self.solve(a, [lambda x: np.full_like(x, 1.0)])
         return np.sum(w * phi[:, 0]) / a
 
     def point(self, r):
-        """Approach of the surfaces at the distance r from a unit force, beyond that of the half-space of the second body."""
+        """Approach of the surfaces at distance r from a unit force, minus that of the half-space of the second body."""
         x, w = leggauss(400)
         k = 12.5 / self.thickness * (x + 1)
         w = 12.5 / self.thickness * w

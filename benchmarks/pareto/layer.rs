@@ -1,4 +1,4 @@
-//! A layer of finite elements under a sphere that is a half-space: its meshes, and the settings that are tried.
+//! A finite-element layer under a half-space sphere: its meshes, and the settings to compare.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,10 +9,10 @@ use super::cases::{CELLS, Case, Configuration, OWN, configuration, sampled, valu
 /// A mesh of the layer, made by gmsh from layer.geo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mesh {
-    /// Cells along the patch under the frame; over the depth and beside the patch as many as suit them.
+    /// Cells along the patch under the frame. The numbers over the depth and beside the patch follow from it.
     cells: usize,
     nodes: Nodes,
-    /// Whether cells have one size from top to base, or are small at the top.
+    /// Whether cells have one size from top to base. Otherwise they are small at the top.
     even: bool,
 }
 
@@ -29,14 +29,14 @@ const DEPTH: f64 = 1.0;
 const PATCH: f64 = 1.2;
 
 impl Mesh {
-    /// Makes it in `folder` if it is not there; its file.
+    /// Path of the mesh file. Makes it in `folder` if it does not exist.
     pub fn make(&self, folder: &Path) -> Outcome<PathBuf> {
         let file = folder.join(format!("{self:?}.msh").replace([' ', '{', '}', ':', ','], ""));
         if file.exists() {
             return Ok(file);
         }
         let n = self.cells as f64;
-        // Cells over the depth: cubes, or ones that grow downward by about 1.2 each.
+        // Cells over the depth: cubes, or cells that grow downward by a factor of about 1.2.
         let first = if self.even { DEPTH / n } else { PATCH / n };
         let down = if self.even { n } else { ((1.0 + 0.2 * DEPTH / first).ln() / 1.2f64.ln()).ceil() };
         let beside = if self.even { n } else { (n / 3.0).ceil() + 2.0 };
@@ -63,12 +63,12 @@ impl Mesh {
     }
 }
 
-/// With the near field of a half-space.
+/// Mesh for the near field of a half-space.
 fn near(cells: usize, nodes: Nodes) -> Mesh {
     Mesh { cells, nodes, even: true }
 }
 
-/// Condensed, with as many cells of the frame as its mesh bears: `per_face` along a face.
+/// Condensed layer with the finest frame that suits its mesh: `per_face` cells along a face.
 fn condensed(
     label: &str,
     element: Option<&str>,
@@ -83,7 +83,7 @@ fn condensed(
     Configuration { mesh, ..configuration(family, format!("mesh, {label}, {cells} along the patch"), &sets) }
 }
 
-/// Those of the case.
+/// Configurations of the case.
 fn configurations(quick: bool) -> Vec<Configuration> {
     let own = Some(near(4, Nodes::TwentySeven));
     let with = |family, label: String, set: String| Configuration {
@@ -104,7 +104,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
             let label = format!("near field, {name} nodes, {n} along the patch");
             let mesh = Some(near(*n, nodes));
             all.push(Configuration { mesh, ..configuration("mesh of the near field", label, &[]) });
-            // Cells so fine that the error is that of the mesh.
+            // Cells so fine that the error of the mesh dominates.
             if !quick {
                 let set = ["frame.cells=[200, 200]".to_owned()];
                 let label = format!("near field, {name} nodes, {n} along the patch, 200 cells");

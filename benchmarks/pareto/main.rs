@@ -1,13 +1,14 @@
-//! Error against run time over the settings that a user can turn, scene by scene, with the front that nothing beats.
+//! Error over run time for the settings of a user, scene by scene, with the Pareto front.
 //!
 //!     cargo build --release
 //!     cargo run --release --example pareto -- [--quick] [--repeats N] [SCENE ...]
 //!
-//! Runs the program as a user does, on one thread, and writes docs/benchmarks/pareto-*.csv and .svg and benchmarks/RESULTS.md (with all scenes
-//! only). Errors are against closed forms, an integral equation and an independent program. Meshes are made by gmsh.
+//! Runs the program as a user does, on one thread. Writes docs/benchmarks/pareto-*.csv and .svg, and with all scenes also
+//! benchmarks/RESULTS.md. Errors are relative to closed-form solutions, an integral equation and an independent program. Meshes are
+//! made by gmsh.
 //!
-//! `--quick` takes few configurations, each once, writes nothing and ends with an error if one does not converge, an accuracy that was asked for
-//! is not reached, or the error of a scene as it is leaves what its case allows. Times are not checked.
+//! `--quick` runs few configurations once each and writes no files. It fails if a run does not converge or misses its requested
+//! accuracy. It also fails if the error of an unchanged scene exceeds the limit of its case. Times are not checked.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -31,18 +32,18 @@ use places::{program, root};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Runs longer than this are not repeated, those shorter than the second three times as often.
+/// Runs longer than the first value (s) are not repeated. Runs shorter than the second value are repeated three times as often.
 const LONG: f64 = 10.0;
 const SHORT: f64 = 0.5;
 
-/// What a configuration gave.
+/// Results of a configuration.
 pub struct Sample {
     pub configuration: Configuration,
     /// Largest relative error of the values of the case; `None` where the run did not converge.
     pub error: Option<f64>,
     /// Seconds of the whole program, in ascending order.
     pub seconds: Vec<f64>,
-    /// Whether nothing is as fast and as accurate.
+    /// Whether no other configuration is both faster and more accurate.
     pub on_front: bool,
 }
 
@@ -51,7 +52,7 @@ impl Sample {
         self.seconds[self.seconds.len() / 2]
     }
 
-    /// How far half of the runs lie from the median at most.
+    /// Deviation from the median within which half of the runs lie.
     pub fn scatter(&self) -> f64 {
         let n = self.seconds.len();
         let [low, high] = [self.seconds[n / 4], self.seconds[(3 * n / 4).min(n - 1)]];
@@ -83,12 +84,12 @@ fn main() -> Outcome<()> {
     done
 }
 
-/// The cases of these names, all if there are none.
+/// Cases with these names, all cases if `names` is empty.
 fn chosen(quick: bool, names: &[String]) -> impl Iterator<Item = Case> {
     cases::all(quick).into_iter().filter(move |case| names.is_empty() || names.iter().any(|n| n == case.name))
 }
 
-/// Runs the quick form and says what is wrong.
+/// Runs the quick form and reports violations.
 fn checked(names: &[String], folder: &Path) -> Outcome<()> {
     let (start, mut wrong, mut runs) = (Instant::now(), Vec::new(), 0);
     for case in chosen(true, names) {
@@ -108,7 +109,7 @@ fn checked(names: &[String], folder: &Path) -> Outcome<()> {
     }
 }
 
-/// What is wrong with the error of a run.
+/// Description of an error that is too large, if it is.
 fn complaint(case: &Case, configuration: &Configuration, error: Option<f64>) -> Option<String> {
     let place = format!("{} {}", case.name, configuration.label);
     let Some(error) = error else { return Some(format!("{place}: not converged")) };
@@ -120,7 +121,7 @@ fn complaint(case: &Case, configuration: &Configuration, error: Option<f64>) -> 
     beyond.then(|| format!("{place}: error {error:.2e}, allowed {allowed:.2e} ({why})"))
 }
 
-/// Measures the cases and writes what was found.
+/// Measures the cases and writes the results.
 fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<()> {
     let mut results = Vec::new();
     for case in chosen(false, names) {
@@ -137,8 +138,9 @@ fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<
     Ok(())
 }
 
-/// Runs all configurations of a case, in turn, each time beginning with another one: what disturbs the machine for a while, and what the run
-/// before leaves behind, hits them alike. The first turn gives the errors; of short runs its times do not count.
+/// Runs all configurations of a case in several rounds, each starting with another configuration. Temporary disturbances, and
+/// effects of the preceding run, are then spread evenly. The first round gives the errors. Its times do not count if a run was
+/// repeated.
 fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> {
     let mut samples: Vec<Sample> = Vec::new();
     for configuration in &case.configurations {
@@ -168,7 +170,7 @@ fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> 
     Ok(samples)
 }
 
-/// Seconds and error of a run.
+/// Seconds and error of a run, no error if it did not converge.
 fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f64, Option<f64>)> {
     let out = folder.join("results");
     let mut program = Command::new(program()?);
@@ -192,7 +194,7 @@ fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f6
     Ok((seconds, Some(largest_error(case, &serde_json::from_slice(&text)?)?)))
 }
 
-/// The largest error of the values of a case.
+/// Largest error of the reference values of a case.
 fn largest_error(case: &Case, summary: &Value) -> Outcome<f64> {
     let steps = summary["steps"].as_array().ok_or("no steps in the summary")?;
     let mut largest: f64 = 0.0;
@@ -204,7 +206,7 @@ fn largest_error(case: &Case, summary: &Value) -> Outcome<f64> {
     Ok(largest)
 }
 
-/// Marks the samples that no other beats in both.
+/// Marks the samples on the Pareto front of error and time.
 fn mark_front(samples: &mut [Sample]) {
     let points: Vec<(Option<f64>, f64)> =
         samples.iter().map(|sample| (sample.error, sample.median())).collect();

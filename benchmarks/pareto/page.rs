@@ -1,4 +1,4 @@
-//! Tables, pictures and the page of results.
+//! Tables, charts and the page of results.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,10 +10,10 @@ use orthowear::output::plot::chart::{Chart, Series};
 use super::cases::{Case, OWN};
 use super::{Outcome, Sample, machine};
 
-/// Errors that the page names the fastest settings for.
+/// Error levels for which the page names the fastest settings.
 const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
-/// An error as a line of the terminal has it.
+/// Formats an error for a line in the terminal.
 pub fn number(error: Option<f64>) -> String {
     error.map_or_else(|| "not converged".to_owned(), |error| format!("{error:.3e}"))
 }
@@ -74,7 +74,7 @@ fn fastest(samples: &[Sample], error: f64) -> Option<&Sample> {
     good.min_by(|a, b| a.median().total_cmp(&b.median()))
 }
 
-/// What came out of a case.
+/// Section of the page with the results of a case.
 pub fn section(case: &Case, samples: &[Sample]) -> String {
     let mut text = format!("## {}\n\n", case.title);
     text.push_str(&format!("Errors against: {}. ", case.source));
@@ -103,7 +103,7 @@ pub fn section(case: &Case, samples: &[Sample]) -> String {
     text
 }
 
-/// Where the defaults lie.
+/// Error and time of the defaults, for the page.
 fn defaults(samples: &[Sample]) -> String {
     let Some((own, error)) = samples
         .iter()
@@ -127,7 +127,7 @@ fn defaults(samples: &[Sample]) -> String {
     }
 }
 
-/// The page.
+/// Text of the page.
 pub fn results(results: &[(Case, Vec<Sample>)]) -> String {
     let mut text = "# Error against run time\n\nMade by `cargo run --release --example pareto`: every setting by itself, the others as the scene has them; seconds \
                     of the whole program on one thread, the median of nine runs (three if longer than 0.5 s, one if longer than \

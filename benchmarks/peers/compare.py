@@ -1,8 +1,8 @@
-"""Runs the case with every program in turn and prints medians, ratios and errors as a Markdown table.
+"""Runs the case with every program alternately, and prints medians, ratios and errors as a Markdown table.
 
-Called by benchmarks/peers/run. Each measurement is a process of its own; programs alternate. Seconds of the peers are those
-of operator set-up and solve, without imports; seconds of this program are those of all its stages, from the cold start to
-the certificate, and of the whole process by the clock.
+Called by benchmarks/peers/run. Each measurement is a separate process. Seconds of the peers are of operator set-up and solve,
+without imports. Seconds of orthowear are of all its stages from the cold start to the certificate, and the wall-clock time of
+the whole process.
 """
 
 import argparse
@@ -57,7 +57,7 @@ fields = []
 
 
 def orthowear(target, folder, n, threads):
-    """Seconds of all stages, seconds of the process and operator applications of a run without fields."""
+    """Seconds of all stages, seconds of the process and operator applications, in a run without fields."""
     scene = folder / "hertz.toml"
     scene.write_text(SCENE.format(young=hertz.YOUNG, poisson=hertz.POISSON, half_width=repr(hertz.WIDTH / 2), cells=n,
                                   radius=hertz.RADIUS, force=hertz.FORCE, tolerance=hertz.TOLERANCE), encoding="utf-8")
@@ -79,7 +79,7 @@ ORTHOWEAR_PRESSURES = {}
 
 
 def cell_pressures(path, n):
-    """Pressures of a VTU file on the grid, [n, n], by the places of the cells."""
+    """Pressures of a VTU file on the grid, [n, n], sorted by cell position."""
     mesh = meshio.read(path)
     middle = mesh.points[mesh.cells[0].data].mean(axis=1)
     index = np.rint((middle[:, :2] / hertz.WIDTH + 0.5) * n - 0.5).astype(int)
@@ -89,7 +89,7 @@ def cell_pressures(path, n):
 
 
 def peer(program, target, folder, n, threads):
-    """The same of a peer; None if it fails."""
+    """The same for a peer, or None if it fails."""
     file = folder / "pressure.npy"
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     python = target / "peers" / PEERS[program] / "bin/python"
@@ -113,7 +113,7 @@ def measure(run, programs, repeats):
 
 
 def row(n, threads, program, runs, reference):
-    """A line of the table: medians and the errors of the last run."""
+    """A row of the table: medians, and the errors of the last run."""
     seconds = [one["set_up"] + one["solve"] for one in runs]
     median = statistics.median(seconds)
     solve = statistics.median(one["solve"] for one in runs)
@@ -126,7 +126,7 @@ def row(n, threads, program, runs, reference):
 
 
 def installed(target):
-    """Peers whose environment is complete."""
+    """Peers with a complete environment."""
     return [name for name, folder in PEERS.items() if (target / "peers" / folder / "made-from").exists()]
 
 

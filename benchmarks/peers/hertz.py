@@ -1,7 +1,7 @@
-"""The case that every program gets, and the errors of an answer against the exact one.
+"""The common test case of all programs, and the errors of a result against the exact solution.
 
-A rigid paraboloid of radius 10 mm on a half-space of steel (E = 210 GPa, nu = 0.3), pressed with 1000 N without friction;
-the frame is a square of n x n cells, twice as wide as the contact. Lengths in mm, forces in N.
+A rigid paraboloid of radius 10 mm is pressed on a half-space of steel (E = 210 GPa, nu = 0.3) with 1000 N without friction. The
+frame is a square of n x n cells, twice as wide as the contact. Lengths in mm, forces in N.
 """
 
 import math
@@ -18,7 +18,7 @@ TOLERANCE = 1e-8
 
 
 def centers(n):
-    """Positions x, y of the cells' centres, both [n, n]."""
+    """Coordinates x, y of the cell centres, both [n, n]."""
     x = ((np.arange(n) + 0.5) / n - 0.5) * WIDTH
     return np.meshgrid(x, x, indexing="ij")
 
@@ -45,7 +45,9 @@ def love(n):
 
 
 def natural_residual(pressure):
-    """max |p - max(0, p - g / S_ii)| / p_max, the approach being the one that suits the pressures best (as the mean)."""
+    """Natural residual max |p - max(0, p - g / S_ii)| / p_max. The approach is the mean gap with elastic displacement in cells
+    with pressure.
+    """
     n = pressure.shape[0]
     kernel = love(n)
     padded = np.zeros((2 * n, 2 * n))

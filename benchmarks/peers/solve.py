@@ -1,7 +1,7 @@
-"""Solves the case with one of the peers, in the environment that has it: solve.py PROGRAM CELLS THREADS FILE.
+"""Solves the case with one of the peers, in its own environment: solve.py PROGRAM CELLS THREADS FILE.
 
-Prints the seconds of operator set-up and of the solve (imports and the making of the height map are not counted) and
-the iterations as JSON; writes the pressures to FILE (.npy).
+Prints the seconds of operator set-up and solve, and the iterations, as JSON. Imports and the height map are not timed. Writes
+the pressures to FILE (.npy).
 """
 
 import contextlib
@@ -17,7 +17,7 @@ import hertz
 
 
 def tamaas(n, threads):
-    """Non-periodic Boussinesq operator, Polonsky and Keer's conjugate gradients on pressures, force prescribed."""
+    """Non-periodic Boussinesq operator, conjugate gradients of Polonsky and Keer on pressures, prescribed force."""
     import tamaas as tm
 
     tm.initialize(threads)
@@ -45,7 +45,7 @@ def tamaas(n, threads):
 
 
 def contact_mechanics(n, _threads):
-    """Free half-space, the constrained conjugate gradients that its non-smooth contact system uses by default."""
+    """Free half-space, with the constrained conjugate gradients that are the default of its non-smooth contact system."""
     from ContactMechanics import FreeFFTElasticHalfSpace
     from ContactMechanics.Systems import NonSmoothContactSystem
     from SurfaceTopography import Topography
@@ -57,7 +57,7 @@ def contact_mechanics(n, _threads):
         return NonSmoothContactSystem(substrate, surface)
 
     def solve(system):
-        # Tolerances of its own measures: penetration against the approach, forces against the mean of a cell.
+        # Tolerances in its own measures: penetration relative to the approach, forces relative to the mean of a cell.
         result = system.minimize_proxy(
             external_force=hertz.FORCE, pentol=hertz.TOLERANCE * hertz.APPROACH,
             forcetol=hertz.TOLERANCE * hertz.FORCE / n**2, thermotol=hertz.TOLERANCE)
@@ -69,7 +69,7 @@ def contact_mechanics(n, _threads):
 
 
 def slippy(n, threads):
-    """Love's influence matrix, convolution by FFTW, Polonsky and Keer's conjugate gradients, force prescribed."""
+    """Love's influence matrix, convolution by FFTW, conjugate gradients of Polonsky and Keer, prescribed force."""
     import slippy as package
 
     package.CUDA, package.CORES = False, threads

@@ -1,14 +1,17 @@
-//! What each skip saves: every scene with all of them and without one at a time, in turns.
+//! Savings by each kind of skipped work: every scene with all of them, and without one at a time, alternately.
 //!
 //!     cargo build --release
 //!     cargo run --release --example skips -- [--repeats N] [SCENE ...]
 //!
-//! Runs the program as a user does, on one thread, and replaces the table of docs/skips.md (with all scenes only).
+//! Runs the program as a user does, on one thread. With all scenes it writes docs/data/skips.csv.
+//! `python3 benchmarks/summaries.py skips` then writes the summary of docs/skips.md.
 
 #[path = "../machine.rs"]
 mod machine;
 #[path = "../places.rs"]
 mod places;
+#[path = "../quoted.rs"]
+mod quoted;
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -19,13 +22,14 @@ use std::time::Instant;
 use serde_json::Value;
 
 use places::{program, root};
+use quoted::quoted;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// The marks around what is replaced.
-const MARKS: [&str; 2] = ["<!-- table: begin -->", "<!-- table: end -->"];
+/// Header row of the file.
+const HEADER: &str = "scene,omitted,saved_s,run_factor,contact_factor,difference\n";
 
-/// Scenes with the settings that make them what they are called.
+/// Titles of the table, scene files, and overrides.
 const SCENES: [(&str, &str, &[&str]); 12] = [
     ("Hertz, 80 cells", "hertz.toml", &["frame.cells=[80, 80]"]),
     ("Hertz, 300 cells", "hertz.toml", &["frame.cells=[300, 300]"]),
@@ -57,7 +61,7 @@ const SCENES: [(&str, &str, &[&str]); 12] = [
     ),
 ];
 
-/// Seconds of a run and what it said.
+/// Seconds and summary of a run.
 struct Run {
     whole: f64,
     contact: f64,
@@ -79,7 +83,7 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    let mut table = "| scene | skipped | saves, s | run, factor | contact problems, factor | answers apart by |\n|---|---|---|---|---|---|\n".to_owned();
+    let mut table = HEADER.to_owned();
     for (title, file, settings) in SCENES {
         if names.is_empty() || names.iter().any(|name| file.starts_with(name.as_str())) {
             table.push_str(&rows(title, (file, settings), repeats)?);
@@ -89,25 +93,13 @@ fn main() -> Outcome<()> {
     if !names.is_empty() {
         return Ok(());
     }
-    let path = root().join("docs/skips.md");
-    let page = fs::read_to_string(&path)?;
-    let [before, after] = MARKS.map(|mark| page.find(mark).ok_or(format!("{}: no {mark}", path.display())));
-    let (before, after) = (before? + MARKS[0].len(), after?);
-    let head: Vec<String> =
-        machine::comment().lines().map(|line| line.trim_start_matches("# ").to_owned()).collect();
-    fs::write(
-        &path,
-        format!(
-            "{}\n\n{}; medians of {repeats}, one thread.\n\n{table}\n{}",
-            &page[..before],
-            head.join("; "),
-            &page[after..]
-        ),
-    )?;
+    let command =
+        format!("# command: cargo run --release --example skips; medians of {repeats}, one thread\n");
+    fs::write(root().join("docs/data/skips.csv"), machine::comment() + &command + &table)?;
     Ok(())
 }
 
-/// The rows of a scene: each of its skips by itself, and all of them.
+/// Rows of a scene: each skip alone, and all of them.
 fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> {
     let first = run(scene, None)?;
     let named = names(&first.summary);
@@ -126,7 +118,7 @@ fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> 
         for _ in 0..repeats.max(1) {
             with.push(run(scene, None)?);
             without.push(run(scene, Some(&choice))?);
-            // What takes minutes is not repeated.
+            // Runs of more than a minute are not repeated.
             if without[0].whole > 60.0 {
                 break;
             }
@@ -142,7 +134,8 @@ fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> 
         let contacts = [median(&without, contact), median(&with, contact)];
         let apart = apart(&with[0].summary, &without[0].summary)?;
         let row = format!(
-            "| {title} | {name} | {:.3} | {:.2} | {:.2} | {apart:.0e} |",
+            "{},{name},{:.3},{:.2},{:.2},{apart:.0e}",
+            quoted(title),
             wholes[0] - wholes[1],
             wholes[0] / wholes[1],
             contacts[0] / contacts[1]
@@ -153,13 +146,13 @@ fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> 
     Ok(text)
 }
 
-/// Names of `solver.skip` in the ledger of a run.
+/// Names for `solver.skip`, from the skipped work in the summary of a run.
 fn names(summary: &Value) -> Vec<String> {
     let entries = summary["skipped"].as_array().cloned().unwrap_or_default();
     entries.iter().filter_map(|entry| entry["skip"].as_str().map(str::to_owned)).collect()
 }
 
-/// Largest difference of forces, worn volumes and peak pressures of two runs, relative to the largest of their kind.
+/// Largest difference of forces, wear volumes and peak pressures between two runs, relative to the largest value of their kind.
 fn apart(a: &Value, b: &Value) -> Outcome<f64> {
     let steps = |summary: &Value| summary["steps"].as_array().cloned().ok_or("no steps");
     let (a, b) = (steps(a)?, steps(b)?);
@@ -174,7 +167,7 @@ fn apart(a: &Value, b: &Value) -> Outcome<f64> {
             kind.iter().map(|place| step.pointer(place).and_then(Value::as_f64).unwrap_or(0.0)).collect()
         };
         let scale = a.iter().flat_map(values).fold(0.0, |sum: f64, value| sum.max(value.abs()));
-        // Jumps of their own lengths end at the same number of cycles.
+        // Compare last entries: jumps of different lengths end at the same number of cycles.
         for (a, b) in a.last().iter().zip(b.last().iter()) {
             for (x, y) in values(a).into_iter().zip(values(b)) {
                 largest = largest.max(if scale > 0.0 { (x - y).abs() / scale } else { 0.0 });

@@ -1,14 +1,16 @@
-//! The sweeps of `tests/verification/stability` as a table: how each run ends, with which residual, after how many iterations, and what a user
-//! is told.
+//! Writes the sweeps of `tests/verification/stability` to a CSV file: status, residual, iterations and warnings of each run.
 //!
 //!     cargo run --release --example stability -- [--out FILE]
 //!
-//! FILE is docs/stability.md by default: what stands there between two marks is replaced.
+//! FILE is docs/data/stability.csv by default. `python3 benchmarks/summaries.py stability` then writes the summary of
+//! docs/stability.md.
 
 #[path = "../../tests/verification/audit.rs"]
 mod audit;
 #[path = "../machine.rs"]
 mod machine;
+#[path = "../quoted.rs"]
+mod quoted;
 #[path = "../../tests/verification/stability/random.rs"]
 mod random;
 #[path = "../../tests/verification/stability/scenes.rs"]
@@ -23,87 +25,71 @@ mod writer;
 mod structured;
 
 use std::error::Error;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
+use quoted::quoted;
 use sweeps::{Case, End};
 use verdict::{Run, Verdict};
 
-/// The marks around what is replaced.
-const MARKS: [&str; 2] = ["<!-- table: begin -->", "<!-- table: end -->"];
+/// Comment and header row of the file.
+const HEADER: &str = "# command: cargo run --release --example stability
+# residual: largest natural residual of the steps; iterations: those of each step; message: its beginning
+group,sweep,value,end,residual,iterations,cells_in_contact,message
+";
 
-/// Words of a message that a cell of the table shows.
+/// Largest number of characters of a message.
 const LONGEST: usize = 150;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let path = match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/stability.md"),
+        [] => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/data/stability.csv"),
         ["--out", path] => PathBuf::from(path),
         _ => return Err("allowed is --out FILE".into()),
     };
-    let page = fs::read_to_string(&path)?;
-    let [before, after] = MARKS.map(|mark| page.find(mark).ok_or(format!("{}: no {mark}", path.display())));
-    let (before, after) = (before? + MARKS[0].len(), after?);
-    let table = table()?;
-    fs::write(&path, format!("{}\n\n{table}\n{}", &page[..before], &page[after..]))?;
+    fs::write(&path, table()?)?;
     println!("{}", path.display());
     Ok(())
 }
 
-/// Every sweep under a heading of its own.
+/// Rows of all sweeps, with a head.
 ///
 /// # Errors
-/// If a run does not end as it should.
+/// If a run does not end as expected.
 fn table() -> Result<String, Box<dyn Error>> {
     let groups: [(&str, Vec<Case>); 9] = [
-        ("Ratio of the moduli", sweeps::modulus_ratio()),
-        ("Nearly incompressible", sweeps::poisson()),
-        ("Angles of the fibre", sweeps::tilts()),
-        ("Coefficients of friction", sweeps::coefficients()),
+        ("Modulus ratio", sweeps::modulus_ratio()),
+        ("Nearly incompressible materials", sweeps::poisson()),
+        ("Fibre angles", sweeps::tilts()),
+        ("Friction coefficients", sweeps::coefficients()),
         ("Aspect ratios", sweeps::aspect_ratios()),
-        ("Frames of few cells", sweeps::frames()),
-        ("Nothing and next to nothing", sweeps::nothing()),
+        ("Frames with few cells", sweeps::frames()),
+        ("Zero and very small loads", sweeps::nothing()),
         ("Units and sizes", sweeps::units()),
-        ("Drawn together", sweeps::drawn()),
+        ("Random scenes", sweeps::drawn()),
     ];
-    let date = machine::comment();
-    let date = date.lines().next().unwrap_or_default().trim_start_matches("# date: ").to_owned();
-    let mut text = format!("Made by version {} on {date}.\n", env!("CARGO_PKG_VERSION"));
-    let mut ends = [0; 3];
-    for (heading, cases) in groups {
-        eprintln!("{heading}");
-        let _ = write!(
-            text,
-            "\n### {heading}\n\n| sweep | value | end | residual | iterations | cells in contact | what the user is told |\n|{}\n",
-            "---|".repeat(7)
-        );
+    let mut text = machine::comment() + HEADER;
+    for (group, cases) in groups {
+        eprintln!("{group}");
         for case in &cases {
             let verdict = verdict::run(&case.name(), &case.scene, case.mesh.as_deref());
-            let (end, allowed) = match verdict {
-                Verdict::Certified(_) => (0, case.end != End::Refused),
-                Verdict::NotConverged(..) => (1, case.end == End::Honest),
-                Verdict::Refused(_) => (2, case.end == End::Refused),
+            let allowed = match verdict {
+                Verdict::Certified(_) => case.end != End::Refused,
+                Verdict::NotConverged(..) => case.end == End::Honest,
+                Verdict::Refused(_) => case.end == End::Refused,
             };
             if !allowed {
                 return Err(format!("{}: {:?} was expected", case.name(), case.end).into());
             }
-            ends[end] += 1;
-            text.push_str(&row(case, &verdict));
+            text.push_str(&row(group, case, &verdict));
         }
     }
-    let [certified, open, refused] = ends;
-    let _ = write!(
-        text,
-        "\nIn all {} runs: {certified} certified, {open} not converged and said so, {refused} refused.\n",
-        certified + open + refused
-    );
     Ok(text)
 }
 
-fn row(case: &Case, verdict: &Verdict) -> String {
-    let (end, run, told) = match verdict {
+fn row(group: &str, case: &Case, verdict: &Verdict) -> String {
+    let (end, run, message) = match verdict {
         Verdict::Certified(run) => ("certified".to_owned(), Some(run), warnings(run)),
         Verdict::NotConverged(reason, run) => (format!("not converged: {reason}"), Some(run), warnings(run)),
         Verdict::Refused(message) => ("refused".to_owned(), None, short(message)),
@@ -120,18 +106,21 @@ fn row(case: &Case, verdict: &Verdict) -> String {
         let pressures = &run.tractions[2 * run.tractions.len() / 3..];
         pressures.iter().filter(|p| **p > 0.0).count().to_string()
     });
-    format!("| {} | {} | {end} | {residual} | {iterations} | {touching} | {told} |\n", case.sweep, case.value)
+    let [group, sweep, value, end, iterations, message] =
+        [group, case.sweep, case.value.as_str(), end.as_str(), iterations.as_str(), message.as_str()]
+            .map(quoted);
+    format!("{group},{sweep},{value},{end},{residual},{iterations},{touching},{message}\n")
 }
 
-/// What stands before the results as a WARNING; hints about units and paths of loading are the same in every row.
+/// Warnings of a run with severity WARNING. Hints about units and load paths are the same in every row.
 fn warnings(run: &Run) -> String {
     let doubts = run.warnings.iter().filter(|warning| warning.starts_with("WARNING"));
     doubts.map(|warning| short(warning)).collect::<Vec<_>>().join("; ")
 }
 
-/// The beginning of a message, fit for a cell of a table.
+/// Beginning of a message.
 fn short(message: &str) -> String {
-    let line = message.lines().next().unwrap_or_default().replace('|', "\\|");
+    let line = message.lines().next().unwrap_or_default().to_owned();
     if line.chars().count() <= LONGEST {
         return line;
     }

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What does a study save beside its runs one by one, and what does it cost them?
+"""Compares a study with separate runs of the same scenes: the time that it saves, and its overhead per run.
 
     cargo build --release && python3 benchmarks/study/run.py [--repeats N] [STUDY]
 
-In turns: the study on two threads, and each of its runs as a process of its own, two at a time; medians of the wall clock and of the processor time. Then
-the cost of the study for each run: the study on one thread, less the runs alone.
+Alternates the study on two threads with its runs as separate processes, two at a time. Prints medians of wall-clock time and
+processor time. Then the overhead of the study per run: the study on one thread minus the separate runs.
 """
 
 import argparse
@@ -23,7 +23,7 @@ PROGRAM = ROOT / "target" / "release" / "orthowear"
 
 
 def timed(work):
-    """Wall clock and processor time of the processes that `work` waits for, seconds."""
+    """Wall-clock time and processor time of the processes that `work` waits for, seconds."""
     before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     work()
     wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -1,9 +1,10 @@
-//! Worn depth of 100 000 fretting cycles: error against run time of the integrators, at equal and at controlled jumps; contact solves;
-//! the solver for contacts that slide against the one with all unknowns. Tables and a picture for each tilt go to docs/benchmarks.
+//! Wear depth after 100 000 fretting cycles: error over run time of the integrators at equal and at controlled jumps, and number of
+//! contact solves. Compares the solver for sliding contacts with the one for all unknowns. Writes tables and a chart per tilt to
+//! docs/benchmarks.
 //!
 //!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]
 //!
-//! `--sliding`: only the two solvers.
+//! `--sliding` compares the two solvers only.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -21,7 +22,7 @@ use orthowear::{scene, simulation};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Equal jumps of the run that errors are taken from.
+/// Number of equal jumps of the reference run.
 const FINE: usize = 200;
 
 struct Silent;
@@ -34,7 +35,7 @@ impl Observer for Silent {
     }
 }
 
-/// A run of the scene, its median time, and what it found.
+/// Median time and results of the runs of one setting.
 #[derive(Clone)]
 struct Run {
     seconds: f64,
@@ -44,7 +45,7 @@ struct Run {
     last: IncrementRecord,
 }
 
-/// Runs the scene with some values changed, as often as `repeats` says.
+/// Runs the scene with overrides, `repeats` times.
 fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
@@ -66,7 +67,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     Ok(runs[runs.len() / 2].clone())
 }
 
-/// Root of the mean square difference over the worn cells of the second, over its largest depth.
+/// Root mean square difference over the cells with wear in `b`, relative to the largest depth of `b`.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let squares: Vec<f64> =
         a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
@@ -74,7 +75,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / deepest
 }
 
-/// One line of a table and of the picture: what was run, and its error (rms over the largest depth).
+/// One row of the table and point of the chart: the run, and its error (rms over the largest depth).
 struct Row {
     integrator: &'static str,
     jumps: String,
@@ -159,7 +160,7 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     Ok(fs::write(out(&format!("wear-tilt{tilt}.svg")), chart.svg())?)
 }
 
-/// All unknowns in the one, pressures alone where the contact slides in the other; not on windows of the frame, in both.
+/// Compares two solvers: all unknowns, and normal unknowns only where the contact slides. Neither uses windows of the frame.
 fn sliding(repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -208,7 +209,7 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    // As the program does: else each parallel part waits for another thread.
+    // One thread, as in the program. Otherwise each parallel part waits for another thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     if !words.iter().any(|word| word == "--sliding") {
         for tilt in [0.0, 90.0] {

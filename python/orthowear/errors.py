@@ -1,4 +1,4 @@
-"""What can go wrong, with the messages and exit codes of the command line."""
+"""Exceptions of the package, with the messages and exit codes of the command line."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import Any
 
 
 class OrthowearError(Exception):
-    """A failure of a computation.
+    """Base class: a computation failed.
 
-    `exit_code` is that of the command line, `report` the text that it prints.
+    `exit_code` is the exit code of the command line, `report` the text that the command line prints.
     """
 
     def __init__(
@@ -26,19 +26,19 @@ class OrthowearError(Exception):
 
 
 class InputError(OrthowearError, ValueError):
-    """Something is wrong with a scene, a mesh, a material or an argument.
+    """A scene, a mesh, a material or an argument is wrong.
 
-    `mistakes` has one dict for each mistake of a scene, all of them at once: `key`, `message`, `mend` (what is allowed and how
-    to mend it) and `line` (from 1; None where it has none).
+    `mistakes` has one dict for each mistake of a scene, all mistakes at once: `key`, `message`, `mend` (allowed values and how
+    to fix the mistake) and `line` (from 1, None if unknown).
     """
 
 
 class ResourcesError(OrthowearError):
-    """Memory or disk do not suffice, or a file cannot be read or written."""
+    """Memory or disk space does not suffice, or a file cannot be read or written."""
 
 
 class NumericalError(OrthowearError):
-    """A numerical stage failed in a way that the input does not explain."""
+    """A numerical method failed for a reason that the input does not explain."""
 
 
 class NotConvergedError(OrthowearError):
@@ -46,8 +46,8 @@ class NotConvergedError(OrthowearError):
 
 
 class InterruptedRunError(OrthowearError):
-    """The work was stopped, as another one of this process was."""
+    """The computation was stopped, because another computation of this process was interrupted."""
 
 
 class NotConvergedWarning(UserWarning):
-    """A run has not converged: its last entries are no solution."""
+    """A run did not converge: its last entries are no solution."""

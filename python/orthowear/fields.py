@@ -11,13 +11,13 @@ import numpy.typing as npt
 #: An array of numbers.
 Array = npt.NDArray[np.float64]
 
-#: Units of a scene that names none; what stands in their place where it is not known.
+#: Default units of a scene, and placeholders for unknown units.
 UNITS = {"length": "mm", "force": "N"}
 UNKNOWN_UNITS = {"length": "length", "force": "force"}
 
 
 def read_only(arrays: dict[str, Any]) -> dict[str, Any]:
-    """The same, none of the arrays writable."""
+    """Makes all arrays of the dict read-only, and returns it."""
     for array in arrays.values():
         if isinstance(array, np.ndarray):
             array.flags.writeable = False
@@ -25,17 +25,18 @@ def read_only(arrays: dict[str, Any]) -> dict[str, Any]:
 
 
 class Fields:
-    """The fields of an entry in the N cells of the frame, as NumPy arrays.
+    """Fields of an entry in the N cells of the frame, as NumPy arrays.
 
-    points (N, 3): centres of the cells, global axes, length; xy (N, 2): the same along the frame's x, y from its origin.
-    areas (N,): length^2. axes (N, 3, 3): the local axes x, y, n of each cell as rows.
-    tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
-    slip (N, 2): slip of the increment along (x, y), length; of rolling per rolled distance.
-    contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): lost by both bodies, length.
-    grid: number of cells along x, y, None where the frame is no grid; places (N,): the cells' places in it, y fastest.
-    units: of `length` and `force`. rolling: whether the entry is one of rolling.
+    Attributes:
+        points (N, 3): centres of the cells in global axes, length. xy (N, 2): the same along the frame's x, y from its origin.
+        areas (N,): length^2. axes (N, 3, 3): local axes x, y, n of each cell as rows.
+        tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
+        slip (N, 2): slip of the increment along (x, y), length; in rolling, slip per rolled distance.
+        contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): sum over both bodies, length.
+        grid: number of cells along x, y, or None if the frame is not a grid. places (N,): grid index of each cell, y fastest.
+        units: of `length` and `force`. rolling: whether the entry is of a rolling step.
 
-    The arrays are what was computed and cannot be written to; `pressure` is a view of `tractions`. Copy to change them.
+    The arrays are read-only. Copy them to change values. `pressure` is a view of `tractions`.
     """
 
     points: Array
@@ -62,11 +63,11 @@ class Fields:
 
     @property
     def pressure(self) -> Array:
-        """(N,): pressure, positive in compression, force / length^2."""
+        """Pressure (N,), positive in compression, force / length^2."""
         return self.tractions[:, 2]
 
     def to_grid(self, values: npt.ArrayLike) -> Array:
-        """Values by cell, (N, ...), as (nx, ny, ...); nan where an outline leaves a cell out."""
+        """Reshapes values per cell from (N, ...) to (nx, ny, ...). Cells outside of an outline are NaN."""
         if self.grid is None:
             raise ValueError("the frame is no grid")
         values = np.asarray(values)
@@ -76,7 +77,7 @@ class Fields:
         return shaped
 
     def _along(self, axis: int) -> Array:
-        """Places of the rows of a grid along an axis, of rows that an outline leaves out too."""
+        """Positions of all rows of a grid along an axis, including rows outside of the outline."""
         if self.grid is None:
             raise ValueError("the frame is no grid")
         rows = self.places // self.grid[1] if axis == 0 else self.places % self.grid[1]
@@ -91,7 +92,7 @@ class Fields:
         return filled
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset with dimensions x, y, coordinates along the frame's axes; of grids."""
+        """Returns an xarray.Dataset with dimensions x, y and coordinates along the frame's axes. Grids only."""
         import xarray
 
         coords = {name: self._along(k) for k, name in enumerate(("x", "y"))}
@@ -107,7 +108,7 @@ class Fields:
 
 
 class FieldAttributes:
-    """What has the arrays of its `fields` as attributes of its own."""
+    """Base class that exposes the arrays of its `fields` as its own attributes."""
 
     fields: Fields | None
     points: Array
@@ -124,13 +125,13 @@ class FieldAttributes:
     places: npt.NDArray[np.int64]
 
     def to_grid(self, values: npt.ArrayLike) -> Array:
-        """As that of the fields."""
+        """Same as `Fields.to_grid`."""
         if self.fields is None:
             raise ValueError("no fields: no increment was done")
         return self.fields.to_grid(values)
 
     def __getattr__(self, name: str) -> Any:
-        # Called for what is no attribute of the object's own; by copy and pickle, before it has any.
+        # Called for attributes that the object does not have itself. Copy and pickle call it before any are set.
         fields = self.__dict__.get("fields")
         if fields is None and name in FieldAttributes.__annotations__:
             raise AttributeError(f"{name}: there are no fields, for no increment was done")

@@ -9,17 +9,18 @@ import numpy as np
 from . import _orthowear
 from .fields import Array, read_only
 
-#: Largest dense matrix that is made, bytes.
+#: Default limit of the memory of a dense matrix, bytes.
 MAX_DENSE_BYTES = 1 << 30
 
 
 class Flexibility:
-    """The linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
+    """Linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
 
-    Symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T. Of one body with
-    the other one rigid it is its displacement: that of body 2 along (x, y, n), that of body 1 with the opposite sign, each under
-    the tractions that act on body 2.
-    `shape`, `dtype` and `matvec` are what scipy.sparse.linalg.aslinearoperator asks for; vectors are (3 N,), by cell.
+    Symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T. With one body
+    rigid, the map gives the displacement of the other one along (x, y, n): that of body 2, or that of body 1 with the opposite
+    sign. In both cases the tractions act on body 2.
+
+    `shape`, `dtype` and `matvec` are the interface of scipy.sparse.linalg.aslinearoperator. Vectors are (3 N,), cell by cell.
     """
 
     dtype = np.dtype(float)
@@ -37,20 +38,20 @@ class Flexibility:
         return (3 * self._core.cells, 3 * self._core.cells)
 
     def apply(self, tractions: Any) -> Array:
-        """The gap change (N, 3) for tractions (N, 3), components along (x, y, n) of each cell."""
+        """Change of the gap (N, 3) for tractions (N, 3), components along (x, y, n) of each cell."""
         return self._core.apply(np.ascontiguousarray(tractions, dtype=float))
 
     def matvec(self, tractions: Any) -> Array:
-        """As `apply`, of vectors (3 N,): x, y, n of the first cell, then of the second."""
+        """Same as `apply`, for vectors (3 N,): x, y, n of the first cell, then of the second."""
         return self.apply(np.asarray(tractions, dtype=float).reshape(-1, 3)).ravel()
 
     def rmatvec(self, values: Any) -> Array:
-        """The transpose: S^T = A S A^-1 with the areas A."""
+        """Applies the transpose S^T = A S A^-1, with A the diagonal matrix of areas."""
         weight: Array = np.repeat(self.areas, 3)
         return weight * self.matvec(np.asarray(values, dtype=float).ravel() / weight)
 
     def to_dense(self, largest: int = MAX_DENSE_BYTES) -> Array:
-        """The matrix (3 N, 3 N), column by column; refused where it takes more than `largest` bytes."""
+        """The matrix (3 N, 3 N), computed column by column. Raises ValueError if it takes more than `largest` bytes."""
         n = self.shape[0]
         if 8 * n * n > largest:
             raise ValueError(

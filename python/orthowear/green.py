@@ -17,13 +17,16 @@ from .scene import NAME
 def green(
     material: Mapping[str, Any], angles: Any, *, tilt: float = 0.0, azimuth: float = 0.0, body: int = 1
 ) -> Array:
-    """Surface Green's function of a half-space, Γ(φ), 1 / (force / length^2), (..., 3, 3) for angles of the shape (...).
+    """Surface Green's function Γ(φ) of a half-space, 1 / (force / length^2), shape (..., 3, 3) for angles of shape (...).
 
-    A point force F at the origin moves the surface at the distance r in the direction φ by Γ(φ) F / r; rows are components of
-    the displacement, columns of the force, along (x, y, n).
-    material: as in a scene's [materials.NAME]. angles: φ from x, degrees. tilt (-90 to 90), azimuth: direction of the fibre,
-    degrees, as in `body1.fibre`; of no effect on isotropic materials. body: 1 for the lower half-space, n being its outward
-    normal; 2 for the upper one, into which n points.
+    A point force F at the origin displaces the surface at distance r in direction φ by Γ(φ) F / r. Rows are components of the
+    displacement, columns of the force, along (x, y, n).
+
+    Args:
+        material: As in a scene's [materials.NAME].
+        angles: φ from x, degrees.
+        tilt, azimuth: Fibre direction, degrees, as in `body1.fibre`; tilt from -90 to 90. No effect on isotropic materials.
+        body: 1 for the lower half-space, whose outward normal is n. 2 for the upper one, into which n points.
     """
     if body not in (1, 2):
         raise ValueError(f"body {body!r}: it is 1 or 2")
@@ -54,7 +57,7 @@ def green(
 
 
 def _degrees(name: str, value: Any, dimension: int | None = None) -> Array:
-    """Finite numbers; of that dimension, if there is one."""
+    """Converts to an array of finite numbers. `dimension` is the required number of array dimensions."""
     try:
         found = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

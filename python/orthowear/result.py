@@ -1,4 +1,4 @@
-"""What a run has come to."""
+"""Results of a run."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from .fields import UNITS, UNKNOWN_UNITS, FieldAttributes, Fields
 
 
 class Entries(list[dict[str, Any]]):
-    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1.
+    """Increments and cycle jumps of a run, one dict each (docs/results.md). Forces and moments act on body 1.
 
-    units: of `length` and `force`; those words where it is not given.
+    units: of `length` and `force`. Where they are not given, these two words are used.
     """
 
     def __init__(self, entries: Iterable[dict[str, Any]] = (), units: Mapping[str, str] | None = None) -> None:
@@ -19,14 +19,14 @@ class Entries(list[dict[str, Any]]):
         self.units: dict[str, str] = {**UNKNOWN_UNITS, **(units or {})}
 
     def to_pandas(self) -> Any:
-        """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
+        """Returns a pandas.DataFrame with a row per entry. Lists and dicts become columns like shift.0 and certificate.min_gap."""
         import pandas
 
         return pandas.DataFrame([flatten(entry) for entry in self])
 
 
 def flatten(value: Any, key: str = "") -> dict[str, Any]:
-    """The numbers and texts of dicts and lists inside each other, by dotted keys."""
+    """Flattens nested dicts and lists to values by dotted keys."""
     if not isinstance(value, dict | list):
         return {key: value}
     parts = value.items() if isinstance(value, dict) else enumerate(value)
@@ -37,10 +37,10 @@ def flatten(value: Any, key: str = "") -> dict[str, Any]:
 
 
 class Result(FieldAttributes):
-    """The summary of a run, and the fields of its last entry.
+    """Summary of a run, and the fields of its last entry.
 
-    `summary` is what summary.json says (docs/results.md). `fields` is None where no increment was done; its arrays are
-    attributes of the result, too: result.tractions, result.pressure.
+    `summary` is the content of summary.json (docs/results.md). `fields` is None if no increment was computed. The arrays of the
+    fields are also attributes of the result: result.tractions, result.pressure.
     """
 
     def __init__(self, summary: dict[str, Any], fields: dict[str, Any] | None) -> None:
@@ -55,17 +55,17 @@ class Result(FieldAttributes):
 
     @property
     def reason(self) -> str | None:
-        """Why it did not converge."""
+        """Reason why the run did not converge."""
         return self.summary.get("reason")
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know."""
+        """Warnings of the run."""
         return list(self.summary.get("warnings", []))
 
     @property
     def entries(self) -> Entries:
-        """The increments and cycle jumps."""
+        """Increments and cycle jumps of the run."""
         return Entries(self.summary["steps"], self.summary.get("units", UNITS))
 
     def __repr__(self) -> str:

@@ -19,7 +19,7 @@ from .flexibility import Flexibility
 from .mesh import files as meshes
 from .result import Result
 
-#: What a scene is called in messages that is no file.
+#: Name in messages of a scene that was not read from a file.
 NAME = "scene"
 
 
@@ -56,7 +56,7 @@ def _directory(out: str | os.PathLike[str] | None) -> Path | None:
 
 
 def _with_mesh_paths(name: str, value: Mapping[str, Any], example: str, files: list[meshes.MeshFile]) -> dict[str, Any]:
-    """A dict with paths in place of its meshes; their files are appended."""
+    """Returns a dict with mesh objects replaced by paths. Appends their files to `files`."""
     if not isinstance(value, Mapping):
         raise _wrong(name, value, f"a dict, such as {example}")
     return {key: meshes.meshes_to_paths(part, str(key), files) for key, part in value.items()}
@@ -74,21 +74,21 @@ def _warn(summary: Mapping[str, Any], level: int = 3) -> None:
 
 
 class Scene:
-    """A scene, read and checked: two bodies, a frame, laws and load steps (docs/scene.md).
+    """A scene, parsed and validated: two bodies, a frame, laws and load steps (docs/scene.md).
 
-    Made by `load`, `from_dict` and `replace`; it does not change. It can be pickled: its values, meshes made from objects and
-    the folder that its paths begin in go along, mesh files that it names do not.
+    Scenes are immutable, and made by `load`, `from_dict` and `replace`. A pickled scene contains its values, the meshes made
+    from objects, and the folder of relative paths. It does not contain the mesh files that it names.
     """
 
     def __init__(self, core: _orthowear.Scene, path: Path) -> None:
         self._core = core
-        # Where the process is may change.
+        # The working directory of the process may change.
         self._path = path.absolute()
         self._files = meshes.mesh_files_of(core.to_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
-        """The scene file at `path`; `overrides` replace values: {"gap.radius": 25.0, "steps.indent.approach": 0.01}.
+        """Reads the scene file at `path`. `overrides` replace values: {"gap.radius": 25.0, "steps.indent.approach": 0.01}.
 
         Raises InputError with all mistakes at once.
         """
@@ -99,27 +99,27 @@ class Scene:
 
     @classmethod
     def from_dict(cls, scene: Mapping[str, Any], folder: str | os.PathLike[str] | None = None) -> Scene:
-        """The scene that a dict says, with the keys of a scene file; relative paths in it begin in `folder`.
+        """Makes a scene from a dict with the keys of a scene file. Relative paths in it start in `folder`.
 
-        Values are numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these; None stands for an absent key.
-        A mesh may be an object instead of a path: a `meshio.Mesh`, `gmsh.model`, or an `orthowear.mesh.Mesh`. It becomes a file
-        of a temporary folder, which is kept as long as a scene uses it.
+        Values are numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these. None stands for an absent key. A
+        mesh may be an object instead of a path: a `meshio.Mesh`, `gmsh.model`, or an `orthowear.mesh.Mesh`. Its file is written
+        to a temporary folder, and kept as long as a scene uses it.
         """
         path = _path("folder", "." if folder is None else folder) / NAME
         files: list[meshes.MeshFile] = []
         return cls(_orthowear.Scene.from_dict(_with_mesh_paths("scene", scene, SCENE, files), path), path)
 
     def to_dict(self) -> dict[str, Any]:
-        """The scene as a dict, overrides included."""
+        """The scene as a dict, including overrides."""
         return self._core.to_dict()
 
     def replace(self, overrides: Mapping[str, Any]) -> Scene:
-        """The same scene with some values replaced, by dotted keys as those of `load`."""
+        """Returns the scene with some values replaced, by dotted keys as in `load`."""
         files: list[meshes.MeshFile] = []
         return Scene(self._core.replace(_with_mesh_paths("overrides", overrides, OVERRIDES, files)), self._path)
 
     def with_(self, **overrides: Any) -> Scene:
-        """As `replace`: scene.with_(**{"body1.fibre.tilt": 30})."""
+        """Same as `replace`: scene.with_(**{"body1.fibre.tilt": 30})."""
         return self.replace(overrides)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -127,18 +127,18 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """Its title; the file's name if it has none."""
+        """Title of the scene, or the name of its file if it has none."""
         return self._core.title
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know before running."""
+        """Warnings and hints about the scene, known before it runs."""
         return self._core.notes
 
     def check(
         self, *, threads: int | None = None, max_memory: int | str | None = None, cache: bool = True
     ) -> dict[str, Any]:
-        """What a run would compute, skip and need: cells, contact_problems, memory_bytes, seconds, bodies, skipped, notes."""
+        """Estimates a run, with the work that it omits: cells, contact_problems, memory_bytes, seconds, bodies, skipped, notes."""
         return self._core.check(_settings(threads, max_memory, cache))
 
     def run(
@@ -152,13 +152,14 @@ class Scene:
     ) -> Result:
         """Runs the scene.
 
-        out: directory for the files that the command line writes; without it nothing is written.
-        threads: number of threads, default that of the cores; the results are the same bits for any number.
-        max_memory: bytes, a size like "4 GiB", or a share of what is available like "50 %".
-        progress: called with the stage, the fraction of it done, and the residual or None.
-        cache: whether flexibilities of meshed bodies are kept for later runs, and taken from earlier ones.
+        Args:
+            out: Directory for the files that the command line writes. Without it no files are written.
+            threads: Number of threads, by default the number of cores. The results are bitwise the same for any number.
+            max_memory: Bytes, a size like "4 GiB", or a share of the available memory like "50 %".
+            progress: Called with the stage, the completed fraction of it, and the residual or None.
+            cache: Whether flexibilities of meshed bodies are stored for later runs, and reused from earlier ones.
 
-        A run that does not converge is no exception: its `status` says so, and NotConvergedWarning is given.
+        A run that does not converge raises no exception. It emits NotConvergedWarning, and its `status` is not "converged".
         """
         settings = _settings(threads, max_memory, cache)
         if progress is not None and not callable(progress):
@@ -175,9 +176,9 @@ class Scene:
         max_memory: int | str | None = None,
         cache: bool = True,
     ) -> Steps:
-        """Runs the scene entry by entry: iterates over an `Entry` for each increment or cycle jump, as they come.
+        """Runs the scene step by step: iterates over an `Entry` for each increment or cycle jump, as soon as it is computed.
 
-        At most one entry is computed before it is asked for. `close()` stops the run; so does leaving a `with` block.
+        The run is at most one entry ahead of the iteration. `close()` and the end of a `with` block stop the run.
         """
         settings = _settings(threads, max_memory, cache)
         return Steps(self._core.steps(settings, _directory(out)), self)
@@ -190,7 +191,7 @@ class Scene:
         max_memory: int | str | None = None,
         cache: bool = True,
     ) -> Flexibility:
-        """The operator from tractions to the gap on the frame, of both bodies, or of body 1 or 2 with the other one rigid."""
+        """Operator from tractions to the gap on the frame: of both bodies, or of body 1 or 2 with the other one rigid."""
         if body not in (None, 1, 2):
             raise ValueError(f"body {body!r}: it is 1, 2 or None")
         scene = self if body is None else self.replace({f"body{3 - body}": {"kind": "rigid"}})
@@ -206,9 +207,10 @@ def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
 
 
 class Entry(FieldAttributes):
-    """An increment or cycle jump: `record` as in Result.entries, and the fields of that moment.
+    """An increment or cycle jump: its `record` as in Result.entries, and its fields.
 
-    The arrays are attributes of the entry, too: entry.pressure; values of the record are had by name: entry["approach"].
+    The arrays of the fields are also attributes of the entry: entry.pressure. Values of the record are items:
+    entry["approach"].
     """
 
     def __init__(self, record: dict[str, Any], fields: dict[str, Any], units: Mapping[str, str] | None = None) -> None:
@@ -223,11 +225,11 @@ class Entry(FieldAttributes):
 
 
 class Steps(Iterator[Entry]):
-    """A run in progress; made by `Scene.steps`."""
+    """A run in progress, made by `Scene.steps`."""
 
     def __init__(self, core: _orthowear.Steps, scene: Scene) -> None:
         self._core = core
-        # Keeps the files of its meshes, too.
+        # Keeps the mesh files of the scene, too.
         self._scene = scene
         self._units: Mapping[str, str] = scene.to_dict().get("units", {})
         self._warned = False
@@ -244,7 +246,7 @@ class Steps(Iterator[Entry]):
 
     @property
     def summary(self) -> dict[str, Any] | None:
-        """The summary, when the run has come to its end; None before, and after `close`."""
+        """Summary of the completed run. None before its end, and after `close`."""
         return self._core.summary()
 
     def close(self) -> None:

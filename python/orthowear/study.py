@@ -14,17 +14,18 @@ from . import _orthowear
 from .errors import InputError
 from .scene import _settings
 
-#: How often a run that raises an error is begun again. Dask begins runs of lost workers again (distributed.scheduler.allowed-failures).
+#: Number of retries of a run that raises an error. Dask itself restarts the runs of lost workers
+#: (distributed.scheduler.allowed-failures).
 RETRIES = 3
 
 
 class Study:
-    """A study file, read and checked with the scenes of all its runs (docs/study.md)."""
+    """A study file, parsed and validated together with the scenes of all its runs (docs/study.md)."""
 
     def __init__(self, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> None:
-        """The study file at `path`; `overrides` replace values of the scene in all runs.
+        """Reads the study file at `path`. `overrides` replace values of the scene in all runs.
 
-        Raises InputError with all mistakes at once, of the study and of the scenes.
+        Raises InputError with all mistakes of the study and of its scenes.
         """
         self.path = Path(path).resolve()
         self.overrides = dict(overrides or {})
@@ -32,22 +33,22 @@ class Study:
 
     @functools.cached_property
     def plan(self) -> dict[str, Any]:
-        """What study.json says before anything was run: title, axes, collect, curves, runs."""
+        """Content of study.json before the runs: title, axes, collect, curves, runs."""
         return self._core.plan()
 
     @property
     def title(self) -> str:
-        """Its title."""
+        """Title of the study."""
         return self.plan["title"]
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know before running."""
+        """Warnings and hints about the study, known before it runs."""
         return self._core.notes
 
     @property
     def runs(self) -> list[dict[str, Any]]:
-        """The values of the scene's keys, by run."""
+        """Values of the scene's keys, one dict per run."""
         return [run["values"] for run in self.plan["runs"]]
 
     def __len__(self) -> int:
@@ -71,19 +72,22 @@ class Study:
         cache: bool = True,
         client: Any = None,
     ) -> StudyResult:
-        """Runs the study; the results are the same bits for any number of threads and workers.
+        """Runs the study. The results are bitwise the same for any number of threads and workers.
 
-        out: folder for the table and a folder for each run; default: the study's name with .study beside it.
-        only: numbers of the runs that are wanted, from 0; no table is written then, see `collect`. With a client the result also has the runs that were done before.
-        resume: leaves runs that have converged as they are, and goes on with unfinished ones.
-        threads: of all runs together, default that of the cores; with a client of each run, default 1.
-        max_memory: of all runs together; with a client of each run.
-        progress: called with how many runs have ended, and how many are wanted.
-        cache: whether flexibilities of meshed bodies are kept and shared.
-        client: a dask.distributed.Client; each run is then a task. A run whose worker is lost begins anew on another one, with `resume` at its last
-            checkpoint. All workers see the folders of the study and of its results under the same paths.
+        Args:
+            out: Folder for the table, with a subfolder per run. Default: name of the study with the suffix .study, next to its file.
+            only: Numbers of the runs to compute, from 0. No table is written then (see `collect`). With a client the result also
+                contains the runs that were computed earlier.
+            resume: Keep converged runs, and resume unfinished ones.
+            threads: Of all runs together, by default the number of cores. With a client: of each run, by default 1.
+            max_memory: Of all runs together. With a client: of each run.
+            progress: Called with the number of finished runs and the number of requested runs.
+            cache: Whether flexibilities of meshed bodies are cached and shared.
+            client: A dask.distributed.Client. Each run is one task. If a worker is lost, its run starts again on another worker,
+                with `resume` from its last checkpoint. All workers must see the folders of the study and its results under the same
+                paths.
 
-        A run that fails or does not converge is no exception: `status` of its row says so.
+        A run that fails or does not converge raises no exception. See `status` in its row.
         """
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
         numbers = None if only is None else self._numbers(only)
@@ -106,34 +110,34 @@ class Study:
         return numbers
 
     def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:
-        """Writes the table from the folders of the runs in `out`, whatever ran them; those that are not there have no status."""
+        """Writes the table from the run folders in `out`, whatever program computed them. Runs without a folder have no status."""
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
         return StudyResult(folder, *self._core.collect(folder, True))
 
 
 class StudyResult:
-    """What the runs of a study have come to: `summary` is study.json (docs/results.md)."""
+    """Results of the runs of a study. `summary` is the content of study.json (docs/results.md)."""
 
     def __init__(self, folder: Path, summary: dict[str, Any], exit_code: int, kept: int) -> None:
         self.folder = folder
         self.summary = summary
-        #: That of the command line: the gravest of all runs.
+        #: Exit code of the command line: the most severe one of all runs.
         self.exit_code = exit_code
-        #: Number of runs that were left as they were; after `collect` that of runs that have been done.
+        #: Number of runs that were kept from earlier. After `collect`: number of runs that have been done.
         self.kept = kept
 
     @property
     def runs(self) -> list[dict[str, Any]]:
-        """A dict for each run: folder, values, status, reason, results, curves, seconds, .."""
+        """One dict per run: folder, values, status, reason, results, curves, seconds, .."""
         return self.summary["runs"]
 
     @property
     def unfinished(self) -> list[dict[str, Any]]:
-        """The runs that did not converge, failed, or were not run."""
+        """Runs that did not converge, failed, or were not run."""
         return [run for run in self.runs if run["status"] != "converged"]
 
     def to_pandas(self) -> Any:
-        """A pandas.DataFrame with a row for each run: the values by key, status, folder, what was collected by path."""
+        """Returns a pandas.DataFrame with a row per run: values by key, status, folder, and collected results by path."""
         import pandas
 
         fixed = ("status", "reason", "folder", "natural_residual", "seconds")
@@ -142,10 +146,10 @@ class StudyResult:
         )
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset over the axes: what was collected, NaN where a run has none or was left out.
+        """Returns an xarray.Dataset of the collected results over the axes. Missing runs and results are NaN.
 
-        Axes that set several keys, and samples, count from 0; their keys are coordinates along them. Values that are lists or
-        tables, such as those of frame.cells, are coordinates as text: "[16, 16]".
+        Axes that set several keys, and samples, count from 0. Their keys are coordinates along them. Values that are lists or
+        tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
         """
         import json
 
@@ -205,12 +209,12 @@ def _key(values: list[Any]) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _study(path: Path, modified: float, overrides: bytes) -> Study:
-    """The study of a file as it was at a time: read once for all runs of a worker."""
+    """Study of a file, cached by its modification time, so that a worker reads it once for all its runs."""
     return Study(path, pickle.loads(overrides))
 
 
 def _run_one(number: int, path: Path, overrides: bytes, settings: dict[str, Any], folder: Path, resume: bool) -> None:
-    """One run, on a worker."""
+    """Computes one run on a worker."""
     study = _study(path, path.stat().st_mtime, overrides)
     study._core.run(settings, folder, [number], resume, None)
 
@@ -222,9 +226,9 @@ def _run_on_workers(
     numbers: list[int],
     progress: Callable[[int, int], object] | None,
 ) -> BaseException | None:
-    """Runs those numbers, each in a task of `client`; returns the first error that stopped a run from being made.
+    """Computes the runs `numbers`, each in a task of `client`. Returns the first exception of a task, or None.
 
-    A run that fails or does not converge is no error: its folder says so.
+    A run that fails or does not converge raises no exception. Its folder contains the status.
     """
     from dask.distributed import as_completed
 
@@ -238,7 +242,7 @@ def _run_on_workers(
         for done, task in enumerate(as_completed(tasks, raise_errors=False), 1):
             if failure is None and task.status == "error":
                 failure = task.exception()
-            # Results are in the folders: a released task is not computed again if its worker is lost.
+            # Results are in the folders. A released task is not computed again if its worker is lost.
             task.release()
             if progress is not None:
                 progress(done, len(numbers))

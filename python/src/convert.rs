@@ -1,4 +1,4 @@
-//! Python values as TOML, JSON as Python values.
+//! Conversion of Python values to TOML, and of JSON to Python values.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
@@ -7,10 +7,10 @@ use toml::Value;
 
 use crate::errors;
 
-/// Most tables and lists inside each other; scenes have fewer than ten.
+/// Largest nesting depth of tables and lists. Scenes have fewer than ten levels.
 const DEEPEST: usize = 50;
 
-/// A value of a scene as TOML; `None` where it stands for an absent key. `key` names it in messages.
+/// A value of a scene as TOML, `None` for an absent key. `key` is its name in messages.
 pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.is_none() {
         return Ok(None);
@@ -43,7 +43,7 @@ pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         return to_array(value, key).map(|list| Some(Value::Array(list)));
     }
-    // Numbers and arrays of NumPy.
+    // NumPy numbers and arrays.
     if value.hasattr("tolist")? {
         return to_toml(&value.call_method0("tolist")?, key);
     }
@@ -105,7 +105,7 @@ pub fn overrides(wanted: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
     wanted.iter().map(line).collect()
 }
 
-/// Anything that serialises, as Python dicts, lists and numbers.
+/// Any serialisable value as Python dicts, lists and numbers.
 pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|error| errors::internal(py, &error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))

@@ -1,4 +1,4 @@
-//! Work in a thread of its own, which a signal or the caller stops.
+//! Computation in a separate thread that a signal or the caller can stop.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,13 +14,13 @@ use pyo3::prelude::*;
 
 use crate::errors;
 
-/// How often signals are looked for.
+/// Time between two checks for signals.
 pub const PAUSE: Duration = Duration::from_millis(50);
 
-/// Number of computations that have not ended.
+/// Number of unfinished computations.
 static ACTIVE: Mutex<usize> = Mutex::new(0);
 
-/// Counts one of them. The wish to stop is one for the process: it is taken back when the last of those that may have heard it ends.
+/// Counts one computation. The cancellation flag is one for the process, and is reset when the last running computation ends.
 struct Active;
 
 impl Active {
@@ -40,29 +40,29 @@ impl Drop for Active {
     }
 }
 
-/// What the work tells on its way, and whether it is to stop.
+/// Messages from the computation to the caller, and the flag that stops the computation.
 pub struct WorkerChannel<M> {
     sender: Sender<M>,
-    /// Whether to stop.
+    /// Set to stop the computation.
     pub stop: Arc<AtomicBool>,
 }
 
 impl<M> WorkerChannel<M> {
-    /// Tells; whether anybody still listens.
+    /// Sends a message. Returns whether the receiver still exists.
     pub fn send(&self, message: M) -> bool {
         self.sender.send(message).is_ok()
     }
 }
 
-/// Work in progress.
+/// A computation in a thread of its own.
 pub struct BackgroundTask<M, T> {
-    // An object that threads of Python share has to be `Sync`.
+    // Objects that Python threads share must be `Sync`.
     messages: Mutex<Receiver<M>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<T, String>>>,
 }
 
-/// The threads that `work` runs on; as many as there are cores if not given.
+/// Thread pool that the computation runs on. By default as many threads as cores.
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
     let builder =
         rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
@@ -70,7 +70,7 @@ fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
 }
 
 impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
-    /// Begins.
+    /// Starts the computation.
     pub fn begin(
         py: Python<'_>,
         threads: Option<usize>,
@@ -92,7 +92,7 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }
 
-    /// The next message; `None` after the last one. A signal stops the work and is raised when it has ended.
+    /// The next message, `None` after the last one. A signal stops the computation, and is raised after its end.
     pub fn next_message(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
         loop {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -110,14 +110,14 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         }
     }
 
-    /// Stops the work and waits for its end.
+    /// Stops the computation and waits for its end.
     pub fn close(&mut self, py: Python<'_>) {
         self.stop.store(true, Ordering::Relaxed);
         let thread = self.thread.take();
         py.detach(|| thread.map(JoinHandle::join));
     }
 
-    /// What the work has come to; `None` if it was closed.
+    /// Result of the computation, `None` after [`close`](Self::close).
     pub fn join(&mut self, py: Python<'_>) -> PyResult<Option<T>> {
         let Some(thread) = self.thread.take() else { return Ok(None) };
         match py.detach(|| thread.join()) {
@@ -134,7 +134,7 @@ impl<M, T> Drop for BackgroundTask<M, T> {
     }
 }
 
-/// Does `work` that tells nothing on its way.
+/// Runs `work`, a computation without messages.
 pub fn run_in_background<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,

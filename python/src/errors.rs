@@ -1,4 +1,4 @@
-//! Failures of the library as the exceptions of `orthowear.errors`.
+//! Errors of the library as the exceptions of `orthowear.errors`.
 
 use orthowear::cli::{exit, render};
 use orthowear::error::{Error, ErrorKind};
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 
-/// An exception of that class with message, exit code, mistakes and the report that the command line prints.
+/// Makes an exception of the given class, with message, exit code, mistakes and the report that the command line prints.
 fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, report): (Value, &str)) -> PyErr {
     let made = (|| {
         let class = py.import("orthowear.errors")?.getattr(class)?;
@@ -21,12 +21,12 @@ fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, repor
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// All mistakes of a scene.
+/// Exception with all mistakes of a scene.
 pub fn mistakes(py: Python<'_>, mistakes: &Diagnostics) -> PyErr {
     study_diagnostics(py, std::slice::from_ref(mistakes))
 }
 
-/// All mistakes of a study and its scene.
+/// Exception with all mistakes of a study and its scenes.
 pub fn study_diagnostics(py: Python<'_>, files: &[Diagnostics]) -> PyErr {
     let list: Vec<Value> = files.iter().flat_map(listed).collect();
     let text: Vec<String> = files.iter().map(Diagnostics::to_string).collect();
@@ -34,7 +34,7 @@ pub fn study_diagnostics(py: Python<'_>, files: &[Diagnostics]) -> PyErr {
     raise(py, "InputError", (&text.join("\n"), exit::INPUT), (list.into(), &report))
 }
 
-/// What `mistakes` has of each of them.
+/// Entries of `InputError.mistakes`.
 fn listed(mistakes: &Diagnostics) -> Vec<Value> {
     mistakes
         .list
@@ -50,7 +50,7 @@ fn listed(mistakes: &Diagnostics) -> Vec<Value> {
         .collect()
 }
 
-/// A failure of the library, with the place in the scene where it concerns one.
+/// Exception of an error of the library. Names the place in the scene if the error concerns one.
 pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
     if failure.error.kind() == ErrorKind::Input && !failure.key.is_empty() {
         return mistakes(py, &Diagnostics::from_error(&plan.document, &failure.key, &failure.error));
@@ -58,7 +58,7 @@ pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
     error(py, &failure.error)
 }
 
-/// An error of the library.
+/// Exception of an error of the library.
 pub fn error(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error.kind() {
         ErrorKind::Input => "InputError",
@@ -71,12 +71,12 @@ pub fn error(py: Python<'_>, error: &Error) -> PyErr {
     raise(py, class, (&text, error.exit_code()), (json!([]), &format!("error: {text}\n")))
 }
 
-/// A wrong argument.
+/// Exception of a wrong argument.
 pub fn input(py: Python<'_>, text: &str) -> PyErr {
     error(py, &Error::input(text))
 }
 
-/// Something that is wrong with the program.
+/// Exception of a defect of the program.
 pub fn internal(py: Python<'_>, text: &str) -> PyErr {
     error(py, &Error::numerical(format!("internal error, please report it: {text}")))
 }

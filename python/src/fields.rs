@@ -6,14 +6,14 @@ use orthowear::frame::ContactFrame;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The arrays of an entry with the cells that they belong to.
+/// Frame and fields of an entry.
 #[derive(Clone)]
 pub struct Fields {
     pub frame: ContactFrame,
     pub state: FrameState,
 }
 
-/// `[k, N]` by planes as an array (N, k).
+/// Transposes planes `[k, N]` to an array (N, k).
 pub fn by_cell<'py>(py: Python<'py>, planes: &[f64], k: usize) -> PyResult<Bound<'py, PyAny>> {
     let n = planes.len() / k;
     let values = (0..n).flat_map(|i| (0..k).map(move |c| planes[c * n + i])).collect();
@@ -29,7 +29,7 @@ fn rows<'py, const K: usize>(
     Ok(PyArray1::<f64>::from_vec(py, values).reshape([n, K])?.into_any())
 }
 
-/// The cells of a frame.
+/// Positions, areas, axes and grid indices of the cells of a frame.
 pub fn cells<'py>(py: Python<'py>, frame: &ContactFrame) -> PyResult<Bound<'py, PyDict>> {
     let found = PyDict::new(py);
     let n = frame.n_cells();
@@ -48,7 +48,7 @@ pub fn cells<'py>(py: Python<'py>, frame: &ContactFrame) -> PyResult<Bound<'py, 
 }
 
 impl Fields {
-    /// All of them by name.
+    /// The cells and all fields, by name.
     pub fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = cells(py, &self.frame)?;
         let state = &self.state;

@@ -1,4 +1,4 @@
-//! The flexibility of the bodies of a scene as an operator.
+//! Flexibility operator of the bodies of a scene.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -14,13 +14,13 @@ use pyo3::types::PyDict;
 use crate::engine::run_in_background;
 use crate::{errors, fields};
 
-/// The map from tractions on body 2 to the change of the gap.
+/// Linear map from tractions on body 2 to the change of the gap.
 #[pyclass(frozen, module = "orthowear._orthowear")]
 pub struct Flexibility {
     model: Arc<Model>,
 }
 
-/// The model of a plan, with the rows of all cells.
+/// Builds the model of a plan, and forms the flexibility rows of all cells.
 fn made(plan: &Plan, stop: &AtomicBool) -> Result<Model, SceneError> {
     let model = simulation::build(plan, &mut |_| {}, stop)?.into_model();
     let cells = model.flexibility.unformed_cells();
@@ -52,12 +52,12 @@ impl Flexibility {
         self.frame().n_cells()
     }
 
-    /// The cells as arrays.
+    /// Positions, areas, axes and grid indices of the cells.
     fn places<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         fields::cells(py, self.frame())
     }
 
-    /// The gap change for tractions, both (N, 3).
+    /// Change of the gap for tractions, both (N, 3).
     fn apply<'py>(
         &self,
         py: Python<'py>,

@@ -1,7 +1,7 @@
-//! The compiled part of the Python package `orthowear`: scenes, runs and operators of the library as Python objects.
+//! Compiled part of the Python package `orthowear`: scenes, runs and operators of the library as Python objects.
 //!
-//! No algorithm is in here. Whatever computes does so in a thread of its own without the interpreter's lock, while the calling thread
-//! waits and hears signals (`engine`).
+//! It contains no algorithms. Each computation runs in a thread of its own without the interpreter's lock. The calling thread waits
+//! and checks for signals (`engine`).
 
 mod convert;
 mod engine;

@@ -1,4 +1,4 @@
-//! A run in the thread that computes.
+//! A run in the computing thread.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,34 +22,34 @@ use orthowear::simulation::segments::RunOptions;
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
 
-/// What a run tells on its way.
+/// Messages of a run.
 pub enum Message {
-    /// Stage, fraction done, residual.
+    /// Stage, completed fraction, residual.
     Progress(String, f64, Option<f64>),
     /// An increment or cycle jump.
     Entry(Box<(IncrementRecord, Fields)>),
 }
 
-/// What a run has come to.
+/// Results of a run.
 pub struct RunOutput {
     pub summary: Summary,
-    /// Those of the last entry.
+    /// Fields of the last entry, `None` if the entries were sent one by one.
     pub fields: Option<Fields>,
     pub failure: Option<SceneError>,
 }
 
-/// Keeps the fields of the last entry, and hands each over where somebody asks for them.
+/// Stores the fields of the last entry, or sends each entry on request.
 struct FieldCollector<'a> {
     line: &'a WorkerChannel<Message>,
-    /// Each word asks for one more entry.
+    /// Each message requests one more entry.
     requests: Option<Receiver<()>>,
-    /// The frame that entries are on.
+    /// Frame of the next entries.
     frame: Option<ContactFrame>,
     fields: Option<Fields>,
 }
 
 impl FieldCollector<'_> {
-    /// Waits until the entry is asked for; whether it is.
+    /// Waits for a request of the entry. Returns false if the run is stopped or nobody can ask any more.
     fn wait_for_request(&self, asks: &Receiver<()>) -> bool {
         loop {
             match asks.recv_timeout(PAUSE) {
@@ -87,14 +87,14 @@ impl Observer for FieldCollector<'_> {
     }
 }
 
-/// How a plan is run.
+/// Options of a run.
 pub struct RunRequest {
     pub plan: Arc<Plan>,
     /// Directory of the results.
     pub out: Option<PathBuf>,
-    /// Whether progress is told.
+    /// Whether to send messages about the progress.
     pub progress: bool,
-    /// Where entries are asked for one by one.
+    /// Requests of entries one by one.
     pub requests: Option<Receiver<()>>,
 }
 

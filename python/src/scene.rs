@@ -24,14 +24,14 @@ use crate::run::{Message, RunOutput, RunRequest, run};
 use crate::steps::Steps;
 use crate::{convert, errors};
 
-/// A scene that was read and checked.
+/// A scene, parsed and validated.
 #[pyclass(frozen, module = "orthowear._orthowear")]
 pub struct Scene {
     path: PathBuf,
     plan: Plan,
 }
 
-/// Settings of a computation that are not the scene's.
+/// Settings of a computation that are not part of the scene.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Settings {
@@ -41,14 +41,14 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The memory limit, if there is one.
+    /// Memory limit, `None` for the limit of the scene.
     pub fn limit(&self, py: Python<'_>) -> PyResult<Option<MemoryLimit>> {
         let limit = self.max_memory.as_deref().map(parse_max_memory).transpose();
         let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
         Ok(limit.map(MaxMemory::limit))
     }
 
-    /// The cache, if it is wanted.
+    /// Cache of flexibilities, if enabled.
     pub fn cache(&self, py: Python<'_>) -> PyResult<Option<FlexibilityCache>> {
         let cache = if self.cache { FlexibilityCache::of_environment() } else { Ok(None) };
         cache.map_err(|error| errors::error(py, &error))
@@ -61,7 +61,7 @@ impl Scene {
         Ok(Self { path, plan })
     }
 
-    /// The plan with the settings.
+    /// The plan with these settings.
     fn plan(&self, py: Python<'_>, settings: &Settings) -> PyResult<Arc<Plan>> {
         let mut plan = self.plan.clone();
         plan.override_memory_limit(settings.limit(py)?);
@@ -72,7 +72,7 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene file at `path`.
+    /// Reads the scene file at `path`.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
         let overrides = convert::overrides(overrides)?;
@@ -80,7 +80,7 @@ impl Scene {
         Self::made(py, path, plan)
     }
 
-    /// The scene that a dict says; `path` is its name in messages.
+    /// Makes a scene from a dict. `path` is its name in messages.
     #[staticmethod]
     fn from_dict(py: Python<'_>, scene: &Bound<'_, PyDict>, path: PathBuf) -> PyResult<Self> {
         let text = convert::scene_text(scene)?;
@@ -122,7 +122,7 @@ impl Scene {
         self.plan.accuracy.is_some()
     }
 
-    /// What a run would compute, skip and need.
+    /// Estimates a run: its size, omitted work, memory and time.
     fn check<'py>(&self, py: Python<'py>, settings: Settings) -> PyResult<Bound<'py, PyAny>> {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
@@ -152,7 +152,7 @@ impl Scene {
         )
     }
 
-    /// Runs the scene: summary, fields of the last entry.
+    /// Runs the scene. Returns the summary and the fields of the last entry.
     #[pyo3(signature = (settings, out, progress))]
     fn run<'py>(
         &self,
@@ -173,17 +173,18 @@ impl Scene {
         to_python_result(py, &plan, &ended)
     }
 
-    /// A run whose entries are asked for one by one.
+    /// Starts a run whose entries are requested one by one.
     fn steps(&self, py: Python<'_>, settings: Settings, out: Option<PathBuf>) -> PyResult<Steps> {
         Steps::begin(py, self.plan(py, &settings)?, settings.threads, out)
     }
 
-    /// The flexibility of the bodies on the frame.
+    /// Flexibility of the bodies on the frame.
     fn flexibility(&self, py: Python<'_>, settings: Settings) -> PyResult<Flexibility> {
         Flexibility::new(py, self.plan(py, &settings)?, settings.threads)
     }
 
-    /// Γ(φ) of the surface of a half-space of that body's material (1 or 2), (len(angles), 3, 3); angles in radians from the frame's x.
+    /// Surface Green's function Γ(φ) of a half-space of the material of `body` (1 or 2), (len(angles), 3, 3). Angles in radians
+    /// from the frame's x.
     fn green<'py>(
         &self,
         py: Python<'py>,
@@ -210,13 +211,13 @@ impl Scene {
     }
 }
 
-/// What a run has come to, or the exception that it ended with.
+/// Summary and fields of a run, or the exception that ended it.
 pub fn to_python_result<'py>(
     py: Python<'py>,
     plan: &Plan,
     ended: &RunOutput,
 ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
-    // A run that does not converge is one that has results.
+    // A run that does not converge still has results.
     if let Some(failure) =
         ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
     {

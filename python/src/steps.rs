@@ -1,4 +1,4 @@
-//! A run entry by entry.
+//! Runs whose entries are computed one by one.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,15 +13,15 @@ use crate::run::{Message, RunOutput, RunRequest, run};
 use crate::scene::to_python_result;
 use crate::{convert, errors};
 
-/// An entry and its fields.
+/// Record and fields of an entry.
 type Entry<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-/// Iterates over the entries of a run. At most one of them is computed before it is asked for.
+/// Iterates over the entries of a run, which is at most one entry ahead.
 #[pyclass(module = "orthowear._orthowear")]
 pub struct Steps {
     plan: Arc<Plan>,
     work: BackgroundTask<Message, RunOutput>,
-    /// `None` when the run is closed.
+    /// `None` after the end of the run.
     requests: Option<Sender<()>>,
     ended: Option<RunOutput>,
 }
@@ -54,14 +54,14 @@ impl Steps {
 
     fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Entry<'py>>> {
         let Some(asks) = &self.requests else { return Ok(None) };
-        // Nobody hears it when the run has ended.
+        // Sending fails only if the run has ended.
         let _ = asks.send(());
         match self.work.next_message(py) {
             Ok(Some(Message::Entry(entry))) => {
                 let (record, fields) = *entry;
                 Ok(Some((convert::to_python(py, &record)?, fields.to_python(py)?)))
             }
-            // Progress is not told.
+            // Not sent: `RunRequest::progress` is false.
             Ok(Some(Message::Progress(..))) => Ok(None),
             Ok(None) => {
                 self.requests = None;
@@ -81,7 +81,7 @@ impl Steps {
         self.work.close(py);
     }
 
-    /// The summary, when the run has come to its end.
+    /// Summary of the completed run, `None` before its end.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.ended
             .as_ref()

@@ -15,7 +15,7 @@ use crate::engine::BackgroundTask;
 use crate::scene::Settings;
 use crate::{convert, errors};
 
-/// A study that was read and checked with all its scenes.
+/// A study, parsed and validated with all its scenes.
 #[pyclass(frozen, module = "orthowear._orthowear")]
 pub struct Study {
     sweep: Sweep,
@@ -23,7 +23,7 @@ pub struct Study {
 
 #[pymethods]
 impl Study {
-    /// The study file at `path`.
+    /// Reads the study file at `path`.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
         let overrides = convert::overrides(overrides)?;
@@ -36,13 +36,14 @@ impl Study {
         self.sweep.notes.clone()
     }
 
-    /// What study.json says before anything was run.
+    /// Content of study.json before the runs.
     fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(&self.sweep, number)).collect();
         convert::to_python(py, &json!(StudyResult::new(&self.sweep, runs)))
     }
 
-    /// Runs those of these numbers into the folder `out`, and writes the table if they are all: study.json, exit code, how many were left as they were.
+    /// Computes the runs `numbers` (`None`: all) into the folder `out`. Writes the table if all runs are computed. Returns
+    /// study.json, the exit code, and the number of runs that were kept from earlier.
     fn run<'py>(
         &self,
         py: Python<'py>,
@@ -80,7 +81,8 @@ impl Study {
         Ok((convert::to_python(py, &json!(result))?, code, kept))
     }
 
-    /// Collects the runs from their folders in `out`, and writes the table if wanted: study.json, exit code, how many have been done.
+    /// Collects the runs from their folders in `out`, and writes the table if `write`. Returns study.json, the exit code, and the
+    /// number of completed runs.
     fn collect<'py>(
         &self,
         py: Python<'py>,
@@ -99,7 +101,7 @@ impl Study {
 }
 
 impl Study {
-    /// Refuses numbers of runs that are not there.
+    /// Refuses numbers of runs that do not exist.
     fn check(&self, py: Python<'_>, numbers: &[usize]) -> PyResult<()> {
         let n = self.sweep.runs.len();
         match numbers.iter().find(|number| **number >= n) {
@@ -109,7 +111,7 @@ impl Study {
     }
 }
 
-/// The results, written if wanted; the first problem if no run could be begun.
+/// Results of the study, written if `write`. Returns the first problem as an error if there is one.
 fn concluded(
     job: &StudyRunner<'_>,
     ended: StudyOutcome,

@@ -1,4 +1,4 @@
-"""Scenes of the tests."""
+"""Scenes and fixtures of the tests."""
 
 import importlib
 import os
@@ -17,24 +17,24 @@ os.environ.setdefault("ORTHOWEAR_CACHE_LIMIT", "0")
 
 
 def needed(name: str):
-    """A package; without it the test is skipped, unless all tools are required."""
+    """Imports a package. If it is missing the test is skipped, or fails if all tools are required."""
     if name == "gmsh" and (sys.platform, platform.machine()) == ("linux", "aarch64"):
         pytest.skip("gmsh has no Python package for Linux on ARM")
     try:
         return importlib.import_module(name)
-    except (ImportError, OSError) as error:  # gmsh's package needs libraries of the system
+    except (ImportError, OSError) as error:  # The gmsh package needs system libraries.
         return missing(f"{name} is missing ({error}): scripts/setup installs it")
 
 
 def missing(what: str):
-    """Skips the test, unless all tools are required."""
+    """Skips the test, or fails it if all tools are required."""
     if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
         pytest.fail(what)
     pytest.skip(what)
 
 
 def small() -> dict:
-    """A sphere of a radius of 10 mm on steel with friction, 16 x 16 cells, pressed and pushed in 5 increments."""
+    """A sphere of radius 10 mm on steel with friction, 16 x 16 cells, pressed and pushed in 5 increments."""
     return {
         "materials": {"steel": {"model": "isotropic", "E": 210e3, "nu": 0.3}},
         "body1": {"kind": "half-space", "material": "steel"},
@@ -57,7 +57,7 @@ def scene():
 
 @pytest.fixture
 def program():
-    """The command-line program of the same sources."""
+    """The command-line program, built from the same sources."""
     path = ROOT / "target" / "release" / ("orthowear.exe" if sys.platform == "win32" else "orthowear")
     found = path if path.exists() else shutil.which("orthowear")
     if found is None:

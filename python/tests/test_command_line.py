@@ -1,4 +1,4 @@
-"""The package computes what the command line does, to the last bit."""
+"""The package gives bitwise the results of the command line."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ from conftest import ROOT, small
 
 import orthowear
 
-#: What is measured anew in each run.
+#: Entries that differ from run to run.
 CLOCKS = ("seconds", "timings", "peak_memory_bytes", "files", "saved")
 
 
@@ -24,7 +24,7 @@ SCENES = ["cattaneo-mindlin", "hertz", "sphere-on-cfrp-halfspaces"]
 
 @pytest.mark.parametrize("name", SCENES)
 def test_summary_and_fields(name, program, tmp_path):
-    """Truth: the program of the same sources; field files hold 64-bit numbers."""
+    """Truth: the program built from the same sources. Field files store 64-bit numbers."""
     meshio = pytest.importorskip("meshio")
     path = ROOT / "scenes" / f"{name}.toml"
     frame = {"frame.cells": [32, 32]}
@@ -41,7 +41,7 @@ def test_summary_and_fields(name, program, tmp_path):
 
 
 def test_files_are_written(scene, program, tmp_path):
-    """Truth: the program's files, byte for byte."""
+    """Truth: the files of the program, byte by byte."""
     scene.run(tmp_path / "a")
     path = tmp_path / "scene.toml"
     path.write_text(toml(scene))
@@ -54,7 +54,7 @@ def test_files_are_written(scene, program, tmp_path):
 
 
 def toml(scene) -> str:
-    """A scene of plain values as inline tables: strings, numbers, lists and dicts of JSON are nearly TOML."""
+    """Writes a scene of plain values as inline tables. JSON strings, numbers, lists and dicts are nearly TOML."""
 
     def value(part) -> str:
         if isinstance(part, dict):
@@ -65,7 +65,7 @@ def toml(scene) -> str:
 
 
 def test_dict_is_the_file(tmp_path):
-    """Truth: the same values, written as a file."""
+    """Truth: the same values in a file."""
     scene = orthowear.Scene.from_dict(small())
     assert scene.to_dict() == json.loads(json.dumps(small()))
     path = tmp_path / "scene.toml"
@@ -76,7 +76,7 @@ def test_dict_is_the_file(tmp_path):
 
 
 def test_mistakes_are_those_of_the_program(program, tmp_path):
-    """Truth: what the program prints, and its exit code."""
+    """Truth: the output of the program, and its exit code."""
     path = ROOT / "scenes" / "hertz.toml"
     with pytest.raises(orthowear.InputError) as caught:
         orthowear.Scene.load(path, {"frame.cels": [8, 8], "body1.material": "stel"})
@@ -88,7 +88,7 @@ def test_mistakes_are_those_of_the_program(program, tmp_path):
 
 
 def test_missing_file_and_wrong_values(tmp_path):
-    """Truth: docs/command-line.md: wrong input is exit code 2, too little memory 4."""
+    """Truth: docs/command-line.md: wrong input has exit code 2, insufficient memory 4."""
     with pytest.raises(orthowear.InputError, match="cannot read the scene"):
         orthowear.Scene.load(tmp_path / "none.toml")
     with pytest.raises(orthowear.InputError, match=r"gap\.radius: no value of a scene \(a Python complex\)"):

@@ -1,4 +1,4 @@
-"""The page on the package does what it says."""
+"""The examples of the documentation page of the package give the printed results."""
 
 import base64
 import importlib.machinery
@@ -18,7 +18,8 @@ PAGE = ROOT / "docs" / "python.md"
 
 @pytest.fixture(scope="module")
 def examples():
-    """The script that runs the examples of the other pages: how blocks look, and when lines are those that were printed."""
+    """The module of scripts/examples, which runs the examples of the other pages. It parses the blocks and compares their output.
+    """
     if sys.version_info < (3, 11):
         pytest.skip("scripts/examples needs Python 3.11")
     loader = importlib.machinery.SourceFileLoader("examples", str(ROOT / "scripts" / "examples"))
@@ -29,7 +30,7 @@ def examples():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, examples):
-    """Where the blocks were run, one after the other, with copies of scenes/ and meshes/."""
+    """Folder where the blocks were run in order, with copies of scenes/ and meshes/."""
     needed("matplotlib").use("agg")
     for name in ("gmsh", "meshio", "pandas", "xarray"):
         needed(name)
@@ -54,12 +55,14 @@ def folder(tmp_path_factory, examples):
 
 
 def test_blocks(folder):
-    """Truth: the page: what its blocks print; and that the picture is made."""
+    """Truth: the output shown on the page. The blocks also make the picture."""
     assert (folder / "python-plots.svg").exists()
 
 
 def test_picture_is_current(folder):
-    """Truth: the page's own block. Machines may differ in the last digits of results: numbers to a hundredth, maps to a shade."""
+    """Truth: the block of the page. Results of machines may differ in the last digits: numbers must agree within 0.01, maps within
+    1 of 255 levels on average.
+    """
     version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
     if needed("matplotlib").__version__ != version:
         pytest.skip(f"the picture is made with matplotlib {version}")
@@ -75,7 +78,7 @@ def test_picture_is_current(folder):
     for a, b in zip(*pixels, strict=True):
         assert a.shape == b.shape and np.abs(a - b).mean() < 1.0
     number = re.compile(r"(?<![#\w])-?\d+\.?\d*(?:e-?\d+)?")
-    # Ids are made of what they name.
+    # Element ids are hashes of the content.
     texts = [re.sub(r'(id="|#|url\(#)\w+', r"\1", image.sub("", text)) for text in (made, shown)]
     assert number.sub("0", texts[0]) == number.sub("0", texts[1])
     values = [np.array(number.findall(text), dtype=float) for text in texts]

@@ -1,4 +1,4 @@
-"""Meshes from objects of meshio and gmsh: the bits of the same mesh as a file, and refusals."""
+"""Meshes from objects of meshio and gmsh: bitwise the same results as from a file, and refusals."""
 
 import gc
 import multiprocessing
@@ -19,7 +19,7 @@ import orthowear
 from orthowear import mesh as meshes
 from orthowear.mesh import files, meshio_reader
 
-#: A block of hexahedra, graded towards its base, whose top is in two groups.
+#: A block of hexahedra, graded towards its base. Its top is in two groups.
 BLOCK = """
 Mesh.ElementOrder = %d;
 Mesh.SecondOrderIncomplete = %d;
@@ -45,7 +45,7 @@ def geometry(folder: Path, kind: str = "hexahedra") -> Path:
 
 @pytest.fixture
 def gmsh():
-    """gmsh's package, between initialize and finalize."""
+    """The gmsh package, between initialize and finalize."""
     module = needed("gmsh")
     module.initialize(interruptible=False)
     module.option.setNumber("General.Terminal", 0)
@@ -56,7 +56,7 @@ def gmsh():
 
 @pytest.fixture
 def temporary(monkeypatch, tmp_path):
-    """The folder of temporary files of processes begun here, which may end without clearing up."""
+    """Folder of temporary files for processes that this test starts, and that may end without cleaning up."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
@@ -82,16 +82,16 @@ def same(a, b) -> bool:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
-    """Truth: the file that gmsh writes itself: the same elements, nodes and groups in the same order."""
+    """Truth: the file that gmsh itself writes has the same elements, nodes and groups in the same order."""
     meshio = needed("meshio")
     path = geometry(tmp_path, kind)
     gmsh.open(str(path))
     gmsh.model.mesh.generate(3)
-    gmsh.option.setNumber("Mesh.Binary", 1)  # text has 16 digits, one less than numbers may need
+    gmsh.option.setNumber("Mesh.Binary", 1)  # Text has 16 digits, one less than some numbers need.
     file = tmp_path / "block.msh"
     gmsh.write(str(file))
     given = [gmsh, gmsh.model, meshes.from_gmsh(gmsh)]
-    if kind != "wedges15":  # meshio 5.3.5 has the type's name only
+    if kind != "wedges15":  # meshio 5.3.5 knows the name of this type, but cannot read it.
         read = meshio.read(file)
         assert read.cells[-1].type.startswith(kind[:5])
         given += [read, meshes.from_meshio(read)]
@@ -102,7 +102,7 @@ def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
 
 
 def test_program_of_gmsh_and_package(gmsh, tmp_path):
-    """Truth: the program of gmsh; that of another version may number nodes in another order, which moves the last bits."""
+    """Truth: the gmsh program. Another version may number nodes in another order, which changes the last bits."""
     path = geometry(tmp_path)
     program = shutil.which("gmsh") or missing("the program gmsh is missing: scripts/setup installs it")
     made = subprocess.run([program, "-3", path, "-o", tmp_path / "block.msh"], capture_output=True, check=False)
@@ -114,7 +114,7 @@ def test_program_of_gmsh_and_package(gmsh, tmp_path):
 
 
 def test_groups(gmsh, tmp_path):
-    """Truth: the geometry: 6 x 6 faces on the top, in two groups; a group of its number; 144 solids."""
+    """Truth: the geometry. The top has 6 x 6 faces in two groups, one group has only a number, and there are 144 solids."""
     meshio = needed("meshio")
     gmsh.open(str(geometry(tmp_path)))
     gmsh.model.mesh.generate(3)
@@ -131,7 +131,7 @@ def test_groups(gmsh, tmp_path):
 
 
 def cube(meshio, kind="hexahedron", **more):
-    """Eight solids in a cube of edge 2, its top at z = 0; cell sets contact and base."""
+    """Eight solids in a cube of edge 2 with the top at z = 0. Cell sets contact and base."""
     steps = np.arange(3.0) - 1
     x, y, z = np.meshgrid(steps, steps, steps - 1, indexing="ij")
     number = np.arange(27).reshape(3, 3, 3)
@@ -149,7 +149,7 @@ def cube(meshio, kind="hexahedron", **more):
 
 
 def test_cell_sets_and_physical_data():
-    """Truth: the same groups, said in two ways."""
+    """Truth: cell sets and physical data describe the same groups."""
     meshio = needed("meshio")
     by_sets = cube(meshio)
     numbers = [np.zeros(8, dtype=int), np.array([1] * 4 + [2] * 4)]
@@ -161,7 +161,7 @@ def test_cell_sets_and_physical_data():
 
 
 def test_fibres_by_element():
-    """Truth: the same fibre in each element is the fibre of the body."""
+    """Truth: a fibre field with the same fibre in each element is the uniform fibre of the body."""
     meshio = needed("meshio")
     cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
     tilt = np.radians(30.0)
@@ -177,7 +177,7 @@ def test_fibres_by_element():
 
 @pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14"])
 def test_nodes_of_second_order(kind):
-    """Truth: the manual of VTK: which corners each node lies between; gmsh's own manual for its order."""
+    """Truth: the manuals of VTK and gmsh: the corners that each node lies between."""
     corners = {
         "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
         "hexahedron": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
@@ -210,12 +210,12 @@ def test_nodes_of_second_order(kind):
     points = places(vtk)
     nodes = np.arange(len(points))[None, :]
     assert np.allclose(points[meshio_reader._gmsh_order(kind, nodes, points)[0]], places(gmsh), rtol=0, atol=1e-15)
-    if kind in ("wedge18", "pyramid14"):  # meshio gives those of gmsh's files as they are
+    if kind in ("wedge18", "pyramid14"):  # meshio keeps the node order of gmsh's files for these types.
         assert np.array_equal(meshio_reader._gmsh_order(kind, nodes, places(gmsh)), nodes)
 
 
 def test_equal_meshes_are_equal_scenes():
-    """Truth: names by content: the same dict, and one file; it goes with the last scene."""
+    """Truth: files are named by content. Equal meshes give equal dicts and share one file, which is removed with the last scene."""
     meshio = needed("meshio")
     a, b = orthowear.Scene.from_dict(on(cube(meshio))), orthowear.Scene.from_dict(on(cube(meshio)))
     assert a.to_dict() == b.to_dict()
@@ -231,7 +231,7 @@ def test_equal_meshes_are_equal_scenes():
     gc.collect()
     assert path.exists() and not other.exists()
     assert again.replace({"body1.contact": "base"}).to_dict()["body1"]["mesh"] == str(path)
-    # What is left of an older object does not take a newer one's file.
+    # The finalizer of an older object does not remove the file of a newer one.
     files._remove(path, os.getpid())
     assert path.exists()
     del again
@@ -256,7 +256,7 @@ def test_steps_keep_the_file(tmp_path):
 
 
 def test_what_becomes_of_the_object_changes_no_scene():
-    """Truth: the scene made before."""
+    """Truth: the run of the scene before its mesh object changes."""
     meshio = needed("meshio")
     mesh = cube(meshio)
     scene = orthowear.Scene.from_dict(on(mesh))
@@ -266,7 +266,7 @@ def test_what_becomes_of_the_object_changes_no_scene():
 
 
 def test_refusals_of_meshio():
-    """Truth: a message with the key, what was found and what is allowed."""
+    """Truth: the message names the key, the wrong value and the allowed values."""
     meshio = needed("meshio")
     surface = cube(meshio)
     surface.cells = surface.cells[1:]
@@ -303,7 +303,7 @@ def test_refusals_of_meshio():
 
 
 def test_refusals_of_gmsh(gmsh):
-    """Truth: a message that says what is missing and how to make it."""
+    """Truth: the message names what is missing and how to make it."""
     gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
     gmsh.model.occ.synchronize()
     with pytest.raises(orthowear.InputError, match=r"body1\.mesh: the current model of gmsh has no mesh: call .*generate"):
@@ -330,7 +330,7 @@ def run_of(scene):
 
 
 def test_scenes_with_meshes_travel(temporary):
-    """Truth: the run in this process; another process has its own files."""
+    """Truth: the run in this process. Another process has its own mesh files."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     expected = scene.run(cache=False)
@@ -359,7 +359,8 @@ time.sleep(60)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
 def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
-    """Truth: the folder of a process that lives stays, that of one that was killed goes when another process makes its own."""
+    """Truth: the folder of a running process stays. The folder of a killed process is removed when another process makes its own.
+    """
     child = subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True)
     folder = Path(child.stdout.readline().strip())
     assert folder.parent == temporary
@@ -379,7 +380,7 @@ def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks of POSIX")
 def test_forked_processes_leave_the_files_alone(temporary):
-    """Truth: the run before; the other process loses the scene, and makes and loses one of the same mesh."""
+    """Truth: the earlier run. The forked process deletes the scene, and makes and deletes another one with the same mesh."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     path = Path(scene.to_dict()["body1"]["mesh"])

@@ -1,4 +1,4 @@
-"""Green's functions and flexibilities against closed forms."""
+"""Green's functions and flexibilities against closed-form solutions."""
 
 import numpy as np
 import pytest
@@ -22,12 +22,12 @@ def test_green_isotropic():
     assert np.allclose(found[:, 0, 0], factor * (1 - NU + NU * c**2), rtol=1e-12)
     assert np.allclose(found[:, 1, 1], factor * (1 - NU + NU * s**2), rtol=1e-12)
     assert np.allclose(found[:, 0, 1], factor * NU * c * s, rtol=0, atol=1e-12 * factor)
-    # Pressing draws the surface towards the force; pulling, along n, pushes it away.
+    # A compressive force draws the surface towards it. A tensile force, along n, pushes the surface away.
     assert np.allclose(found[:, 0, 2], (1 - 2 * NU) / 2 * factor * c, rtol=0, atol=1e-12 * factor)
 
 
 def test_green_of_a_fibre_turned_about_the_normal():
-    """Truth: a half-space turned by the azimuth has the turned Green's function."""
+    """Truth: rotating a half-space by the azimuth rotates its Green's function."""
     cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
     turned = orthowear.green(cfrp, 50.0, tilt=20.0, azimuth=35.0)
     straight = orthowear.green(cfrp, 15.0, tilt=20.0)
@@ -37,7 +37,8 @@ def test_green_of_a_fibre_turned_about_the_normal():
 
 
 def test_flexibility_of_a_square():
-    """Truth: Love 1929: the middle of a square of the side a under pressure p sinks by 4 ln(1 + sqrt 2) (1 - nu^2) p a / (pi E)."""
+    """Truth: Love 1929: uniform pressure p on a square of side a displaces its centre by 4 ln(1 + sqrt 2) (1 - nu^2) p a / (pi E).
+    """
     operator = orthowear.Scene.from_dict(small()).flexibility()
     n = operator.shape[0] // 3
     pressure = np.zeros((n, 3))
@@ -48,7 +49,7 @@ def test_flexibility_of_a_square():
 
 
 def test_flexibility_is_symmetric_and_positive():
-    """Truth: Betti; the elastic energy is positive; two bodies add."""
+    """Truth: Betti's theorem, a positive elastic energy, and the sum of the flexibilities of both bodies."""
     scene = orthowear.Scene.from_dict(small()).replace(
         {"frame.cells": [6, 6], "body2": {"kind": "half-space", "material": "steel"}}
     )
@@ -60,7 +61,7 @@ def test_flexibility_is_symmetric_and_positive():
 
 
 def test_flexibility_gives_the_gap_of_a_run(scene):
-    """Truth: g = g_free + S P: the sphere r^2 / 2 R less the approach, and what the tractions add."""
+    """Truth: g = g_free + S P: the sphere r^2 / 2 R minus the approach, plus the elastic change by the tractions."""
     result = scene.run()
     operator = scene.flexibility()
     x, y = result.xy.T
@@ -70,7 +71,7 @@ def test_flexibility_gives_the_gap_of_a_run(scene):
 
 
 def test_wrong_shapes_and_sizes(scene):
-    """Truth: a message that says what is allowed."""
+    """Truth: the message names the allowed values."""
     operator = scene.flexibility()
     with pytest.raises(orthowear.InputError, match=r"must be \(256, 3\)"):
         operator.apply(np.zeros((4, 3)))
@@ -81,7 +82,8 @@ def test_wrong_shapes_and_sizes(scene):
 
 
 def test_green_refuses_what_is_no_angle():
-    """Truth: docs/scene.md: tilts are from -90 to 90; a message says what was found and what is allowed, whatever the material."""
+    """Truth: docs/scene.md: tilts are from -90 to 90. For any material, the message names the wrong value and the allowed values.
+    """
     cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
     for material in (STEEL, cfrp):
         for tilt in (90.5, -120.0):
@@ -100,6 +102,6 @@ def test_green_refuses_what_is_no_angle():
         orthowear.green(STEEL, "east")
     with pytest.raises(TypeError, match="material: 'steel' is of the type str; allowed: a dict"):
         orthowear.green("steel", 0.0)
-    # Along the normal: the isotropic plane is the surface, whatever the azimuth.
+    # With the fibre along the normal, the isotropic plane is the surface for any azimuth.
     normal = orthowear.green(cfrp, [0.0, 70.0], tilt=90.0)[:, 2, 2]
     assert normal[1] == pytest.approx(normal[0], rel=1e-9)

@@ -1,4 +1,4 @@
-"""Pictures show the numbers of results, with their units."""
+"""Plots show the numbers of results, with their units."""
 
 import subprocess
 import sys
@@ -25,7 +25,7 @@ def result():
 
 
 def drawn(ax):
-    """The map's collection and the label of its colour bar."""
+    """Collection of cells of a map, and the label of its colour bar."""
     return ax.collections[0], ax.figure.axes[-1].get_ylabel()
 
 
@@ -42,7 +42,7 @@ def drawn(ax):
     ],
 )
 def test_maps(pyplot, result, name, component, values, label):
-    """Truth: the fields; the frame is 0.8 by 0.8 in 16 by 16 cells."""
+    """Truth: the fields of the result. The frame is 0.8 by 0.8 in 16 by 16 cells."""
     ax = plot.field(result, name, component=component)
     cells, words = drawn(ax)
     assert np.array_equal(np.asarray(cells.get_array()), result.to_grid(values(result)).T)
@@ -69,7 +69,7 @@ def test_slip_is_where_there_is_contact(pyplot, result):
 
 
 def test_arrows_point_along_the_tractions(pyplot, result):
-    """Truth: the tractions of the cells that the arrows stand in; 16 cells need no thinning."""
+    """Truth: the tractions of the cells at the arrows. With 16 cells along each side, every cell has an arrow."""
     ax = plot.field(result, "tractions")
     arrows = ax.collections[1]
     rows = [np.flatnonzero((result.xy == place).all(axis=1))[0] for place in arrows.XY]
@@ -79,7 +79,7 @@ def test_arrows_point_along_the_tractions(pyplot, result):
 
 
 def test_options_and_axes_of_others(pyplot, result):
-    """Truth: what was asked for; entries and fields are drawn as results are."""
+    """Truth: the given options. Entries and fields are drawn as results are."""
     _, axes = pyplot.subplots(1, 3)
     ax = plot.field(result.fields, ax=axes[0], cmap="cividis", vmax=10.0, colorbar=False)
     assert ax is axes[0] and ax.collections[0].get_clim()[1] == 10.0 and len(ax.figure.axes) == 3
@@ -95,7 +95,7 @@ def test_options_and_axes_of_others(pyplot, result):
 
 
 def test_units_are_the_scenes(pyplot):
-    """Truth: the scene's declaration; the SI unit of stress for N and m, else force over area."""
+    """Truth: the units of the scene. Stress has the SI unit for N and m, else force over area."""
     for units, stress in (({"length": "m", "force": "N"}, "Pa"), ({"length": "in", "force": "lbf"}, "lbf/in²")):
         scene = orthowear.Scene.from_dict({**small(), "units": units})
         result = scene.run()
@@ -106,7 +106,7 @@ def test_units_are_the_scenes(pyplot):
 
 
 def test_sections(pyplot, result):
-    """Truth: the rows of the grid; of two rows as near to the middle the first."""
+    """Truth: the rows of the grid. Of two rows equally near to the middle, the first one is drawn."""
     grid = result.to_grid(result.pressure)
     ax = plot.section(result)
     plot.section(result, along="y", at=0.4, ax=ax)
@@ -119,7 +119,7 @@ def test_sections(pyplot, result):
 
 
 def test_turned_frames_and_outlines(pyplot):
-    """Truth: rows of a grid are rows whatever its azimuth; an outline leaves cells out of both."""
+    """Truth: a row of the grid is the same for any azimuth. The outline leaves cells out of both plots."""
     scene = orthowear.Scene.from_dict(small())
     turned = scene.replace({"frame.azimuth": 30.0, "frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     ax = plot.section(turned)
@@ -130,7 +130,7 @@ def test_turned_frames_and_outlines(pyplot):
 
 
 def test_mesh_frames(pyplot):
-    """Truth: a square of its area at each cell; the cells that a line meets."""
+    """Truth: each cell is drawn as a square of its area. The section contains the cells that its line crosses."""
     block = {"kind": "fe", "material": "steel", "mesh": "compare-block.msh", "contact": "contact", "fixed": [{"group": "base"}]}
     frame = {"kind": "mesh", "body": 1, "points": "faces"}
     steps = [{"name": "press", "approach": 0.03}]
@@ -153,7 +153,7 @@ def test_mesh_frames(pyplot):
 
 
 def test_curved_frames_are_told(pyplot):
-    """Truth: a hole's faces over half a turn lie over each other in the plane, over an arc they do not."""
+    """Truth: the faces of a hole over 180° overlap in the frame's plane. Over the arc length they do not."""
     result = orthowear.Scene.load(ROOT / "scenes" / "pin-in-hole.toml").run()
     with pytest.warns(UserWarning, match="give their places with xy="):
         plot.field(result)
@@ -164,7 +164,7 @@ def test_curved_frames_are_told(pyplot):
 
 
 def test_histories(pyplot, result):
-    """Truth: the entries."""
+    """Truth: the entries of the result."""
     ax = plot.history(result, "tangential_force")
     assert [line.get_label() for line in ax.lines] == ["x", "y"] and ax.get_ylabel() == "tangential force [N]"
     for k, line in enumerate(ax.lines):
@@ -182,7 +182,8 @@ def test_histories(pyplot, result):
 
 
 def test_loops_and_cycles(pyplot):
-    """Truth: work done over a closed path is the area inside: what the run says was dissipated, to the trapezoids of 32 points."""
+    """Truth: work over a closed path is the enclosed area: the dissipation that the run reports, up to trapezoids over 32 points.
+    """
     scene = orthowear.Scene.load(
         ROOT / "scenes" / "sphere-wear.toml",
         {"frame.cells": [16, 16], "output.fields": ["loops"], "steps.fretting.cycles.count": 1000},
@@ -202,7 +203,7 @@ def test_loops_and_cycles(pyplot):
 
 
 def test_path_of_a_stroke(pyplot, result):
-    """Truth: the entries of the step; the force is larger along x, and so is the shift."""
+    """Truth: the entries of the step. The force is larger along x, and so is the tangential displacement."""
     ax = plot.loop(result, step="push")
     entries = [entry for entry in result.entries if entry["name"] == "push"]
     assert list(ax.lines[0].get_xdata()) == [entry["shift"][0] for entry in entries]
@@ -212,7 +213,7 @@ def test_path_of_a_stroke(pyplot, result):
 
 
 def test_convergence(pyplot):
-    """Truth: the values of the runs; rings at the estimates, the accuracy as a line."""
+    """Truth: the values of the runs. Rings are at the estimated errors, and the requested accuracy is a line."""
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml", {"accuracy": 0.02}).run()
     ax = plot.convergence(result)
     accuracy = result.summary["accuracy"]
@@ -222,7 +223,7 @@ def test_convergence(pyplot):
     rings = [line.get_ydata()[0] for line in ax.lines if line.get_marker() == "o"]
     assert rings == [found["relative"] for found in accuracy["results"] if found["relative"] > 0]
     assert ax.lines[-1].get_ydata()[0] == 0.02 and ax.get_yscale() == "log"
-    # Runs on the cells of a mesh have none of their own (docs/results.md).
+    # Runs on the cells of a mesh have no `cells` (docs/results.md).
     runs = [{key: value for key, value in run.items() if key != "cells"} for run in accuracy["runs"]]
     on_mesh = orthowear.Result({**result.summary, "accuracy": {**accuracy, "runs": runs}}, None)
     labels = [label.get_text() for label in plot.convergence(on_mesh).get_xticklabels()]
@@ -230,14 +231,14 @@ def test_convergence(pyplot):
 
 
 def test_slip_of_rolling(pyplot):
-    """Truth: docs/results.md: the slip of rolling is per rolled distance, without unit."""
+    """Truth: docs/results.md: in rolling, slip is per rolled distance, without a unit."""
     result = orthowear.Scene.load(ROOT / "scenes" / "rolling-cylinders.toml").run()
     bar = plot.field(result, "slip").figure.axes[1]
     assert bar.get_ylabel() == "slip per rolled distance"
 
 
 def test_refusals(pyplot, result):
-    """Truth: a message that says what was found and what is allowed."""
+    """Truth: the message names the wrong value and the allowed values."""
     cases = [
         (ValueError, "field 'presure': allowed are pressure, tractions", lambda: plot.field(result, "presure")),
         (ValueError, "component 'z' of gap: allowed: n, x, y", lambda: plot.field(result, "gap", component="z")),
@@ -267,7 +268,8 @@ def test_refusals(pyplot, result):
 
 
 def test_without_matplotlib():
-    """Truth: the package is imported without it; a picture says what is missing and how to mend it."""
+    """Truth: the package can be imported without matplotlib. The error of a plot names the missing package and how to install it.
+    """
     code = """
 import sys
 import orthowear

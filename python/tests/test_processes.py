@@ -1,4 +1,4 @@
-"""Scenes and results go to other processes and come back; arrays of results stay as they are."""
+"""Scenes, results and exceptions pass between processes, and arrays of results are read-only."""
 
 import copy
 import multiprocessing
@@ -30,7 +30,7 @@ def refused(scene):
 
 @pytest.fixture(scope="module")
 def other():
-    """A process that shares nothing with this one, and is in another folder."""
+    """A process that shares nothing with this one and has another working directory."""
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), os.chdir, (tempfile.gettempdir(),)) as pool:
         yield pool
 
@@ -50,7 +50,7 @@ def scenes():
 
 @pytest.mark.parametrize("name", ["dict", "replaced", "file", "mesh file"])
 def test_another_process_gives_the_same_bits(other, name):
-    """Truth: the run of the scene itself."""
+    """Truth: the run in this process."""
     scene = scenes()[name]
     expected = scene.run(cache=False)
     process, result = other.submit(run_of, scene).result()
@@ -59,7 +59,7 @@ def test_another_process_gives_the_same_bits(other, name):
 
 
 def test_copies_are_the_scene():
-    """Truth: the scene: values, title (the file's name where there is none), paths."""
+    """Truth: the original scene: values, title (the file's name if it has none), paths."""
     for scene in scenes().values():
         for twin in (pickle.loads(pickle.dumps(scene)), copy.copy(scene), copy.deepcopy(scene)):
             assert twin.to_dict() == scene.to_dict() and twin.title == scene.title
@@ -70,7 +70,7 @@ def test_copies_are_the_scene():
 
 
 def test_exceptions_come_back(other):
-    """Truth: the exception of this process."""
+    """Truth: the exception in this process."""
     scene = orthowear.Scene.from_dict(small())
     with pytest.raises(orthowear.InputError) as here:
         refused(scene)
@@ -82,7 +82,8 @@ def test_exceptions_come_back(other):
 
 
 def test_arrays_of_results_cannot_be_written_to(scene):
-    """Truth: writing is refused; pressure is the third component of tractions; copies are free. Pickled ones are no others."""
+    """Truth: writing is refused, also after pickling. Pressure is a view of the third component of tractions. Copies are writable.
+    """
     result = scene.run()
     with scene.steps() as steps:
         entry = next(steps)
@@ -103,7 +104,7 @@ def test_arrays_of_results_cannot_be_written_to(scene):
 
 
 def test_attributes(scene):
-    """Truth: those of the fields; names are told to whoever completes them, and what there is not is said."""
+    """Truth: the attributes of the fields. `dir` lists the names, and an error reports a missing attribute."""
     result = scene.run()
     with scene.steps() as steps:
         entry = next(steps)

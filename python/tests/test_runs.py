@@ -1,4 +1,4 @@
-"""Runs: closed forms, entry by entry, threads, signals."""
+"""Runs: closed-form solutions, steps, threads, signals."""
 
 import os
 import signal
@@ -14,7 +14,9 @@ import orthowear
 
 
 def test_hertz():
-    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4); cells of 1/26 of the radius: within a percent."""
+    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4). Cells of 1/26 of the contact radius: within a
+    percent.
+    """
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml").run()
     modulus, radius, force = 210e3 / (1 - 0.3**2), 10.0, 1000.0
     a = (3 * force * radius / (4 * modulus)) ** (1 / 3)
@@ -28,12 +30,12 @@ def test_hertz():
 
 
 def test_cattaneo_mindlin():
-    """Truth: Cattaneo 1938, Mindlin 1949 (Johnson 1985, 7.2), exact for a Poisson ratio of 0; signs: docs/results.md."""
+    """Truth: Cattaneo 1938, Mindlin 1949 (Johnson 1985, 7.2), exact for a Poisson ratio of 0. Signs: docs/results.md."""
     result = orthowear.Scene.load(ROOT / "scenes" / "cattaneo-mindlin.toml").run()
     last = result.entries[-1]
     assert last["tangential_force"] == pytest.approx([270.0, 0.0], abs=1e-4)
     assert last["shift"][0] == pytest.approx(0.0040519, rel=1e-2)
-    # Tractions act on body 2: those that body 1, dragged along +x, holds it back with.
+    # Tractions act on body 2: body 1 is dragged along +x, and body 2 is held back.
     assert (result.tractions[:, 0] * result.areas).sum() == pytest.approx(-270.0, rel=1e-6)
     assert np.all(np.hypot(*result.tractions[:, :2].T) <= 0.3 * result.pressure * (1 + 1e-6) + 1e-6)
     stick = result.areas[result.contact == 1].sum()
@@ -41,7 +43,7 @@ def test_cattaneo_mindlin():
 
 
 def test_steps_are_the_run(scene):
-    """Truth: a run gives the same bits whoever watches it."""
+    """Truth: a run gives the same bits with and without iteration over its entries."""
     result = scene.run()
     steps = scene.steps()
     entries = list(steps)
@@ -54,7 +56,7 @@ def test_steps_are_the_run(scene):
 
 
 def test_closed_steps_stop(scene):
-    """Truth: three increments are not computed; a new run is whole."""
+    """Truth: the last three increments are not computed. A new run is complete."""
     with scene.steps() as steps:
         assert next(steps)["name"] == "press"
         next(steps)
@@ -63,13 +65,13 @@ def test_closed_steps_stop(scene):
 
 
 def test_threads_give_the_same_bits(scene):
-    """Truth: docs/command-line.md: the results are the same for any number of threads."""
+    """Truth: docs/command-line.md: the results are bitwise the same for any number of threads."""
     one, two = scene.run(threads=1), scene.run(threads=2)
     assert np.array_equal(one.tractions, two.tractions) and np.array_equal(one.gap, two.gap)
 
 
 def test_progress(scene):
-    """Truth: stages have names, and fractions lie in 0..1; what a callback raises ends the run."""
+    """Truth: stages have names, and fractions are in 0..1. An exception of the callback ends the run."""
     heard = []
     scene.run(progress=lambda *told: heard.append(told))
     assert "frame" in {stage for stage, _, _ in heard}
@@ -84,7 +86,7 @@ def test_progress(scene):
 
 
 def test_not_converged_is_said_aloud(scene):
-    """Truth: friction carries at most mu times the normal force, 300 N."""
+    """Truth: friction transmits at most mu times the normal force, 300 N."""
     sliding = scene.replace({"steps.push.tangential_force": [400.0, 0.0]})
     with pytest.warns(orthowear.NotConvergedWarning, match="gross-sliding"):
         result = sliding.run()
@@ -92,17 +94,17 @@ def test_not_converged_is_said_aloud(scene):
 
 
 def test_check(scene):
-    """Truth: the scene's own numbers."""
+    """Truth: the numbers of cells and increments of the scene."""
     plan = scene.check()
     assert (plan["cells"], plan["contact_problems"]) == (256, 5)
     assert plan["memory_bytes"] > 0 and len(plan["bodies"]) == 2
-    # As `orthowear check` does (docs/accuracy.md): nothing wears here.
+    # The same error as of `orthowear check` (docs/accuracy.md): the scene has no wear.
     with pytest.raises(orthowear.InputError, match=r"accuracy\.of"):
         scene.replace({"accuracy": {"relative": 1e-3, "of": ["worn_volume"]}}).check()
 
 
 def test_grids(scene):
-    """Truth: the frame's extent; the cell (ix, iy) has the place ix * 16 + iy."""
+    """Truth: the extent of the frame. On 16 by 16 cells, cell (ix, iy) has the grid index ix * 16 + iy."""
     result = scene.with_(**{"frame.cells": [16, 8]}).run()
     pressure = result.to_grid(result.pressure)
     assert pressure.shape == (16, 8)
@@ -128,7 +130,7 @@ except KeyboardInterrupt:
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("work", ["scene.run()", "list(scene.steps())"])
 def test_interrupt(work):
-    """Truth: Ctrl-C is a KeyboardInterrupt within a fraction of a second, and later runs are not stopped."""
+    """Truth: Ctrl-C raises KeyboardInterrupt within a fraction of a second, and does not stop later runs."""
     path = ROOT / "scenes" / "hertz.toml"
     child = subprocess.Popen([sys.executable, "-c", SLOW % work, path], stdout=subprocess.PIPE, text=True)
     assert child.stdout.readline() == "ready\n"
@@ -141,14 +143,16 @@ def test_interrupt(work):
 
 
 def test_import_is_quick():
-    """Truth: 0.3 s beyond NumPy on an idle machine; loosely, for machines that others keep busy."""
+    """Truth: 0.3 s more than NumPy on an idle machine. The bound is loose, because the machine may be busy."""
     code = "import time, numpy; t = time.perf_counter(); import orthowear; print(time.perf_counter() - t)"
     times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(3)]
     assert min(times) < 1.0
 
 
 def test_what_no_scene_has():
-    """Truth: scenes have fewer than ten levels; a dict within itself has no end. The command line takes 1 to 1024 threads."""
+    """Truth: scenes have fewer than ten levels, and a dict that contains itself has infinitely many. The command line accepts 1 to
+    1024 threads.
+    """
     endless: dict = {}
     endless["a"] = endless
     deep: dict = {}
@@ -163,7 +167,7 @@ def test_what_no_scene_has():
 
 
 def test_places_that_an_outline_leaves_out(scene):
-    """Truth: the centres of 16 cells over 0.8; the outline leaves out whole rows at the rim."""
+    """Truth: the centres of 16 cells over 0.8. The outline leaves out whole rows at the edge of the frame."""
     outlined = scene.replace({"frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     places = (np.arange(16) + 0.5) * 0.05 - 0.4
     assert outlined.fields.places.size < 256
@@ -185,7 +189,7 @@ def test_places_that_an_outline_leaves_out(scene):
     ],
 )
 def test_settings_of_wrong_types(scene, settings, message):
-    """Truth: a message with the name, what was found and what is allowed, of each method that takes the setting."""
+    """Truth: each method with the setting raises a message with its name, the wrong value and the allowed values."""
     with pytest.raises(TypeError, match=message):
         scene.run(**settings)
     if "progress" in settings:
@@ -199,12 +203,12 @@ def test_settings_of_wrong_types(scene, settings, message):
 
 
 def test_settings_of_numpy(scene):
-    """Truth: the same settings of Python."""
+    """Truth: the run accepts NumPy values as it does the same Python values."""
     assert scene.run(threads=np.int64(1), max_memory=np.int64(1 << 30), cache=np.bool_(False)).status == "converged"
 
 
 def test_arguments_of_wrong_types(scene):
-    """Truth: a message that says what is allowed."""
+    """Truth: the message names the allowed values."""
     with pytest.raises(TypeError, match="path: 3 is of the type int; allowed: a path"):
         orthowear.Scene.load(3)
     with pytest.raises(TypeError, match="folder: 3 is of the type int; allowed: a path"):

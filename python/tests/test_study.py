@@ -1,4 +1,4 @@
-"""Studies from Python: those of the command line to the last bit, on threads and on workers that die."""
+"""Studies from Python: bitwise the results of the command line, on threads and on workers that are killed."""
 
 import csv
 import json
@@ -42,7 +42,7 @@ def folder(tmp_path):
 
 
 def test_command_line(folder, program):
-    """Truth: the files that the command line writes, byte by byte; the arrays of study.npz are the columns of study.csv."""
+    """Truth: the files that the command line writes, byte by byte. The arrays of study.npz are the columns of study.csv."""
     program("study", folder / "study.toml", "--quiet", "--out", folder / "line")
     told = []
     result = orthowear.study.run(folder / "study.toml", folder / "own", threads=2, progress=lambda *now: told.append(now))
@@ -61,7 +61,7 @@ def test_command_line(folder, program):
 
 
 def test_tables(folder):
-    """Truth: the rows of study.json; frames and data sets hold the same numbers at the places of their values."""
+    """Truth: the rows of study.json. Data frames and data sets have the same numbers at the coordinates of the axis values."""
     pytest.importorskip("pandas")
     pytest.importorskip("xarray")
     result = Study(folder / "study.toml").run()
@@ -78,7 +78,7 @@ def test_tables(folder):
 
 
 def test_values_that_are_lists(tmp_path):
-    """Truth: the runs of study.json, by the text of their value."""
+    """Truth: the runs of study.json, selected by the text of their value."""
     pytest.importorskip("xarray")
     text = f'[study]\nscene = "{SCENES.as_posix()}/hertz.toml"\n[[axes]]\nkeys = ["frame.cells"]\nvalues = [[8, 8], [12, 12]]\n'
     (tmp_path / "study.toml").write_text(text + '[output]\ncollect = ["press.normal_force"]\n')
@@ -90,7 +90,8 @@ def test_values_that_are_lists(tmp_path):
 
 
 def test_parts(folder):
-    """Truth: the whole study: of parts and their collection; runs that are missing have no status; resumed runs are left as they were."""
+    """Truth: the parts and their collection give the whole study. Missing runs have no status. Resumed runs are kept as they were.
+    """
     study = pickle.loads(pickle.dumps(Study(folder / "study.toml", {})))
     whole = study.run(folder / "whole")
     study.run(folder / "parts", only=[7, 0, 1])
@@ -115,7 +116,7 @@ def test_notes(folder):
 
 
 def test_elsewhere(folder, monkeypatch):
-    """Truth: a study is that of its file, wherever the process has gone meanwhile."""
+    """Truth: the study belongs to its file, even if the process changes its working directory."""
     monkeypatch.chdir(folder)
     study = Study("study.toml")
     monkeypatch.chdir("/")
@@ -124,7 +125,7 @@ def test_elsewhere(folder, monkeypatch):
 
 
 def test_mistakes(folder):
-    """Truth: the words of the command line, all mistakes at once."""
+    """Truth: the messages of the command line, all mistakes at once."""
     (folder / "study.toml").write_text(STUDY.replace("fibre.tilt", "fibre.tlit").replace("[0, 60]", '["up"]'))
     with pytest.raises(orthowear.InputError) as caught:
         Study(folder / "study.toml")
@@ -150,7 +151,9 @@ def client():
 
 
 def test_workers_that_die(folder, client):
-    """Truth: the study of one process, byte by byte: no run lost, none twice, though workers are killed in the middle of their runs."""
+    """Truth: the study in one process, byte by byte. No run is lost and none is computed twice, although workers are killed during
+    their runs.
+    """
     (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
     study = Study(folder / "study.toml")
     study.run(folder / "whole")
@@ -168,7 +171,7 @@ def test_workers_that_die(folder, client):
 
     result = study.run(folder / "parts", client=client, progress=progress)
     assert len(killed) == 3 and len(finished) >= 11
-    # The last of them may have been written by a worker that was killed before it said so.
+    # A worker may have been killed after it wrote its last summary, but before it reported it.
     assert sum(file.stat().st_mtime_ns != time for file, time in finished.items()) <= 1
     assert (result.exit_code, result.kept, result.unfinished) == (0, 12, [])
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
@@ -177,11 +180,11 @@ def test_workers_that_die(folder, client):
     assert [run["status"] for run in some.runs].count("converged") == 2
     assert some.runs[9]["results"] == result.runs[9]["results"]
     assert not (folder / "some/study.csv").exists()
-    # Once more, with what is there: nothing is computed again.
+    # Resume the complete study: nothing is computed again.
     times = [run["seconds"] for run in result.runs]
     again = study.run(folder / "parts", client=client, resume=True)
     assert [run["seconds"] for run in again.runs] == times
-    # What workers cannot do is raised, whether they were to begin anew or not.
+    # Errors of the workers are raised, with and without `resume`.
     (folder / "study.toml").rename(folder / "other.toml")
     for resume in (False, True):
         with pytest.raises(OSError):

@@ -1,4 +1,4 @@
-"""Tables and labelled arrays, where pandas and xarray are there."""
+"""Tables and labelled arrays, if pandas and xarray are installed."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def test_pandas(scene):
 
 
 def test_xarray(scene):
-    """Truth: the arrays by cell; the middles of 16 cells of 0.05 mm."""
+    """Truth: the arrays by cell, and the centres of 16 cells of 0.05 mm."""
     pytest.importorskip("xarray")
     result = scene.run()
     data = result.fields.to_xarray()

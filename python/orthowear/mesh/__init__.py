@@ -1,8 +1,9 @@
-"""Meshes from objects: of meshio, and of a model in gmsh.
+"""Meshes from objects of meshio and gmsh.
 
-A scene takes them wherever it names a mesh file: `Scene.from_dict({"body1": {"kind": "fe", "mesh": gmsh.model, ...}, ...})`,
-`scene.replace({"body1.mesh": mesh})` with a `meshio.Mesh`, the module `gmsh`, `gmsh.model`, or a `Mesh` of this module, which
-`from_meshio` and `from_gmsh` make at once. What becomes of an object afterwards changes no scene. Neither package is imported.
+A scene accepts them wherever it names a mesh file: `Scene.from_dict({"body1": {"kind": "fe", "mesh": gmsh.model, ...}, ...})`,
+`scene.replace({"body1.mesh": mesh})`. The object is a `meshio.Mesh`, the module `gmsh`, `gmsh.model`, or a `Mesh` of this
+module, made by `from_meshio` or `from_gmsh`. Later changes of an object do not change a scene. Neither package is imported
+here.
 """
 
 from .gmsh_reader import from_gmsh

@@ -1,4 +1,4 @@
-"""Meshes as files of a temporary folder, each as long as a scene uses it."""
+"""Mesh files in a temporary folder, kept while a scene uses them."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def _mesh(value: Any) -> Mesh:
 
 
 class MeshFile:
-    """A mesh as a file, which goes with the last scene that uses it.
+    """A mesh as a file, which is removed with the last scene that uses it.
 
-    It is named by its content, so that equal meshes give equal scenes.
+    The file name is a hash of the content, so that equal meshes give equal scenes.
     """
 
     def __init__(self, mesh: Mesh, path: Path) -> None:
@@ -44,10 +44,10 @@ class MeshFile:
         weakref.finalize(self, _remove, path, os.getpid())
 
 
-# Collecting garbage may remove a file while another one is made.
+# Garbage collection may remove a file while another one is written.
 _lock = threading.RLock()
 _files: weakref.WeakValueDictionary[str, MeshFile] = weakref.WeakValueDictionary()
-#: By process: a forked one leaves its parent's alone.
+#: Folders by process id. A forked process does not touch the folder of its parent.
 _folders: dict[int, Path] = {}
 
 
@@ -56,7 +56,7 @@ def _folder() -> Path:
     if pid not in _folders:
         _clear_stale()
         folder = Path(tempfile.mkdtemp(prefix=PREFIX))
-        # Where there are no locks the folder has no such file, so that nobody takes it for stale.
+        # Without file locks the folder must not contain a lock file, or other processes take it for stale.
         if not _try_lock(folder / LOCK):
             (folder / LOCK).unlink(missing_ok=True)
         _folders[pid] = folder
@@ -69,12 +69,13 @@ def _clear(pid: int) -> None:
         shutil.rmtree(_folders[pid], ignore_errors=True)
 
 
-#: Folders have a file that their process keeps locked; without the lock, and after a while, they are those of one that was killed.
+#: Prefix of the folders, and name of the lock file in them. A folder without a lock is stale after this time: its process was
+#: killed.
 PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 
 def _try_lock(path: Path) -> bool:
-    """Locks a file for the life of the process; whether it could be."""
+    """Locks a file until the process ends. Returns whether it succeeded."""
     try:
         import fcntl
     except ImportError:
@@ -89,7 +90,7 @@ def _try_lock(path: Path) -> bool:
 
 
 def _clear_stale() -> None:
-    """Removes the folders of processes of the same user that were killed."""
+    """Removes the folders of killed processes of the same user."""
     for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
         try:
             stale = time.time() - lock.stat().st_mtime > STALE_AFTER_SECONDS and _try_lock(lock)
@@ -116,12 +117,12 @@ def _file(mesh: Mesh) -> MeshFile:
         return file
 
 
-#: Tables inside each other that are looked through for meshes; those of a scene are at most four.
+#: Largest nesting depth that is searched for meshes. Scenes have at most four levels.
 DEEPEST = 8
 
 
 def meshes_to_paths(value: Any, key: str, files: list[MeshFile]) -> Any:
-    """A part of a scene with paths in place of meshes, whose files are appended."""
+    """Part of a scene with mesh objects replaced by paths. Appends their files to `files`."""
     name = key.rpartition(".")[2]
     if name == "mesh" and value is not None and not isinstance(value, str | os.PathLike):
         try:
@@ -145,13 +146,13 @@ def _paths(value: Any) -> Iterator[str]:
 
 
 def mesh_files_of(scene: Mapping[str, Any]) -> tuple[MeshFile, ...]:
-    """The files of meshes that a scene's dict names."""
+    """Files of the meshes that a scene's dict names."""
     found = (_files.get(path) for path in set(_paths(scene)))
     return tuple(file for file in found if file is not None)
 
 
 def paths_to_meshes(value: Any, files: Iterable[MeshFile]) -> Any:
-    """A part of a scene with meshes in place of the paths of their files; the reverse of `meshes_to_paths`."""
+    """Part of a scene with the paths of mesh files replaced by meshes: the inverse of `meshes_to_paths`."""
     meshes = {str(file.path): file.mesh for file in files}
 
     def visit(part: Any) -> Any:

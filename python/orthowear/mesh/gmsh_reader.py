@@ -1,4 +1,4 @@
-"""Models of gmsh."""
+"""Reads meshes from models of gmsh."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ def is_gmsh(model: Any) -> bool:
 
 
 def from_gmsh(gmsh: Any) -> Mesh:
-    """The current model of gmsh, meshed: the module `gmsh` or `gmsh.model`.
+    """Reads the mesh of the current gmsh model, given as the module `gmsh` or `gmsh.model`.
 
-    As in the files that gmsh writes the elements of entities in physical groups are taken, in gmsh's order.
+    As in files written by gmsh, only elements of entities in physical groups are read, in gmsh's order.
     """
     model = getattr(gmsh, "model", gmsh)
     if not is_gmsh(model):
@@ -31,7 +31,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
             if name:
                 names[int(dim), abs(int(tag))] = name
             for entity in model.getEntitiesForPhysicalGroup(dim, tag):
-                # Minus signs turn elements round, which has no meaning here.
+                # A minus sign reverses the orientation of the elements, which is not used here.
                 groups.setdefault((int(dim), abs(int(entity))), set()).add(abs(int(tag)))
         found = [(entity, *model.mesh.getElements(*entity)) for entity in sorted(groups)]
     except Exception as error:  # gmsh raises plain exceptions

@@ -1,4 +1,4 @@
-"""Meshes of meshio."""
+"""Reads meshes of meshio."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
-#: The corners that each node beyond the corners lies between, in gmsh's order and in VTK's, which is meshio's.
+#: Edges and faces by their corners, for each node beyond the corners: in gmsh's order, and in VTK's order, which meshio uses.
 GMSH_EDGES = {
     "tetra": "01 12 02 03 23 13",
     "hexahedron": "01 03 04 12 15 23 26 37 45 47 56 67",
@@ -31,11 +31,11 @@ def is_meshio(value: Any) -> bool:
 
 
 def from_meshio(mesh: Any) -> Mesh:
-    """A `meshio.Mesh` with physical groups.
+    """Reads a `meshio.Mesh` with physical groups.
 
-    Groups are its cell sets, and its integer cell data `gmsh:physical` (0: none) with the names that `field_data` has for them.
-    Float cell data of 3 or 9 components are fields, which fibres may follow: `fibre = {"field": NAME}`. Order and nodes of the
-    elements are kept, of second order too (nodes in meshio's order, that of VTK).
+    Groups are its cell sets, and its integer cell data `gmsh:physical` (0: none), named by `field_data`. Float cell data of 3
+    or 9 components are fields, for fibres along a field: `fibre = {"field": NAME}`. The order of the elements and of their
+    nodes is kept, also of second-order elements (nodes in meshio's order, that of VTK).
     """
     if not is_meshio(mesh):
         refuse(f"a {type_of(mesh)} is no meshio.Mesh: it has points, cells, cell_sets and cell_data")
@@ -52,7 +52,7 @@ def from_meshio(mesh: Any) -> Mesh:
         if len(wrong):
             refuse(f"an element of the type {block.type} names the node {wrong[0]}, but the mesh has {len(points)}, from 0")
         nodes = _gmsh_order(block.type, nodes, points)
-        # Runs of the same groups: the order of the elements stays.
+        # One block per run of elements in the same groups. The order of the elements is kept.
         ends = np.flatnonzero(np.diff(places)) + 1
         for start, end in zip([0, *ends], [*ends, len(places)], strict=True):
             if end > start:
@@ -61,7 +61,7 @@ def from_meshio(mesh: Any) -> Mesh:
 
 
 def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[npt.NDArray[np.int64]]]:
-    """Names by dimension and tag; sets of groups; which of these each element of each block is in."""
+    """Names by dimension and tag, all sets of groups, and the index of the set for each element of each block."""
     sets: list[Groups] = [()]
     index: dict[Groups, int] = {(): 0}
     members = [np.zeros(len(block.data), dtype=np.int64) for block in mesh.cells]
@@ -87,7 +87,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
             taken.add((ELEMENT_TYPES[mesh.cells[i].type][1], tag))
     tags = {(dim, name): tag for (dim, tag), name in names.items()}
     for name, chosen in mesh.cell_sets.items():
-        # Those are meshio's own notes.
+        # These sets are meshio's own metadata.
         if name.startswith("gmsh:"):
             continue
         for i, given in enumerate(chosen):
@@ -107,7 +107,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
 
 
 def _fields(mesh: Any) -> dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]]:
-    """Vectors and tensors of the solids."""
+    """Vector and tensor fields of the solid elements."""
     fields = {}
     firsts = np.cumsum([1, *(len(block.data) for block in mesh.cells)])
     solid = [i for i, block in enumerate(mesh.cells) if ELEMENT_TYPES[block.type][1] == 3 and len(block.data)]
@@ -131,7 +131,7 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
     order += range(len(order), nodes.shape[1])
     if kind not in ("wedge18", "pyramid14"):
         return nodes[:, order]
-    # meshio leaves these as its formats have them: in the order in which their edges' nodes lie between the corners.
+    # meshio does not reorder these types. The order in which mid-edge nodes lie between their corners is the right one.
     ends = np.array([[int(corner) for corner in edge] for edge in GMSH_EDGES[shape].split()])
 
     def off(candidate: npt.NDArray[np.int64]) -> float:
@@ -140,6 +140,6 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
 
     if off(nodes) <= off(nodes[:, order]):
         return nodes
-    if kind == "wedge18":  # the nodes of the sides, too: 0143 0352 1254, of VTK 0143 1254 0352
+    if kind == "wedge18":  # The nodes on the quadrilateral faces, too: 0143 0352 1254, of VTK 0143 1254 0352.
         order[15:] = [15, 17, 16]
     return nodes[:, order]

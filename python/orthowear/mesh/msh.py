@@ -1,4 +1,4 @@
-"""A mesh with named groups as a .msh file."""
+"""Meshes with named groups as .msh files."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Groups = tuple[int, ...]
 ElementBlock = tuple[str, npt.NDArray[np.int64], Groups]
 
 
-#: What is said of a mesh without any.
+#: Message about a mesh without physical groups.
 NO_GROUPS = (
     "the mesh has no physical groups: the contact surface and supports are named by groups, and gmsh keeps what is in one; make "
     "them in gmsh (addPhysicalGroup), as cell sets of meshio, or as its cell data gmsh:physical"
@@ -60,10 +60,10 @@ def type_of(value: Any) -> str:
 
 
 class Mesh:
-    """A mesh with named groups, as a .msh file of version 4.1; equal where the files are.
+    """A mesh with named groups, as a .msh file of version 4.1. Meshes are equal if their files are equal.
 
-    `groups` has the number of elements of each physical group by dimension and name, `n_nodes` and `n_solids` count the nodes
-    and the elements of dimension 3, `sha256` is the file's.
+    `groups` is the number of elements of each physical group by dimension and name. `n_nodes` and `n_solids` count the nodes
+    and the elements of dimension 3. `sha256` is the hash of the file.
     """
 
     __slots__ = ("_content", "groups", "n_nodes", "n_solids", "sha256")
@@ -80,7 +80,7 @@ class Mesh:
         names: Mapping[tuple[int, int], str],
         fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]] | None = None,
     ) -> None:
-        """points (N, 3): length. names: of groups by dimension and tag. fields: by name, element numbers from 1 and values."""
+        """points (N, 3): length. names: of groups by dimension and tag. fields: element numbers from 1 and values, by name."""
         self.groups = {}
         for kind, nodes, groups in runs:
             dim = ELEMENT_TYPES[kind][1]
@@ -122,12 +122,12 @@ def _sections(
     names: Mapping[tuple[int, int], str],
     fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]],
 ) -> Iterator[bytes]:
-    """The sections of a binary .msh file of version 4.1, in the byte order of the machine."""
+    """Sections of a binary .msh file of version 4.1, in the byte order of the machine."""
     yield b"$MeshFormat\n4.1 1 8\n" + struct.pack("=i", 1) + b"\n$EndMeshFormat\n"
     lines = [f'{dim} {tag} "{name}"\n' for (dim, tag), name in sorted(names.items())]
     yield f"$PhysicalNames\n{len(lines)}\n{''.join(lines)}$EndPhysicalNames\n".encode()
 
-    # An entity for each set of groups: elements have their groups from it.
+    # One entity for each set of groups, because elements get their groups from their entity.
     entities: list[dict[Groups, int]] = [{}, {}, {}, {}]
     for kind, _, groups in runs:
         of_dim = entities[ELEMENT_TYPES[kind][1]]

@@ -1,7 +1,7 @@
-"""Pictures of results with matplotlib, which is imported when the first one is made.
+"""Plots of results with matplotlib, which is imported by the first plot.
 
-Each function draws into `ax`, or into a figure of its own, and returns the axes: titles, limits, legends and more lines are
-matplotlib's. Numbers are drawn as they are, with the scene's units. Colours are told apart by the colour-blind, too.
+Each function draws into `ax`, or into a new figure, and returns the axes. Use matplotlib for titles, limits, legends and more
+lines. Values are drawn unscaled, in the scene's units. Colours are safe for colour-blind readers.
 """
 
 from .entries import convergence, history, loop

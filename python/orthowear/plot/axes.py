@@ -1,4 +1,4 @@
-"""What pictures have in common: axes and units."""
+"""Axes and units of the plots."""
 
 from __future__ import annotations
 

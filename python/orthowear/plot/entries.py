@@ -1,4 +1,4 @@
-"""Numbers of the entries, and of the runs to an accuracy."""
+"""Plots of the numbers of the entries, and of the runs of an accuracy search."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .axes import axes_of, unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Dimensions of the numbers of entries; their components by the last part of the name.
+#: Dimension of each number of an entry. The second table names the components of arrays other than (x, y, n).
 ENTRIES = {
     "approach": "length",
     "shift": "length",
@@ -48,11 +48,14 @@ def history(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """A number of the entries (docs/results.md): a force, an area, the worn volume; of vectors a line for each component.
+    """Draws a number of the entries (docs/results.md), such as a force, an area or the wear volume. Vectors give a line per
+    component.
 
-    name: normal_force, tangential_force, tangential_force.0, contact_area, worn_volume, certificate.min_gap. over: another
-    number, by default `cycles_done` where there are cycles, else the number of the entry, from 1. step: entries of this step
-    only. options: of matplotlib's plot.
+    Args:
+        name: normal_force, tangential_force, tangential_force.0, contact_area, worn_volume, certificate.min_gap.
+        over: Another number. Default: `cycles_done` where there are cycles, else the number of the entry, from 1.
+        step: Draw the entries of this step only.
+        options: Of matplotlib's plot.
     """
     entries, _ = _entries(of, step)
     rows = [flatten(entry) for entry in entries]
@@ -87,10 +90,10 @@ def loop(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """The tangential force on body 1 over the shift of body 2.
+    """Draws the tangential force on body 1 over the tangential displacement (`shift`) of body 2.
 
-    Of results with resolved cycles (`output.fields` with "loops") a closed loop for each of them, else the path through the
-    entries. step: of this step only. component: x or y; by default the one along which body 2 moves further. options: of
+    Results with resolved cycles (`output.fields` with "loops") give a closed loop per cycle, other results the path through the
+    entries. step: of this step only. component: x or y, by default the direction in which body 2 moves further. options: of
     matplotlib's plot.
     """
     if component not in (None, "x", "y"):
@@ -121,11 +124,11 @@ def loop(
 
 
 def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, **options: Any) -> Axes:
-    """How the results of a scene with an `accuracy` came to their ends: their relative difference from the last run's.
+    """Draws the convergence of the results of a scene with `accuracy`: their relative difference from the last run.
 
-    A line for each value of each step (of `step` only, if it is given) over the runs, which are named by their cells and the
-    factor of their increments. Rings are the estimated errors of the last run, the dashed line the accuracy that was asked for.
-    options: of matplotlib's plot.
+    Each value of each step (or of `step` only) gives a line over the runs. Runs are labelled by their cells and the factor of
+    their increments. Rings are the estimated errors of the last run. The dashed line is the requested accuracy. options: of
+    matplotlib's plot.
     """
     accuracy = of.summary.get("accuracy")
     if not accuracy or len(accuracy["runs"]) < 2:
@@ -150,7 +153,7 @@ def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, 
         if result.get("relative"):
             ax.plot([len(runs)], [result["relative"]], "o", markerfacecolor="none", color=line.get_color())
     ax.axhline(accuracy["requested"], linestyle="--", color="0.4", linewidth=1.0)
-    # The cells of a mesh stay as they are.
+    # Runs on the cells of a mesh have no `cells`.
     names = ["\N{MULTIPLICATION SIGN}".join(map(str, run.get("cells", ["mesh"]))) for run in runs]
     if any(run["increments"] != 1 for run in runs):
         names = [f"{name}\n{run['increments']} incr." for name, run in zip(names, runs, strict=True)]
@@ -177,7 +180,7 @@ def _entries(of: Any, step: str | None) -> tuple[Entries, dict[str, str]]:
 
 
 def _columns(rows: list[dict[str, Any]], name: str) -> dict[str, str]:
-    """Columns of a number or of the components of a vector, with words for each."""
+    """Columns of a number, or of the components of a vector, with a label for each."""
     known = dict.fromkeys(column for row in rows for column, value in row.items() if _is_number(value))
     found = [column for column in known if column == name or column.rpartition(".")[0] == name]
     if not found:
@@ -197,7 +200,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _numbers(rows: list[dict[str, Any]], column: str) -> Array:
-    """The column; nan where an entry has no such number."""
+    """Values of a column, NaN where an entry has no such number."""
     values = (row.get(column) for row in rows)
     return np.array([value if _is_number(value) else np.nan for value in values], dtype=float)
 

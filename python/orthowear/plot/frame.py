@@ -1,4 +1,4 @@
-"""Fields on the frame: maps and sections."""
+"""Plots of fields on the frame: maps and sections."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ if TYPE_CHECKING:
 
     from ..scene import Entry
 
-#: Colours of numbers from 0, of signed numbers, and of open, sticking and slipping cells (Okabe and Ito 2008).
+#: Colour maps of positive and of signed values; colours of open, sticking and slipping cells (Okabe and Ito 2008).
 FROM_ZERO, SIGNED = "viridis", "RdBu_r"
 CONTACT = {"open": "#e6e6e6", "stick": "#0072b2", "slip": "#e69f00"}
 
-#: Most arrows along the longer side of a map.
+#: Largest number of arrows along the longer side of a map.
 ARROWS = 16
 
 
 class _Part(NamedTuple):
-    """Values of a field (N,), what they are called with their unit, and whether they have a sign."""
+    """Values of a field (N,), their label with the unit, and whether they are signed."""
 
     values: Array
     label: str
     signed: bool
 
 
-#: By name: its words, the dimension of its unit, its components; the first of these is shown by default.
+#: Per field: its label, the dimension of its unit, and its components. The first component is shown by default.
 FIELDS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "pressure": ("pressure", "stress", ()),
     "tractions": ("traction on body 2", "stress", ("tangential", "x", "y", "n")),
@@ -55,16 +55,20 @@ def field(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """A map of a field over the frame, along the frame's x and y from its origin.
+    """Draws a map of a field over the frame, along the frame's x and y from its origin.
 
-    name: pressure, tractions, gap, slip, wear_depth or contact. component: of `tractions` and `slip` tangential (the magnitude
-    along x and y, the default), x or y; of `tractions` n, too; of `gap` n (the default), x or y. arrows: directions on
-    magnitudes. colorbar: with the unit. xy: other places of the cells (N, 2), such as arc length and height on a cylinder, where
-    those in the frame's plane lie over each other; only for frames that are no grids. options: of matplotlib's pcolormesh, such
-    as cmap, vmin and vmax.
+    Args:
+        name: pressure, tractions, gap, slip, wear_depth or contact.
+        component: Of `tractions` and `slip`: tangential (magnitude along x and y, the default), x or y. Of `tractions` also n.
+            Of `gap`: n (the default), x or y.
+        arrows: Whether to draw directions on magnitudes.
+        colorbar: Whether to draw a colour bar with the unit.
+        xy: Positions of the cells (N, 2) in the plot, for frames that are not grids. Use them where cells of a curved frame
+            overlap in its plane, such as arc length and height on a cylinder.
+        options: Of matplotlib's pcolormesh, such as cmap, vmin and vmax.
 
-    Signed components have colours about 0. Slip is left out in open cells, where nothing slips. Cells of frames that are no
-    grids are squares of the cells' areas.
+    Signed components have a colour map centred at 0. Slip is not drawn in open cells. Cells of frames that are not grids are
+    drawn as squares of the same area.
     """
     fields = _fields(of)
     part = _part(fields, name, component)
@@ -106,10 +110,11 @@ def section(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """A field in the row of cells along x or y through the middle of the frame, or the one nearest to `at` on the other axis.
+    """Draws a field in a row of cells along x or y: through the middle of the frame, or nearest to `at`, a position on the other
+    axis.
 
-    name, component, xy: as of `field`. options: of matplotlib's plot; by default the line's label says where the row is. Of frames
-    that are no grids the cells that the line meets are drawn.
+    name, component, xy: as in `field`. options: of matplotlib's plot. By default the label of the line gives the position of
+    the row. On frames that are not grids, the cells that the line crosses are drawn.
     """
     if along not in ("x", "y"):
         raise ValueError(f"along {along!r}: allowed are 'x' and 'y'")
@@ -121,7 +126,7 @@ def section(
     wanted = (across.min() + across.max()) / 2 if at is None else float(at)
     if fields.grid is not None:
         rows = fields.places % fields.grid[1] if along == "x" else fields.places // fields.grid[1]
-        # Of two rows as near the first, whatever the rounding.
+        # Of two equally near rows take the first one, independent of round-off.
         distance = np.abs(across - wanted)
         near = rows[distance <= distance.min() + 1e-6 * np.sqrt(fields.areas[0])]
         chosen = np.flatnonzero(rows == near.min())
@@ -159,7 +164,7 @@ def _places(fields: Fields, xy: npt.ArrayLike | None) -> Array:
         if fields.grid is None:
             normals = fields.axes[:, 2]
             mean = normals.mean(axis=0)
-            # A cylinder's cells over half a turn, 0 at its ends.
+            # For a cylindrical frame over 180° the product is 0 at its ends.
             if not (normals @ mean).min() > 0.1 * np.linalg.norm(mean):
                 warnings.warn(
                     "the frame is curved so far that its cells lie over each other in its plane: give their places with xy=, such "
@@ -202,7 +207,7 @@ def _part(fields: Fields, name: str, component: str | None) -> _Part:
 def _cells(ax: Axes, fields: Fields, places: Array, values: Array, options: dict[str, Any]) -> Any:
     if fields.grid is not None:
         edges = _edges(fields)
-        # An outline that leaves a single row does not say where others would be.
+        # If the outline leaves a single row, the positions of the other rows are unknown.
         if np.isfinite(np.concatenate(edges)).all():
             return ax.pcolormesh(*edges, fields.to_grid(values).T, **options)
     from matplotlib.collections import PolyCollection
@@ -218,11 +223,11 @@ def _cells(ax: Axes, fields: Fields, places: Array, values: Array, options: dict
 
 
 def _edges(fields: Fields) -> tuple[Array, Array]:
-    """Where the cells of a grid begin and end along x and y."""
+    """Cell boundaries of a grid along x and y."""
     centres = [fields._along(axis) for axis in (0, 1)]
     spacing = [(c[-1] - c[0]) / (len(c) - 1) if len(c) > 1 else np.nan for c in centres]
     for k in (0, 1):
-        # A single row of cells is as wide as their area says.
+        # The width of a single row of cells follows from their area.
         if np.isnan(spacing[k]):
             other = spacing[1 - k]
             spacing[k] = np.sqrt(fields.areas[0]) if np.isnan(other) else fields.areas[0] / other
@@ -231,7 +236,7 @@ def _edges(fields: Fields) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
-    """Arrows of at most the distance between them, at every so many cells; none where there is less than a percent."""
+    """Draws arrows at every n-th cell, shorter than their distance. Vectors below 1 % of the largest one get no arrow."""
     size = np.hypot(vectors[:, 0], vectors[:, 1])
     largest = size.max(initial=0.0)
     if not largest > 0:
