@@ -1,10 +1,10 @@
-//! Run time against error, for the two-half-space scene over the number of cells and for the block scene over the
-//! size of its elements. Runs the program as a user does, and writes tables and pictures.
+//! Error over run time: the scene of two half-spaces over the number of cells, and the block scene over the element size. Runs the
+//! program as a user does, and writes tables and charts.
 //!
 //!     cargo build --release
 //!     cargo run --release --example error_vs_time -- [half-spaces] [block] [--out DIR]
 //!
-//! Without names both are run; DIR is docs/benchmarks by default. The block needs gmsh.
+//! Without names both are run. DIR is docs/benchmarks by default. The block needs gmsh.
 
 mod machine;
 mod places;
@@ -24,11 +24,11 @@ use places::{program, root};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Normal forces of the two steps of the half-space scene at tilt 30: values of an independent program on 256 x 256
-/// cells, extrapolated from 128 and 256 (tests/data/sphere-on-frp.json has those of its finest grid).
+/// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program. They are extrapolated from 128
+/// and 256 cells per side (tests/data/sphere-on-frp.json contains the values of its finest grid).
 const EXTRAPOLATED: [f64; 2] = [417.87604, 303.76251];
 
-/// What one run gave.
+/// Results of one run.
 struct Sample {
     /// Cells along the frame, or elements along the contact patch.
     size: usize,
@@ -87,13 +87,13 @@ fn block(out: &Path) -> Outcome<()> {
     let scene = folder.join("indent-and-shift.toml");
     fs::write(&scene, first_steps(&fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml"))?, 2))?;
     let mut samples = Vec::new();
-    // Every length of an element in the patch shrinks with 1 / (number along the patch).
+    // All element sizes in the patch are proportional to 1 / (number along the patch).
     for (patch, outer, depth) in [(8, 3, 5), (12, 4, 7), (16, 5, 9), (24, 7, 12), (32, 9, 16), (40, 11, 19)] {
         let mesh = folder.join(format!("block-{patch}.msh"));
         make_block(&mesh, patch, outer, depth)?;
         let overrides = [
             format!("body1.mesh=\"{}\"", mesh.display()),
-            // What is measured are elements under the contact.
+            // The benchmark measures elements under the contact.
             "body1.near_field=\"mesh\"".to_owned(),
             "frame.cells=[28, 28]".to_owned(),
         ];
@@ -106,14 +106,14 @@ fn block(out: &Path) -> Outcome<()> {
     write_chart(&out.join("block.svg"), title, &samples, &errors)
 }
 
-/// Forces for vanishing size of the elements, from the two finest meshes: their error falls with its square.
+/// Richardson extrapolation of the forces from the two finest meshes, with an error of second order in the element size.
 fn second_order_limit(samples: &[Sample]) -> Outcome<Vec<f64>> {
     let [.., coarse, fine] = samples else { return Err("fewer than two samples".into()) };
     let gain = (fine.size as f64 / coarse.size as f64).powi(2) - 1.0;
     Ok(fine.forces.iter().zip(&coarse.forces).map(|(fine, coarse)| fine + (fine - coarse) / gain).collect())
 }
 
-/// A scene's text with its first `n` steps only.
+/// Text of a scene with its first `n` steps only.
 fn first_steps(scene: &str, n: usize) -> String {
     scene.split("[[steps]]").take(n + 1).collect::<Vec<_>>().join("[[steps]]")
 }
@@ -134,7 +134,7 @@ fn make_block(mesh: &Path, patch: usize, outer: usize, depth: usize) -> Outcome<
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The fastest of up to three runs (fewer where a run is long): the others were disturbed.
+/// The fastest of up to three runs, because the others were disturbed. Long runs are repeated less often.
 fn fastest(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     let mut best = run(size, scene, overrides)?;
     for _ in 0..2 {

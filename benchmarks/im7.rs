@@ -1,10 +1,10 @@
-//! The fibre-reinforced plastic of the benchmarks.
+//! CFRP of the benchmarks.
 
 use orthowear::error::Result;
 use orthowear::geometry::fibre_axes;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// IM7/8551-7, MPa, the fibre tilted out of the surface by so many degrees.
+/// Stiffness of IM7/8551-7, MPa. `tilt` is the fibre angle out of the surface, degrees.
 pub fn im7(tilt: f64) -> Result<Stiffness> {
     let constants = Orthotropic {
         e1: 167_230.0,

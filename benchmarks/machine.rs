@@ -1,4 +1,4 @@
-//! What was measured, when, and on what: the head of every table.
+//! Head of every table: date, program version and machine.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -16,7 +16,7 @@ pub fn comment() -> String {
     )
 }
 
-/// The value of the first line `key : value` of a file of the system.
+/// Value of the first line `key : value` of a system file.
 fn first_value(path: &str, key: &str) -> Option<String> {
     let text = std::fs::read_to_string(path).ok()?;
     let line = text.lines().find(|line| line.starts_with(key))?;

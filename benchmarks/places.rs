@@ -1,9 +1,9 @@
-//! Where benchmarks find the program and the files of this repository.
+//! Paths of the program and of the files of this repository.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// The program beside this one, target/release/orthowear, or the one that $ORTHOWEAR_PROGRAM names.
+/// Path of the program: $ORTHOWEAR_PROGRAM, or target/release/orthowear next to this one.
 ///
 /// # Errors
 /// If it has not been built.
@@ -20,7 +20,7 @@ pub fn program() -> Result<PathBuf, Box<dyn Error>> {
     }
 }
 
-/// The folder of this repository.
+/// Root folder of this repository.
 pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
