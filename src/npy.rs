@@ -43,7 +43,7 @@ pub fn read(bytes: &[u8]) -> Result<Array2> {
     let descr = descr.trim_matches(['\'', '"']);
     let kind = VALUE_TYPES.iter().find(|(name, ..)| descr.strip_prefix(['<', '=']) == Some(name)).ok_or_else(|| {
         let order = if descr.starts_with('>') { ", whose bytes are big-endian" } else { "" };
-        wrong(format!("it holds values of type \"{descr}\"{order}: save it as float64, e.g. numpy.save(file, z.astype(\"<f8\"))"))
+        wrong(format!("it has values of type \"{descr}\"{order}; save it as float64, e.g. numpy.save(file, z.astype(\"<f8\"))"))
     })?;
     let fortran = match field(header, "fortran_order")? {
         "True" => true,
@@ -56,7 +56,7 @@ pub fn read(bytes: &[u8]) -> Result<Array2> {
     let wanted = count.and_then(|count| count.checked_mul(size));
     if wanted != Some(data.len()) {
         return Err(wrong(format!(
-            "its header says {} x {} values of {size} bytes, but {} bytes follow: it is damaged",
+            "it is damaged: its header announces {} x {} values of {size} bytes, but {} bytes follow",
             shape[0],
             shape[1],
             data.len()
@@ -77,8 +77,8 @@ fn wrong(what: String) -> Error {
 /// Splits a file into header and data.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
     let rest =
-        bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin as a .npy file does".to_owned()))?;
-    let ended = || wrong("it ends within its header: it is damaged".to_owned());
+        bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin like a .npy file".to_owned()))?;
+    let ended = || wrong("it is damaged: it ends within its header".to_owned());
     let (length, rest) = match rest {
         [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
         [2, _, a, b, c, d, rest @ ..] => {
@@ -86,7 +86,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
         }
         [1 | 2, ..] | [] => return Err(ended()),
         [version, ..] => {
-            return Err(wrong(format!("it is of format version {version}; versions 1 and 2 are read")));
+            return Err(wrong(format!("it has format version {version}; versions 1 and 2 are supported")));
         }
     };
     if rest.len() < length {
@@ -94,14 +94,14 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
     }
     let (header, data) = rest.split_at(length);
     let header =
-        std::str::from_utf8(header).map_err(|_| wrong("its header is no text: it is damaged".to_owned()))?;
+        std::str::from_utf8(header).map_err(|_| wrong("it is damaged: its header is not text".to_owned()))?;
     Ok((header, data))
 }
 
 /// Text of a value in the header, which is a Python dictionary such as
 /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`.
 fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
-    let missing = || wrong(format!("its header has no \"{name}\": it is damaged"));
+    let missing = || wrong(format!("it is damaged: its header has no \"{name}\""));
     let start = [format!("'{name}':"), format!("\"{name}\":")]
         .iter()
         .find_map(|key| header.find(key.as_str()).map(|at| at + key.len()))
@@ -110,7 +110,7 @@ fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
     let closes = if value.starts_with('(') {
         value.find(')').map(|at| at + 1)
     } else if value.starts_with('[') {
-        return Err(wrong("it holds records of several fields: save one array of numbers".to_owned()));
+        return Err(wrong("it contains records of several fields; save one array of numbers".to_owned()));
     } else {
         value.find([',', '}'])
     };
@@ -128,9 +128,9 @@ fn shape(text: &str) -> Result<[usize; 2]> {
         .collect();
     let lengths = lengths.ok_or_else(|| wrong(format!("its header says shape = {text}")))?;
     match lengths[..] {
-        [_, _] if lengths.contains(&0) => Err(wrong(format!("its shape is {text}: it is empty"))),
+        [_, _] if lengths.contains(&0) => Err(wrong(format!("it is empty: its shape is {text}"))),
         [rows, columns] => Ok([rows, columns]),
-        _ => Err(wrong(format!("its shape is {text}; heights have 2 dimensions, along x and y"))),
+        _ => Err(wrong(format!("its shape is {text}, but heights need 2 dimensions, along x and y"))),
     }
 }
 
@@ -166,7 +166,7 @@ impl NpzWriter {
             self.zip.write_all(&head(shape))?;
             Ok(self.zip.write_all(&data)?)
         };
-        write().map_err(|error| Error::numerical(format!("the array {name}: {error}")))
+        write().map_err(|error| Error::numerical(format!("the array {name} cannot be written: {error}")))
     }
 
     /// Completes the archive and returns its bytes.
@@ -174,7 +174,10 @@ impl NpzWriter {
     /// # Errors
     /// If the central directory cannot be written.
     pub fn finish(self) -> Result<Vec<u8>> {
-        let bytes = self.zip.finish().map_err(|error| Error::numerical(format!("the archive: {error}")))?;
+        let bytes = self
+            .zip
+            .finish()
+            .map_err(|error| Error::numerical(format!("the archive cannot be written: {error}")))?;
         Ok(bytes.into_inner())
     }
 }

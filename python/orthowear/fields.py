@@ -69,7 +69,7 @@ class Fields:
     def to_grid(self, values: npt.ArrayLike) -> Array:
         """Reshapes values per cell from (N, ...) to (nx, ny, ...). Cells outside of an outline are NaN."""
         if self.grid is None:
-            raise ValueError("the frame is no grid")
+            raise ValueError("the frame is not a grid")
         values = np.asarray(values)
         full: Array = np.full((self.grid[0] * self.grid[1], *values.shape[1:]), np.nan)
         full[self.places] = values
@@ -79,7 +79,7 @@ class Fields:
     def _along(self, axis: int) -> Array:
         """Positions of all rows of a grid along an axis, including rows outside of the outline."""
         if self.grid is None:
-            raise ValueError("the frame is no grid")
+            raise ValueError("the frame is not a grid")
         rows = self.places // self.grid[1] if axis == 0 else self.places % self.grid[1]
         known, first = np.unique(rows, return_index=True)
         at = self.xy[first, axis]
@@ -127,14 +127,14 @@ class FieldAttributes:
     def to_grid(self, values: npt.ArrayLike) -> Array:
         """Same as `Fields.to_grid`."""
         if self.fields is None:
-            raise ValueError("no fields: no increment was done")
+            raise ValueError("there are no fields, because no increment was computed")
         return self.fields.to_grid(values)
 
     def __getattr__(self, name: str) -> Any:
         # Called for attributes that the object does not have itself. Copy and pickle call it before any are set.
         fields = self.__dict__.get("fields")
         if fields is None and name in FieldAttributes.__annotations__:
-            raise AttributeError(f"{name}: there are no fields, for no increment was done")
+            raise AttributeError(f"{name}: there are no fields, because no increment was computed")
         if fields is None or name.startswith("_") or not hasattr(fields, name):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
         return getattr(fields, name)

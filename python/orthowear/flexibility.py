@@ -55,7 +55,7 @@ class Flexibility:
         n = self.shape[0]
         if 8 * n * n > largest:
             raise ValueError(
-                f"the matrix of {n // 3} cells takes {8 * n * n} bytes, {largest} are allowed: use apply, take fewer cells, or "
+                f"the matrix of {n // 3} cells needs {8 * n * n} bytes, but {largest} are allowed; use apply, use fewer cells, or "
                 "raise `largest`"
             )
         columns = np.empty((n, n))

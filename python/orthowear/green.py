@@ -29,7 +29,7 @@ def green(
         body: 1 for the lower half-space, whose outward normal is n. 2 for the upper one, into which n points.
     """
     if body not in (1, 2):
-        raise ValueError(f"body {body!r}: it is 1 or 2")
+        raise ValueError(f"body is {body!r}, but it must be 1 or 2")
     if not isinstance(material, Mapping):
         raise TypeError(
             f"material: {material!r} is of the type {type(material).__name__}; allowed: a dict as in a scene's [materials.NAME], "

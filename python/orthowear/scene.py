@@ -70,7 +70,7 @@ def _warn(summary: Mapping[str, Any], level: int = 3) -> None:
     if summary["status"] != "converged":
         reason = summary.get("reason")
         text = f"{summary['title']}: {summary['status']}" + (f" ({reason})" if reason else "")
-        warnings.warn(f"{text}; what is there up to the last converged entry holds", NotConvergedWarning, stacklevel=level)
+        warnings.warn(f"{text}; the results up to the last converged entry are valid", NotConvergedWarning, stacklevel=level)
 
 
 class Scene:
@@ -193,7 +193,7 @@ class Scene:
     ) -> Flexibility:
         """Operator from tractions to the gap on the frame: of both bodies, or of body 1 or 2 with the other one rigid."""
         if body not in (None, 1, 2):
-            raise ValueError(f"body {body!r}: it is 1, 2 or None")
+            raise ValueError(f"body is {body!r}, but it must be 1, 2 or None")
         scene = self if body is None else self.replace({f"body{3 - body}": {"kind": "rigid"}})
         return Flexibility(scene._core.flexibility(_settings(threads, max_memory, cache)))
 

@@ -106,7 +106,7 @@ class Study:
         numbers = sorted({operator.index(number) for number in only})
         for number in numbers:
             if not 0 <= number < len(self):
-                raise InputError(f"run {number}: the study has runs 0 to {len(self) - 1}", exit_code=2)
+                raise InputError(f"run {number} does not exist; the study has runs 0 to {len(self) - 1}", exit_code=2)
         return numbers
 
     def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:

@@ -17,18 +17,14 @@ pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     }
     if key.matches('.').count() > DEEPEST {
         let short: String = key.chars().take(60).collect();
-        return Err(wrong(
-            value,
-            &format!("{short}.."),
-            "more tables and lists inside each other than any scene has",
-        ));
+        return Err(wrong(value, &format!("{short}.."), "tables and lists are nested too deeply"));
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Some(Value::Boolean(flag.is_true())));
     }
     if value.is_instance_of::<PyInt>() {
         let number =
-            value.extract::<i64>().map_err(|_| wrong(value, key, "a whole number beyond 64 bits"))?;
+            value.extract::<i64>().map_err(|_| wrong(value, key, "a whole number of more than 64 bits"))?;
         return Ok(Some(Value::Integer(number)));
     }
     if value.is_instance_of::<PyFloat>() {
@@ -50,14 +46,17 @@ pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.hasattr("__fspath__")? {
         return to_toml(&value.call_method0("__fspath__")?, key);
     }
-    Err(wrong(value, key, "no value of a scene"))
+    Err(wrong(value, key, "this is not a value of a scene"))
 }
 
 fn to_table(table: &Bound<'_, PyDict>, key: &str) -> PyResult<toml::Table> {
     let mut found = toml::Table::new();
     for (name, value) in table {
-        let name =
-            name.cast::<PyString>().map_err(|_| wrong(&name, key, "no name of a key"))?.to_str()?.to_owned();
+        let name = name
+            .cast::<PyString>()
+            .map_err(|_| wrong(&name, key, "this is not the name of a key"))?
+            .to_str()?
+            .to_owned();
         let dot = if key.is_empty() { "" } else { "." };
         if let Some(value) = to_toml(&value, &format!("{key}{dot}{name}"))? {
             found.insert(name, value);
@@ -71,7 +70,8 @@ fn to_array(list: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<Value>> {
     for (i, value) in list.try_iter()?.enumerate() {
         let key = format!("{key}.{i}");
         let value = value?;
-        found.push(to_toml(&value, &key)?.ok_or_else(|| wrong(&value, &key, "nothing in a list"))?);
+        found
+            .push(to_toml(&value, &key)?.ok_or_else(|| wrong(&value, &key, "a list must not contain None"))?);
     }
     Ok(found)
 }
@@ -79,7 +79,7 @@ fn to_array(list: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<Value>> {
 fn wrong(value: &Bound<'_, PyAny>, key: &str, what: &str) -> PyErr {
     let kind = value.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
     let text = format!(
-        "{key}: {what} (a Python {kind}): a scene holds numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these"
+        "{key}: {what} (Python type {kind}). A scene contains numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these"
     );
     errors::input(value.py(), &text)
 }
@@ -95,11 +95,11 @@ pub fn overrides(wanted: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
     let line = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key = key
             .cast::<PyString>()
-            .map_err(|_| wrong(&key, "overrides", "no name of a key"))?
+            .map_err(|_| wrong(&key, "overrides", "this is not the name of a key"))?
             .to_str()?
             .to_owned();
         let found = to_toml(&value, &key)?;
-        let found = found.ok_or_else(|| wrong(&value, &key, "nothing in place of a value"))?;
+        let found = found.ok_or_else(|| wrong(&value, &key, "the value is missing"))?;
         Ok(format!("{key}={found}"))
     };
     wanted.iter().map(line).collect()

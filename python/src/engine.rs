@@ -66,7 +66,7 @@ pub struct BackgroundTask<M, T> {
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
     let builder =
         rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
-    builder.build().map_err(|error| format!("no threads: {error}"))
+    builder.build().map_err(|error| format!("the threads cannot be started: {error}"))
 }
 
 impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {

@@ -66,7 +66,7 @@ impl Flexibility {
         let n = self.cells();
         if tractions.shape() != [n, 3] {
             let text = format!(
-                "tractions of shape {:?}: it must be ({n}, 3), a row for each cell",
+                "the tractions have the shape {:?}; it must be ({n}, 3), one row for each cell",
                 tractions.shape()
             );
             return Err(errors::input(py, &text));

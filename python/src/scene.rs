@@ -194,10 +194,10 @@ impl Scene {
         let (elastic, side) = match body {
             1 => (self.plan.bodies[0].material(), Side::Lower),
             2 => (self.plan.bodies[1].material(), Side::Upper),
-            _ => return Err(errors::input(py, &format!("body {body}: it is 1 or 2"))),
+            _ => return Err(errors::input(py, &format!("body is {body}, but it must be 1 or 2"))),
         };
         let elastic = elastic
-            .ok_or_else(|| errors::input(py, &format!("body {body} is rigid: it has no Green's function")))?;
+            .ok_or_else(|| errors::input(py, &format!("body {body} is rigid and has no Green's function")))?;
         let stiffness = elastic.stiffness_in_frame(self.plan.frame.azimuth());
         let green = run_in_background(py, None, move |_| SurfaceGreen::new(&stiffness, side))?;
         let green = green.map_err(|error| errors::error(py, &error))?;

@@ -36,7 +36,7 @@ impl Steps {
         if plan.accuracy.is_some() {
             return Err(errors::input(
                 py,
-                "a run that chooses its cells by an accuracy has entries of several runs: use run(), or leave the accuracy out",
+                "a scene with a target accuracy has entries of several runs; use run(), or remove the accuracy",
             ));
         }
         let (asks, asked) = channel();

@@ -105,7 +105,10 @@ impl Study {
     fn check(&self, py: Python<'_>, numbers: &[usize]) -> PyResult<()> {
         let n = self.sweep.runs.len();
         match numbers.iter().find(|number| **number >= n) {
-            Some(wrong) => Err(errors::input(py, &format!("run {wrong}: the study has runs 0 to {}", n - 1))),
+            Some(wrong) => Err(errors::input(
+                py,
+                &format!("run {wrong} does not exist; the study has runs 0 to {}", n - 1),
+            )),
             None => Ok(()),
         }
     }

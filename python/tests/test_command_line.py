@@ -91,7 +91,7 @@ def test_missing_file_and_wrong_values(tmp_path):
     """Truth: docs/command-line.md: wrong input has exit code 2, insufficient memory 4."""
     with pytest.raises(orthowear.InputError, match="cannot read the scene"):
         orthowear.Scene.load(tmp_path / "none.toml")
-    with pytest.raises(orthowear.InputError, match=r"gap\.radius: no value of a scene \(a Python complex\)"):
+    with pytest.raises(orthowear.InputError, match=r"gap\.radius: this is not a value of a scene \(Python type complex\)"):
         orthowear.Scene.from_dict({**small(), "gap": {"kind": "sphere", "radius": 1j}})
     with pytest.raises(orthowear.InputError, match="max_memory"):
         orthowear.Scene.from_dict(small()).run(max_memory="much")

@@ -37,7 +37,7 @@ def drawn(ax):
         ("tractions", "x", lambda r: r.tractions[:, 0], "traction on body 2 along x [MPa]"),
         ("gap", None, lambda r: r.gap[:, 2], "gap along n [mm]"),
         ("gap", "y", lambda r: r.gap[:, 1], "gap along y [mm]"),
-        ("wear_depth", None, lambda r: r.wear_depth, "worn depth [mm]"),
+        ("wear_depth", None, lambda r: r.wear_depth, "wear depth [mm]"),
         ("contact", None, lambda r: r.contact, ""),
     ],
 )
@@ -148,14 +148,14 @@ def test_mesh_frames(pyplot):
     assert sorted(line.get_xdata()) == sorted(result.xy[met, 0])
     moved = plot.field(result, xy=result.xy + [20.0, 0.0])
     assert moved.get_xlim()[0] > 0
-    with pytest.raises(ValueError, match=r"xy of the shape \(1, 2\): it must be"):
+    with pytest.raises(ValueError, match=r"xy has the shape \(1, 2\); it must be"):
         plot.field(result, xy=[[0.0, 0.0]])
 
 
 def test_curved_frames_are_told(pyplot):
     """Truth: the faces of a hole over 180° overlap in the frame's plane. Over the arc length they do not."""
     result = orthowear.Scene.load(ROOT / "scenes" / "pin-in-hole.toml").run()
-    with pytest.warns(UserWarning, match="give their places with xy="):
+    with pytest.warns(UserWarning, match="give their positions with xy="):
         plot.field(result)
     n = result.axes[:, 2]
     arc = np.column_stack([10.0 * np.arctan2(n[:, 0], n[:, 2]), result.xy[:, 1]])
@@ -195,7 +195,7 @@ def test_loops_and_cycles(pyplot):
         x, y = line.get_xdata(), line.get_ydata()
         area = abs(np.sum((x[1:] - x[:-1]) * (y[1:] + y[:-1]) / 2))
         assert area == pytest.approx(cycle["dissipation"], rel=0.05)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("shift along x [mm]", "tangential force along x [N]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("tangential displacement along x [mm]", "tangential force along x [N]")
     assert drawn(plot.field(result, "wear_depth"))[0].get_clim() == (0.0, result.wear_depth.max())
     worn = plot.history(result, "worn_volume")
     assert worn.get_xlabel() == "cycles done" and worn.get_ylabel() == "worn volume [mm³]"
@@ -244,24 +244,24 @@ def test_refusals(pyplot, result):
         (ValueError, "component 'z' of gap: allowed: n, x, y", lambda: plot.field(result, "gap", component="z")),
         (ValueError, "component 'x' of pressure: allowed: none", lambda: plot.section(result, component="x")),
         (TypeError, "type dict .*allowed: a Result, an Entry or Fields", lambda: plot.field({})),
-        (ValueError, "the frame is a grid", lambda: plot.field(result, xy=result.xy)),
+        (ValueError, "xy is not supported: the cells of a grid frame", lambda: plot.field(result, xy=result.xy)),
         (ValueError, "along 'z'", lambda: plot.section(result, along="z")),
-        (ValueError, "'worn': the entries have .*normal_force.*worn_volume", lambda: plot.history(result, "worn")),
-        (ValueError, "step 'pull': the result has press, push", lambda: plot.history(result, step="pull")),
+        (ValueError, "no quantity 'worn'; they have .*normal_force.*worn_volume", lambda: plot.history(result, "worn")),
+        (ValueError, "no step 'pull'; the result has press, push", lambda: plot.history(result, step="pull")),
         (
             ValueError,
-            "over 'shift': it has components; allowed is one of shift.0, shift.1",
+            "over = 'shift' has several components; use one of shift.0, shift.1",
             lambda: plot.history(result, over="shift"),
         ),
         (TypeError, "type int .*allowed: a Result or its entries", lambda: plot.history(3)),
         (ValueError, "component 'n'", lambda: plot.loop(result, component="n")),
-        (ValueError, "no runs of different accuracy: give the scene one", lambda: plot.convergence(result)),
+        (ValueError, "no runs of different accuracy; give the scene an accuracy", lambda: plot.convergence(result)),
     ]
     for kind, message, draw in cases:
         with pytest.raises(kind, match=message):
             draw()
     empty = orthowear.Result({**result.summary, "steps": []}, None)
-    with pytest.raises(ValueError, match="no fields: no increment was done"):
+    with pytest.raises(ValueError, match="no fields, because no increment was computed"):
         plot.field(empty)
     with pytest.raises(ValueError, match="no entries"):
         plot.history(empty)
@@ -286,4 +286,4 @@ except ImportError as error:
     print(error)
 """
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "pictures are made with matplotlib" in said and "pip install matplotlib" in said
+    assert "plots need matplotlib" in said and "pip install matplotlib" in said

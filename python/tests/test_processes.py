@@ -114,8 +114,8 @@ def test_attributes(scene):
         with pytest.raises(AttributeError, match=f"{type(whole).__name__} has no attribute 'presure'"):
             _ = whole.presure
     empty = orthowear.Result({**result.summary, "steps": []}, None)
-    with pytest.raises(AttributeError, match="pressure: there are no fields, for no increment was done"):
+    with pytest.raises(AttributeError, match="pressure: there are no fields, because no increment was computed"):
         _ = empty.pressure
-    with pytest.raises(ValueError, match="no increment was done"):
+    with pytest.raises(ValueError, match="no increment was computed"):
         empty.to_grid([])
     assert empty.fields is None and repr(entry) == "<orthowear.Entry 'press', 1>"

@@ -159,7 +159,7 @@ def test_what_no_scene_has():
     for _ in range(20_000):
         deep = {"a": deep}
     for materials in (endless, deep):
-        with pytest.raises(orthowear.InputError, match="inside each other"):
+        with pytest.raises(orthowear.InputError, match="nested too deeply"):
             orthowear.Scene.from_dict({"materials": materials})
     for threads in (0, -1):
         with pytest.raises(ValueError, match="1 to 1024"):

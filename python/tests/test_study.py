@@ -103,7 +103,7 @@ def test_parts(folder):
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
     assert [run["results"] for run in all_of_it.runs] == [run["results"] for run in whole.runs]
     for wrong in (12, -1):
-        with pytest.raises(orthowear.InputError, match=f"run {wrong}: the study has runs 0 to 11"):
+        with pytest.raises(orthowear.InputError, match=f"run {wrong} does not exist; the study has runs 0 to 11"):
             study.run(folder / "parts", only=[wrong])
 
 

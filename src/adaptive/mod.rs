@@ -84,7 +84,7 @@ impl<'p> AccuracySearch<'p> {
         let Some(spec) = &plan.accuracy else { return Ok(None) };
         if plan.wear == WearLaw::None && spec.quantities == [AccuracyQuantity::WornVolume] {
             let error = Error::input(
-                "the scene has no wear whose volume could be accurate: add [wear], or ask for other quantities",
+                "the accuracy of the wear volume is requested, but the scene has no wear: add [wear], or request other quantities",
             );
             return Err(SceneError { error, key: "accuracy.of".to_owned() });
         }
@@ -92,8 +92,7 @@ impl<'p> AccuracySearch<'p> {
         let knobs = ladder.knobs();
         if knobs.is_empty() {
             let error = Error::input(
-                "nothing can be chosen for the accuracy that is asked for: the cells are those of a mesh or kept, and increments and jumps do not matter \
-                 here or are kept; leave out `accuracy`, or less of accuracy.keep (`orthowear refine` estimates the error of meshes)",
+                "`accuracy` has nothing to refine: the cells belong to a mesh or are kept, and increments and jumps have no effect or are kept. Remove `accuracy`, or shorten accuracy.keep (`orthowear refine` estimates the error of meshes)",
             );
             return Err(SceneError { error, key: "accuracy".to_owned() });
         }
@@ -194,15 +193,15 @@ impl<'p> AccuracySearch<'p> {
             .map(|quantity| format!("\"{}\"", quantity.key()))
             .collect();
         let cells = self.knobs[self.refinements.len() - 1] == RefinementParameter::Cells;
-        let cause = if cells { ", as at a sharp edge or one that the cells do not resolve" } else { "" };
+        let cause =
+            if cells { ", as at a sharp edge or at an edge that the cells do not resolve" } else { "" };
         let remedy = if rest.is_empty() {
-            "ask for the accuracy of another quantity (accuracy.of)".to_owned()
+            "request the accuracy of another quantity (accuracy.of)".to_owned()
         } else {
-            format!("leave it out with accuracy.of = [{}]", rest.join(", "))
+            format!("exclude it with accuracy.of = [{}]", rest.join(", "))
         };
         format!(
-            "{} of step \"{}\" does not converge: its change has not shrunk in {MAX_GROWING_CHANGES} rounds and was {:.1} % in the last{cause}; \
-             {remedy}",
+            "{} of step \"{}\" does not converge: its change has not decreased in {MAX_GROWING_CHANGES} rounds and was {:.1} % in the last{cause}; {remedy}",
             found.name,
             found.step,
             100.0 * (found.value - before.value).abs() / found.scale
@@ -218,7 +217,7 @@ impl<'p> AccuracySearch<'p> {
         let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]))?;
         let value = &last.values[worst];
         Some(format!(
-            "{}: largest estimated error by {} {:.1e} ({} of step \"{}\"), {:.1e} requested",
+            "{}: the largest estimated error due to the {} is {:.1e} ({} of step \"{}\"); {:.1e} is requested",
             self.describe(&last.levels),
             knob.label(),
             errors[worst],

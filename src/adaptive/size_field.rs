@@ -43,7 +43,7 @@ const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementTarget) -> Result<SizeField> {
     let largest_error = estimates.iter().map(ErrorEstimate::relative_error).fold(0.0, f64::max);
     if largest_error == 0.0 {
-        return Err(Error::input("the body bears no stress: there is nothing to refine for"));
+        return Err(Error::input("the body has no stress, so that there is nothing to refine"));
     }
     let error = wanted.error.unwrap_or(0.5 * largest_error);
     let cells: Vec<_> = mesh.volume_cells().collect();
@@ -68,7 +68,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     };
     if bounds.least > bounds.largest {
         return Err(Error::input(format!(
-            "the least size {:.4} is above the largest {:.4}; change --min-size or --max-size",
+            "the smallest size {:.4} exceeds the largest {:.4}; change --min-size or --max-size",
             bounds.least, bounds.largest
         )));
     }

@@ -312,7 +312,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         let table = compute()?;
         let written = cache.write_list(&key, CACHE_EXTENSION, &table.values());
         let note = damage.map(|how| {
-            format!("the field of a point force in the cache was damaged ({how}); it was computed anew")
+            format!("the field of a point force in the cache was damaged ({how}); it was computed again")
         });
         Ok((table, note.or(written.err().map(|error| error.to_string()))))
     }

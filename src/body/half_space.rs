@@ -125,8 +125,7 @@ impl HalfSpaceBody {
         let _ = self.point_force.set(field);
         let doubt = (error > FIELD_ERROR_WARNING).then(|| {
             format!(
-                "the table of the field inside the half-space errs by up to {:.2} % of the stress around a point force, for its \
-                 stiffness varies much with direction: stress at points inside may err by as much",
+                "the tabulated field inside the half-space has errors of up to {:.2} % of the stress around a point force, because the stiffness is strongly anisotropic; stress at interior points may have errors of this size",
                 100.0 * error
             )
         });
@@ -173,9 +172,7 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
         let height = first.normal().dot(&(center - origin)).abs();
         if tilt > PLANE_TOLERANCE || height > PLANE_TOLERANCE * size {
             return Err(Error::input(format!(
-                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} out of the plane of \
-                 the first one and turned by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected \
-                 on it)",
+                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} out of the plane of the first cell and rotated by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected on it)",
                 tilt.to_degrees()
             )));
         }
@@ -306,7 +303,7 @@ pub fn half_space_flexibility(
 pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<DenseFlexibility> {
     if frame.is_periodic() {
         return Err(Error::input(
-            "the block system has no periodic frames: leave out solver.coupling, or frame.periodic",
+            "the block system does not support periodic frames: remove solver.coupling or frame.periodic",
         ));
     }
     let (centers, corners) = plane_polygons(frame)?;
@@ -366,9 +363,7 @@ impl ElasticBody for HalfSpaceBody {
         points: &[Point],
     ) -> Result<Option<Vec<PointState>>> {
         if frame.is_periodic() {
-            return Err(Error::input(
-                "points inside half-spaces under frames that repeat themselves are not computed",
-            ));
+            return Err(Error::input("points inside half-spaces are not available on periodic frames"));
         }
         if let Some((i, height)) = first_point_above_surface(self.side, frame, points)? {
             return Err(Error::input(format!(

@@ -110,11 +110,11 @@ impl TruncatedSpec<'_> {
 
     fn grid(&self, frame: &ContactFrame) -> Result<Grid> {
         let grid = frame.grid.ok_or_else(|| {
-            Error::input("a half-space with a meshed surface needs a grid frame (frame.kind = \"grid\")")
+            Error::input("a truncated half-space needs a grid frame (frame.kind = \"grid\")")
         })?;
         if grid.periodic != [false; 2] {
             return Err(Error::input(
-                "a half-space with a meshed surface has no frame that repeats itself: leave out frame.periodic, or `truncated`",
+                "a truncated half-space does not support periodic frames: remove frame.periodic, or `truncated`",
             ));
         }
         let half = grid.half_width();
@@ -122,8 +122,7 @@ impl TruncatedSpec<'_> {
         let [least, farthest] = HALF_SIZE_TO_FRAME_RANGE.map(|times| times * most);
         if !(least * (1.0 - ROUNDING)..=farthest).contains(&self.half_size) {
             return Err(Error::input(format!(
-                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {} along x or y: mesh it to {} \
-                 at least, and to {} at most",
+                "`truncated` is {}, but the half-width of the frame is {}: use a value from {} to {}",
                 format_number(self.half_size),
                 format_number(most),
                 format_number(least),
@@ -147,11 +146,11 @@ impl TruncatedHalfSpace {
     ) -> Result<Self> {
         let grid = spec.grid(frame)?;
         let n_elements = spec.n_elements(frame)?;
-        let what = format!("a half-space with {n_elements} elements on its surface");
+        let what = format!("a truncated half-space with {n_elements} surface elements");
         memory.ensure_available(
             spec.bytes(frame)?,
             &what,
-            "take fewer cells in the frame, or a smaller surface",
+            "use fewer cells in the frame, or a smaller surface (`truncated`)",
         )?;
         let [x, y] = element_ends(&grid, spec.half_size);
         let (field, cache_warning) = FullSpaceField::load_or_compute(spec.stiffness, cache)?;
@@ -248,7 +247,7 @@ fn panels(frame: &ContactFrame, [x, y]: [&[f64]; 2], side: Side) -> Vec<Panel> {
 
 impl ElasticBody for TruncatedHalfSpace {
     fn describe(&self) -> String {
-        format!("half-space, {} boundary elements on its surface", self.truncation.n_elements)
+        format!("truncated half-space, {} surface elements", self.truncation.n_elements)
     }
 
     fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {

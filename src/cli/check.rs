@@ -298,7 +298,9 @@ fn describe_increments(step: &Step) -> String {
         Some(cycles) => match cycles.jumps {
             JumpPolicy::Number(jumps) => format!("{jumps} jumps"),
             JumpPolicy::Tolerance(tolerance) => {
-                format!("jumps controlled by their estimated error, {tolerance:e} of the wear depth")
+                format!(
+                    "jumps controlled by the estimated error of the wear depth, relative tolerance {tolerance:e}"
+                )
             }
         },
         None if step.increments == 1 => "1 increment".to_owned(),

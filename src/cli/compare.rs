@@ -172,7 +172,7 @@ impl VariantRunner<'_> {
 fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
     fs::create_dir_all(directory)
-        .map_err(|e| file_error("cannot make the output directory", directory, &e))?;
+        .map_err(|e| file_error("cannot create the output directory", directory, &e))?;
     for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
         let (path, name) = (entry.path(), entry.file_name());
         let ours = name.to_string_lossy().starts_with("differences_")

@@ -228,7 +228,7 @@ fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult
         && let Some(cause) = error.source()
     {
         let message = format!(
-            "the threads cannot be started: {cause}; raise the limits of the shell (ulimit), or give fewer with --threads if there are more than one"
+            "the threads cannot be started: {cause}. Raise the limits of the shell (ulimit), or use fewer threads (--threads) if there are more than one"
         );
         return Err(print_error(&Error::resources(message)));
     }

@@ -140,14 +140,13 @@ fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     let last = match &arguments.step {
         Some(name) => plan.steps.iter().rposition(|step| step.name == *name).ok_or_else(|| {
             let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
-            Error::input(format!("there is no step `{name}`; the scene's steps are {}", names.join(", ")))
+            Error::input(format!("the scene has no step `{name}`; its steps are {}", names.join(", ")))
         })?,
         None => match plan.steps.iter().position(|step| step.cycles.is_some()) {
             None => plan.steps.len() - 1,
             Some(0) => {
                 return Err(Error::input(format!(
-                    "the first step, `{0}`, has cycles, and there is none before it to run: add a step without cycles, or run \
-                     all cycles of this one with --step {0}",
+                    "the first step, `{0}`, has cycles, so there is no step to run before it. Add a step without cycles, or run all cycles of the first step with --step {0}",
                     plan.steps[0].name
                 )));
             }
@@ -174,7 +173,7 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
                 .to_owned(),
         })),
         ([_, _], Some(_)) => {
-            Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2"))
+            Err(Error::input("both bodies have meshes: choose one with --body 1 or --body 2"))
         }
         (_, Some(out)) => Ok(vec![(chosen[0], out.clone())]),
         (_, None) => Ok(chosen
@@ -256,7 +255,7 @@ fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate>
     let field = output.body.recover_stress(tractions, &displacement, ErrorEstimation::Estimate)?;
     field
         .and_then(|field| field.error)
-        .ok_or_else(|| Error::numerical("a meshed body gave no estimate of its error"))
+        .ok_or_else(|| Error::numerical("the error of a meshed body could not be estimated"))
 }
 
 fn comment(plan: &Plan, source: &str, field: &SizeField) -> Vec<String> {

@@ -25,7 +25,7 @@ pub(super) fn report(arguments: &ReportArgs) -> CommandResult {
 fn write_report(arguments: &ReportArgs) -> Result<u8> {
     let path = arguments.out.clone().unwrap_or_else(|| arguments.directory.join(REPORT));
     if path.is_dir() {
-        return Err(Error::input(format!("{} is a directory; name a file with --out", path.display())));
+        return Err(Error::input(format!("{} is a directory; give a file with --out", path.display())));
     }
     if path.symlink_metadata().is_ok() && !is_report(&path) {
         return Err(Error::input(format!(

@@ -84,7 +84,7 @@ fn open_output(
     let mut checkpoints = CheckpointSettings::for_new_run(plan)?;
     if arguments.resume && plan.accuracy.is_some() {
         return Err(Error::input(
-            "--resume cannot be used with a target accuracy: such a run writes no checkpoints. Remove --resume or the accuracy",
+            "--resume cannot be used with a target accuracy, because a run to an accuracy writes no checkpoints. Remove --resume or the accuracy",
         ));
     }
     if arguments.resume {

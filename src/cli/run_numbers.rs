@@ -33,7 +33,9 @@ impl FromStr for RunNumbers {
                 .map(|(first, last)| [first, last])
         };
         let parts: Option<Vec<[usize; 2]>> = text.split(',').map(part).collect();
-        parts.map(Self).ok_or_else(|| "give numbers from 1 and ranges of them, like 3 or 1-4,9".to_owned())
+        parts
+            .map(Self)
+            .ok_or_else(|| "give run numbers from 1, or ranges of them, like 3 or 1-4,9".to_owned())
     }
 }
 

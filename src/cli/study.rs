@@ -121,13 +121,13 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let mut text = describe(&sweep, &result, &wanted);
     text.push_str(&format!("\n{}", counted(wanted.len(), "run")));
     if result.left_out > 0 {
-        text.push_str(&format!(", {} left out", counted(result.left_out, "combination")));
+        text.push_str(&format!(", {} omitted", counted(result.left_out, "combination")));
     }
     match shared {
         None => text.push_str(&format!(", {reused} of them finished")),
         Some(shared) => {
             if reused > 0 {
-                text.push_str(&format!(", {reused} kept from before"));
+                text.push_str(&format!(", {reused} kept from an earlier run"));
             }
             text.push_str(&format!(
                 ", {}, in {}",
@@ -162,7 +162,7 @@ fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     let n = sweep.runs.len();
     let Some(only) = &arguments.only else { return Ok((0..n).collect()) };
     only.indices(n)
-        .ok_or_else(|| Error::input(format!("--only {only}: no such run; the study has runs 1 to {n}")))
+        .ok_or_else(|| Error::input(format!("--only {only} is out of range; the study has runs 1 to {n}")))
 }
 
 /// One line for each run that did not converge.

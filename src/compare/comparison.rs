@@ -94,7 +94,7 @@ impl VariantResult {
         Self {
             name: name.to_owned(),
             status: None,
-            reason: Some("not begun".to_owned()),
+            reason: Some("not started".to_owned()),
             folder: None,
             seconds: 0.0,
             peak_memory_bytes: 0,
@@ -144,7 +144,7 @@ impl Comparison {
         let Some(first) = self.reference() else { return };
         if first > 0 {
             let [wanted, found] = [0, first].map(|index| &self.variants[index].name);
-            self.warnings.push(format!("{wanted} was not computed: differences are from {found}"));
+            self.warnings.push(format!("{wanted} was not computed; the differences refer to {found}"));
         }
         let reference = self.variants[first].clone();
         for variant in &mut self.variants[first + 1..] {
@@ -157,7 +157,7 @@ impl Comparison {
                     step.difference = Some(step.difference_from(other));
                 } else {
                     self.warnings.push(warning(&format!(
-                        "step \"{}\" ended after {own} cycles in {}, after {others} in {}: they are not compared",
+                        "step \"{}\" ended after {own} cycles in {}, but after {others} in {}: the results are not compared",
                         step.name, variant.name, reference.name
                     )));
                 }

@@ -126,24 +126,24 @@ fn variant_plan(
         let body = replace_body(plan, index, kind, notes)?;
         if plan.mesh_motion_threshold.is_some() && own == FiniteElements && kind != own {
             return Err(Error::input(format!(
-                "the mesh of {key} moves with wear (wear.move_mesh), which finite elements alone do"
+                "the mesh of {key} moves with wear (wear.move_mesh), which only finite elements support"
             )));
         }
         let asked = changed.interior_requests.len();
         changed.interior_requests.retain(|request| request.side != SIDES[index] || kind == own);
         if changed.interior_requests.len() < asked {
             notes.push(format!(
-                "points inside {key} (output.inside) are left out where something else stands for it"
+                "points inside {key} (output.inside) are omitted where another model replaces this body"
             ));
         }
         if own == FiniteElements
             && kind == BoundaryElements
             && plan.compare.alternatives[index].surface.is_none()
         {
-            hint = format!("; compare.{key}.be.mesh gives it a surface mesh of its own");
+            hint = format!("; compare.{key}.be.mesh can name a separate surface mesh for it");
         }
         if kind == HalfSpace && !variants::is_plane(frame) {
-            return Err(Error::input("the contact frame is curved, a half-space needs a plane one"));
+            return Err(Error::input("the contact frame is curved, but a half-space needs a plane frame"));
         }
         changed.bodies[index] = body;
     }

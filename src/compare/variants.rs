@@ -44,22 +44,20 @@ pub(super) fn replace_body(
     }
     if kind == Discretisation::TruncatedHalfSpace {
         return Err(Error::input(format!(
-            "{key} is no half-space with a meshed surface (THS) in the scene: write kind = \"half-space\" with `truncated`"
+            "{key} is not a truncated half-space (THS) in the scene: use kind = \"half-space\" with `truncated`"
         )));
     }
     let Some(meshed) = body.as_meshed() else {
         let what = if matches!(body, BodyPlan::Rigid) { "is rigid" } else { "is a half-space" };
-        return Err(Error::input(format!(
-            "{key} {what} in the scene, and has no mesh to become anything else"
-        )));
+        return Err(Error::input(format!("{key} {what} in the scene and has no mesh for another model")));
     };
     match (kind, body) {
         (Discretisation::HalfSpace, _) => half_space(plan, meshed, index, notes),
         (Discretisation::BoundaryElements, _) => boundary_elements(plan, meshed, index, notes),
         (Discretisation::FiniteElements, BodyPlan::Be(be)) => finite_elements(plan, be, index, notes),
-        _ => Err(Error::input(format!(
-            "{key} deforms in the scene: for one that does not write kind = \"rigid\""
-        ))),
+        _ => {
+            Err(Error::input(format!("{key} is elastic in the scene: use kind = \"rigid\" for a rigid body")))
+        }
     }
 }
 
@@ -79,13 +77,15 @@ pub(super) fn is_plane(frame: &ContactFrame) -> bool {
 fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f64) -> Result<BodyMaterial> {
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
-        return Err(Error::input(format!("{body} has several materials {place} ({names}), {what} has one")));
+        return Err(Error::input(format!(
+            "{body} has several materials {place} ({names}), but {what} has one"
+        )));
     }
     let spread = found.axes_spread.to_degrees();
     if spread > most {
         let allowed = if most > ROUNDING_SPREAD_DEG { format!(" (at most {most})") } else { String::new() };
         return Err(Error::input(format!(
-            "the material axes of {body} vary by up to {spread:.1} degrees {place}{allowed}, {what} has one direction"
+            "the material axes of {body} vary by up to {spread:.1} degrees {place}{allowed}, but {what} has one direction"
         )));
     }
     Ok(found.material)
@@ -106,7 +106,7 @@ fn half_space(
     if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
         let names = free.names.join(", ");
         return Err(Error::input(format!(
-            "{body} floats by {names}: a half-space has neither motions nor loads of its own"
+            "{body} has unconstrained rigid-body modes ({names}), but a half-space has neither rigid-body modes nor loads of its own"
         )));
     }
     let elastic = if plan.bodies[index].as_be().is_some() {
@@ -130,13 +130,13 @@ fn half_space(
     ];
     let lost: Vec<&str> = lost.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect();
     if !lost.is_empty() {
-        notes.push(format!("the {} of {body} have no place in a half-space", lost.join(" and ")));
+        notes.push(format!("the half-space omits the {} of {body}", lost.join(" and ")));
     }
     let whole = mean_material_of_body(meshed).ok().filter(|_| plan.bodies[index].as_fe().is_some());
     if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > MAX_AXES_SPREAD_DEG)
     {
         notes.push(warning(&format!(
-            "the half-space in the place of {body} is all of the material under the frame, {}: {body} has others, or other directions, elsewhere",
+            "the half-space that replaces {body} has the material under the frame, {}, everywhere; elsewhere {body} has other materials or directions",
             elastic.name
         )));
     }
@@ -156,14 +156,11 @@ fn boundary_elements(
 ) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     if !fe.foundations.is_empty() {
-        return Err(Error::input(format!("{body} has foundations, which boundary elements have not")));
+        return Err(Error::input(format!("{body} has foundations, which boundary elements do not support")));
     }
-    let material = single(
-        mean_material_of_body(fe)?,
-        (body, "in it", "a body of boundary elements"),
-        ROUNDING_SPREAD_DEG,
-    )?;
-    let inner = || format!("{body} of boundary elements can be held and loaded on surfaces only");
+    let material =
+        single(mean_material_of_body(fe)?, (body, "in it", "a boundary-element body"), ROUNDING_SPREAD_DEG)?;
+    let inner = || format!("{body} as a boundary-element body can be fixed and loaded on surfaces only");
     for group in fe.groups() {
         group_faces(&fe.mesh, group).context(inner)?;
     }
@@ -212,8 +209,7 @@ fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, bo
         }
         told.push(group);
         notes.push(warning(&format!(
-            "the group \"{group}\" of {body} has an area of {area:.4} about {} in {}, and of {other_area:.4} about {} in {}: supports and loads \
-             are not the same",
+            "the group \"{group}\" of {body} has an area of {area:.4} with its centre at {} in {}, but of {other_area:.4} at {} in {}: supports and loads differ between the meshes",
             format_point(&middle.into()),
             own.source,
             format_point(&other_middle.into()),
@@ -235,7 +231,7 @@ fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<S
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {
         return Err(Error::input(format!(
-            "{body} has a surface mesh only: name one of its solids, compare.{body}.fe.mesh"
+            "{body} has only a surface mesh: name a volume mesh with compare.{body}.fe.mesh"
         )));
     };
     if other.solids.is_some() {

@@ -143,8 +143,7 @@ fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize)
         return Ok(());
     }
     Err(Error::resources(format!(
-        "the block system would have {n} unknowns; this reference path takes at most {MAX_UNKNOWNS}: use \
-         solver.coupling = \"schur\", or a coarser mesh or frame"
+        "the block system would have {n} unknowns, but this reference method allows at most {MAX_UNKNOWNS}: use solver.coupling = \"schur\", or a coarser mesh or frame"
     )))
 }
 

@@ -64,7 +64,7 @@ impl BodyRows {
             }
             BodyEquations::Hybrid(_) | BodyEquations::BoundaryElements(_) | BodyEquations::Unknown => {
                 Err(Error::input(format!(
-                    "{} ({}) gives no equations for the block system: use solver.coupling = \"schur\"",
+                    "the block system does not support {} ({}): use solver.coupling = \"schur\"",
                     side.name(),
                     body.describe()
                 )))

@@ -65,8 +65,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
     let mut first = first_touch(frame, surfaces, MIN_FACING_COSINE);
     if !first.is_finite() {
         return Err(Error::input(
-            "no cell of the contact frame looks along its n, so that body 2 cannot be moved towards body 1: turn \
-             frame.normal from body 1 to body 2",
+            "no cell of the contact frame faces along its n, so that body 2 cannot be moved towards body 1: let frame.normal point from body 1 to body 2",
         ));
     }
     // Overlap may remain on flanks that the first touch did not consider. A level frame has no flanks.
@@ -145,8 +144,7 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     }
     let CurvedOverlap { meshed, left, cells: [count, n], .. } = overlap;
     Err(Error::input(format!(
-        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells: this is an interference fit, which is not available. Moving body 2 along n by \
-         {:.6} to the first touch would leave {left:.6}. Mesh body 2 without the interference; to press it onto the flanks, mesh it apart from body 1 along n",
+        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells. This is an interference fit, which is not available: moving body 2 along n by {:.6} to the first touch leaves an overlap of {left:.6}. Mesh body 2 without the interference; to press it onto the flanks, mesh it at a distance from body 1 along n",
         -first
     )))
 }
@@ -178,8 +176,7 @@ fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];
     Err(Error::input(format!(
-        "the body without a mesh counts as a plane, and cell {cell} of the contact frame at ({:.6}, {:.6}, {:.6}) does not \
-         look at it: take fewer faces into the contact group, or mesh both bodies",
+        "the body without a mesh is treated as a plane, but cell {cell} of the contact frame at ({:.6}, {:.6}, {:.6}) does not face it: use fewer faces in the contact group, or mesh both bodies",
         x.x, x.y, x.z
     )))
 }
@@ -209,18 +206,15 @@ fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Over
     let count = distance.iter().filter(|d| **d < 0.0).count();
     let mend = match when {
         Overlap::InitialPosition => format!(
-            "move the mesh of body 2 away from body 1 by at least {depth:.6} (along the frame's n; `approach` presses them \
-             together), and check which of the bodies is body1, the lower one"
+            "move the mesh of body 2 away from body 1 by at least {depth:.6} along the frame's n, and check that body1 is the lower body (`approach` presses the bodies together)"
         ),
         Overlap::EveryPosition => {
-            "no motion along the frame's n separates them (an interference fit is not available): \
-                                  make body 2 smaller or turn frame.normal"
+            "no motion along the frame's n separates them (an interference fit is not available): make body 2 smaller or rotate frame.normal"
                 .to_owned()
         }
     };
     Err(Error::input(format!(
-        "the meshes of the two bodies overlap before they are pressed together: in {count} of {} cells, most by {:.6} at \
-         ({:.6}, {:.6}, {:.6}), where the cells' mean side is {side:.6}; {mend}",
+        "the meshes of the two bodies overlap before loading: in {count} of {} cells, by up to {:.6} at ({:.6}, {:.6}, {:.6}), mean cell side {side:.6}; {mend}",
         distance.len(),
         -distance[cell],
         x.x,

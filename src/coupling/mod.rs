@@ -134,7 +134,7 @@ fn block_of_bodies(
 ) -> Result<CoupledBodies> {
     if let Some(floating) = body1.rigid_body_modes().or(body2.rigid_body_modes()) {
         return Err(Error::input(format!(
-            "{} floats by {}; the block system takes held bodies only: use solver.coupling = \"schur\"",
+            "{} has unconstrained rigid-body modes ({}), but the block system needs fixed bodies: use solver.coupling = \"schur\"",
             floating.side.name(),
             floating.names.join(", ")
         )));

@@ -147,7 +147,7 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     let held = frame_bytes(plan, &frame) as f64 + bodies[0].resident_bytes as f64;
     let memory_bytes =
         (frame_bytes(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
-    let mend = "take fewer cells in the frame, or a coarser mesh";
+    let mend = "use fewer cells in the frame, or a coarser mesh";
     plan.memory_limit.ensure_available(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = expected_omitted_work(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != CacheContent::Insufficient);
@@ -175,7 +175,8 @@ fn estimate_body(
             let mut description = format!("half-space, {}", elastic.name);
             if compressed {
                 let tolerance = plan.solver.compression_tolerance;
-                description.push_str(&format!("; its operator is compressed to {tolerance:e}"));
+                description
+                    .push_str(&format!("; its operator is compressed with the tolerance {tolerance:e}"));
             }
             let body = configured_half_space(plan, elastic, index, frame)?;
             memory::ensure_half_space_fits(plan, frame, &body, &left).at(BODY_KEYS[index])?;
@@ -229,11 +230,15 @@ fn truncated(
         INFLUENCE_SECONDS_PER_PAIR[usize::from(!spec.material.isotropic)] * (n_elements as f64).powi(2);
     let flops = 2.0 / 3.0 * n.powi(3) + 6.0 * n * n * n_cells;
     let description = format!(
-        "half-space, {}, {n_elements} elements on its surface as far as {}",
+        "truncated half-space, {}, {n_elements} surface elements, half side {}",
         spec.material.name, spec.half_size
     );
-    left.ensure_available(bytes, &description, "take fewer cells in the frame, or a smaller surface")
-        .at(&key)?;
+    left.ensure_available(
+        bytes,
+        &description,
+        "use fewer cells in the frame, or a smaller surface (`truncated`)",
+    )
+    .at(&key)?;
     Ok(BodyEstimate {
         description,
         memory_bytes: bytes as f64,
@@ -266,7 +271,7 @@ fn boundary_elements(
         SolutionMethod::Dense => ("", 1.0, 2.0 / 3.0 * n.powi(3) + 2.0 * n * n * columns),
         SolutionMethod::Compressed(_) => {
             let [share, entries] = COMPRESSED_BE_SCALING.map(|[least, power]| least * (n / 1e4).powf(power));
-            ("; its equations are compressed", share, 2.0 * entries * n * columns * PRODUCTS)
+            ("; compressed equations", share, 2.0 * entries * n * columns * PRODUCTS)
         }
     };
     Ok(BodyEstimate {
@@ -306,7 +311,7 @@ fn estimate_hybrid(
         model.resident_bytes() + columns_bytes / 4 + memory::grid_operator_bytes(plan, frame) + tables;
     let n_free = model.n_free() as f64;
     let bowed = max_curvature_correction(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
-        format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
+        format!(", flat contact faces corrected for curvature by up to {bow:.2e} {}", plan.units.length)
     });
     let values = n_free * columns as f64;
     let per_point = PER_FORCE[usize::from(!site.isotropic)] * columns as f64 / 3.0;
@@ -314,8 +319,7 @@ fn estimate_hybrid(
     let inclusions = Correction::inclusion_points(&model, site) as f64 * per_point;
     Ok(BodyEstimate {
         description: format!(
-            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}; \
-             whether its far field is good enough shows when it runs",
+            "half-space, {}, corrected by finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}; the run checks whether the correction is accurate enough",
             fe.material.name,
             fe.mesh.volume_cells().count(),
             model.n_free(),

@@ -46,7 +46,7 @@ impl Run<'_> {
             .map_err(|unresisted| prepared.unresisted_load_error(step, &unresisted))?;
         for motion in &balance.unresisted_motions {
             let note = format!(
-                "step \"{}\": nothing resists the {} of {} and no load drives it: it is held",
+                "step \"{}\": nothing resists the {} of {} and no load drives it: this motion is kept fixed",
                 step.name,
                 prepared.motion_name(motion),
                 prepared.who()
@@ -126,12 +126,12 @@ impl PreparedModel<'_> {
 
     fn unresisted_load_error(&self, step: &Step, unresisted: &UnresistedLoad) -> Error {
         let mend = if step.friction && self.ellipse.is_some() {
-            "support the body along it, or remove the load"
+            "support the body against this motion, or remove the load"
         } else {
-            "without friction only pressures act; give [friction] a law, support the body along it, or remove the load"
+            "without friction only pressures act; add a [friction] law, support the body against this motion, or remove the load"
         };
         Error::input(format!(
-            "step \"{}\": a load acts along the {} of {}, and nothing resists it: {mend}",
+            "step \"{}\": a load drives the {} of {}, but nothing resists it: {mend}",
             step.name,
             self.motion_name(&unresisted.motion),
             self.who()
@@ -182,30 +182,28 @@ impl PreparedModel<'_> {
         let who = if body1 { "body 1" } else { "body 2" };
         let turns = turn.norm() * self.model.frame.size() > shift.norm();
         let how = match (turns, sliding.separates_bodies) {
-            (true, true) => format!("tips off about {}", direction_name(turn * sign)),
+            (true, true) => format!("tips about {}", direction_name(turn * sign)),
             (true, false) => format!("spins about {}", direction_name(turn * sign)),
-            (false, true) => format!("moves off along {}", direction_name(shift * sign)),
+            (false, true) => format!("moves away along {}", direction_name(shift * sign)),
             (false, false) => format!("slides along {}", direction_name(shift * sign)),
         };
         if sliding.separates_bodies {
             return format!(
-                "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
+                "step \"{step}\" ({number}): no equilibrium, because the loads separate the bodies: {who} {how} (axes of the frame)"
             );
         }
         if sliding.carried_load_fraction == 0.0 {
             return format!(
-                "step \"{step}\" ({number}): nothing presses the bodies together, so friction carries nothing of the tangential \
-                 load: {who} {how} (frame's axes)"
+                "step \"{step}\" ({number}): no equilibrium, because no pressure acts and friction carries no tangential load: {who} {how} (axes of the frame)"
             );
         }
         let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
-            format!("; friction carries {:.4} of the load", sliding.carried_load_fraction)
+            format!("; the friction limit is {:.4} times the load", sliding.carried_load_fraction)
         } else {
             String::new()
         };
         format!(
-            "step \"{step}\" ({number}): the tangential load exceeds what friction carries: gross sliding: {who} {how} \
-             (frame's axes){share}"
+            "step \"{step}\" ({number}): the tangential load exceeds the friction limit (gross sliding): {who} {how} (axes of the frame){share}"
         )
     }
 }

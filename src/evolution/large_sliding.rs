@@ -10,7 +10,7 @@ use crate::geometry::{Point, bounds};
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
 /// Part of the warning by which it is found again.
-const WHAT: &str = "of the half-width of the contact along that motion";
+const WHAT: &str = "of the half-width of the contact in this direction";
 
 /// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact, at a reversal point or after
 /// an increment. `None` for steady rolling, without contact, and without friction and wear. `None` also if the contact covers the
@@ -46,9 +46,7 @@ pub(super) fn large_sliding_warning(
     let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));
     (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width && !is_known()).then(|| {
         warning(&format!(
-            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The surfaces do not move \
-             past each other in the model: the wear scar of the longer body comes out deeper and shorter than real. Keep the displacement \
-             below {:.0} %, or use wear volumes only",
+            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The model neglects that the surfaces move past each other: the wear scar of the longer body becomes too deep and too short. Keep the displacement below {:.0} %, or use wear volumes only",
             record.increment,
             100.0 * distance / half_width,
             100.0 * MAX_SLIDING_OVER_HALF_WIDTH

@@ -317,7 +317,7 @@ impl<'a> Run<'a> {
         let (n, steps) = (self.prepared.n(), self.steps);
         if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
             return Err(Error::input(format!(
-                "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {} steps",
+                "the checkpoint has {} cells and is in step {}, but the scene has {n} cells and {} steps",
                 snapshot.n_cells(),
                 snapshot.step_index + 1,
                 steps.len()
@@ -343,8 +343,7 @@ impl<'a> Run<'a> {
         };
         if !fits {
             return Err(Error::input(format!(
-                "the checkpoint is within step {} of another kind than that of the scene: cycles or sliding in one, increments in the other. \
-                 The state does not belong to these steps; start the run anew",
+                "the checkpoint lies within step {}, whose kind differs from that step of the scene: one has cycles or sliding, the other increments. The run cannot resume with these steps; start it from the beginning",
                 step_index + 1
             )));
         }
@@ -369,8 +368,7 @@ fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexi
     let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
     (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
         format!(
-            "the friction coefficient {mu} is large, and tractions in the surface change the pressures: such a contact may have several \
-             answers, of which the start and the load path pick one; see whether more increments, or solver.skip = false, give the same"
+            "the friction coefficient {mu} is large, and tangential tractions change the pressures: the contact may have several solutions, and the start and the load path select one. Check whether more increments, or solver.skip = false, give the same result"
         )
     })
 }
@@ -389,8 +387,7 @@ fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<Str
     };
     (!single.is_empty()).then(|| {
         format!(
-            "friction depends on the load path: step {} is taken in one increment; more increments may move the \
-             tangential force by a few percent{tilted}",
+            "friction depends on the load path, but step {} is solved in one increment; more increments may change the tangential force by a few percent{tilted}",
             quoted_names(&single)
         )
     })

@@ -75,7 +75,7 @@ impl<'a> PreparedModel<'a> {
         }
         if model.initial_gap.len() != 3 * n || model.flexibility.n_cells() != n {
             return Err(Error::numerical(format!(
-                "frame of {n} cells, gap of {} values and flexibility of {} cells do not belong together",
+                "the sizes do not match: the frame has {n} cells, the gap {} values and the flexibility {} cells",
                 model.initial_gap.len(),
                 model.flexibility.n_cells()
             )));
@@ -88,15 +88,14 @@ impl<'a> PreparedModel<'a> {
         let specific_wear_rate = model.wear.specific_rate(model.friction.ellipse());
         if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
             return Err(Error::input(format!(
-                "the friction coefficient {mu:e} cannot be inverted: give each coefficient a value above 1e-300, or \
-                 no friction at all"
+                "the friction coefficient {mu:e} is too small to be inverted: give each coefficient a value above 1e-300, or use no friction"
             )));
         }
         let scales = ContactScales::new(model.flexibility.as_ref(), ellipse.as_ref());
         let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
         if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
             return Err(Error::numerical(format!(
-                "the flexibility of cell {cell} along its normal is not positive: the operator is damaged"
+                "the normal flexibility of cell {cell} is not positive: the operator is invalid"
             )));
         }
         let axes = model.frame.axes;
@@ -106,9 +105,7 @@ impl<'a> PreparedModel<'a> {
         initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
         let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.modes).collect();
         if motions.len() > MAX_RIGID_MODES || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
-            return Err(Error::numerical(
-                "the floating motions do not belong to this frame and pair of bodies",
-            ));
+            return Err(Error::numerical("the rigid-body modes do not match this frame and pair of bodies"));
         }
         let controls_rotation = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
         let mut mode_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
@@ -118,8 +115,7 @@ impl<'a> PreparedModel<'a> {
         if controls_rotation {
             if !motions.is_empty() {
                 return Err(Error::input(
-                    "rotations and their moments are prescribed to bodies that are held; a body that floats turns by its own \
-                     loads: support it, or leave them out of the steps",
+                    "rotations and moments can be prescribed only for fixed bodies, because an unconstrained body rotates under its own loads: support the body, or remove them from the steps",
                 ));
             }
             for axis in 0..3 {

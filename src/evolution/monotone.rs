@@ -119,8 +119,7 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     let largest = pressures.fold(0.0_f64, |largest, p| largest.max(*p));
     if largest > 0.0 && largest < MIN_PEAK_PRESSURE_MPA {
         return Err(Error::input(format!(
-            "step \"{step}\": the largest pressure is {largest:e}, whose square the arithmetic cannot tell from 0 (least: {MIN_PEAK_PRESSURE_MPA:e}): \
-             choose units in which the scene's numbers have ordinary sizes, or load by more"
+            "step \"{step}\": the largest pressure is {largest:e}, and its square underflows to 0 (smallest allowed pressure: {MIN_PEAK_PRESSURE_MPA:e}): choose units in which the numbers of the scene have usual magnitudes, or increase the load"
         )));
     }
     Ok(())
@@ -303,14 +302,12 @@ impl Run<'_> {
         };
         if rolls {
             return Err(Error::input(format!(
-                "step \"{}\" rolls under {what} that is still prescribed; rolling prescribes creepages: prescribe {instead} \
-                 in a step before",
+                "step \"{}\" rolls, but {what} is still prescribed; in rolling the tangential forces follow from the creepages: prescribe {instead} in a step before",
                 step.name
             )));
         }
         Err(Error::input(format!(
-            "step \"{}\" prescribes {what}, but there is no friction in this step to carry it: give [friction] a law, or \
-             prescribe {instead}",
+            "step \"{}\" prescribes {what}, but this step has no friction to transmit it: add a [friction] law, or prescribe {instead}",
             step.name
         )))
     }
@@ -414,8 +411,7 @@ impl Run<'_> {
             && !self.result.warnings.iter().any(|told| told.contains(FEW))
         {
             self.result.warnings.push(format!(
-                "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are rough; take finer cells, and a finer \
-                 mesh under them, if this is more than a passing state",
+                "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are inaccurate. Unless this state is only transient, use smaller cells and a finer mesh below them",
                 record.name, record.increment
             ));
         }
@@ -423,17 +419,16 @@ impl Run<'_> {
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
             let frame = &self.prepared.model.frame;
             let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
-                "take the frame from the body whose surface ends there (frame.body), or smaller faces"
+                "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
             } else if frame.grid_indices.is_some() {
                 "enlarge frame.half_width beyond frame.outline"
             } else if frame.grid.is_some() {
                 "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
             } else {
-                "take more faces into the contact groups"
+                "add more faces to the contact groups"
             };
             let note = warning(&format!(
-                "step \"{}\" ({}): the contact reaches the edge of the frame, beyond which the bodies continue. It is cut off there: loads and \
-                 pressures are wrong; {larger}",
+                "step \"{}\" ({}): the contact reaches the edge of the frame and is cut off there, although the bodies continue: loads and pressures are wrong; {larger}",
                 record.name, record.increment
             ));
             // Strokes have no record of their own.

@@ -22,16 +22,13 @@ impl PreparedModel<'_> {
         let place = format!("step \"{}\" ({})", record.name, record.increment);
         if record.approach <= 0.0 || record.max_wear_depth > 0.0 {
             return Some(format!(
-                "{place}: nothing is in contact; check approach, gap and frame if contact was meant"
+                "{place}: the bodies are not in contact; check approach, gap and frame if contact was intended"
             ));
         }
         let frame = &self.model.frame;
         let side = frame.mean_cell_side();
         Some(warning(&format!(
-            "{place}: none of the {} cells of the frame touches, although body 2 was moved {:.4e} past the first touch of \
-             the surfaces: the cell that is nearest is still {left:.4e} open. Either the cells (mean side {side:.3e}) are \
-             coarser than the contact: take cells of a tenth of its width or less, or approach by more than {:.4e}; or \
-             the frame does not lie where the bodies touch: check frame.center, gap.offset and the places of the meshes",
+            "{place}: none of the {} cells is in contact, although body 2 was moved {:.4e} past the first touch; the smallest gap is {left:.4e}. If the cells (mean side {side:.3e}) are coarser than the contact, use cells of a tenth of its width or an approach above {:.4e}. Otherwise check frame.center, gap.offset and the mesh positions",
             frame.n_cells(),
             record.approach,
             record.approach + left

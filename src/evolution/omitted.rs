@@ -62,15 +62,15 @@ pub fn omitted_contact_work(
     if operator.uncoupled && !frictionless && !turned && steps.iter().any(rubs) {
         skipped.push(OmittedWork::new(
             OmittableWork::NormalComponents,
-            "normal components in products for tractions in the surface",
-            "neither moves the gap of the other: pressures are found first, by themselves",
+            "normal components in products for tangential tractions",
+            "neither changes the gap of the other: pressures are solved first, on their own",
         ));
     }
     if operator.windows {
         skipped.push(OmittedWork::new(
             OmittableWork::DistantCells,
             "cells away from the contact in products with the flexibility",
-            "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame",
+            "iterations use coarser cells and a window around the contact; each result is checked on the whole frame",
         ));
     }
     let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
@@ -78,7 +78,7 @@ pub fn omitted_contact_work(
         skipped.push(OmittedWork::new(
             OmittableWork::ColdStarts,
             "cold starts",
-            "each increment starts from the tractions of the one before",
+            "each increment starts from the tractions of the previous one",
         ));
     }
     let in_jumps: Vec<&str> =
@@ -86,7 +86,7 @@ pub fn omitted_contact_work(
     if !in_jumps.is_empty() {
         skipped.push(OmittedWork::new(
             None,
-            format!("cycles one by one in step {}", quoted_names(&in_jumps)),
+            format!("solutions of single cycles in step {}", quoted_names(&in_jumps)),
             "wear changes slowly: it is integrated over jumps of many cycles (steps.cycles.jumps, wear.tolerance)",
         ));
     }

@@ -71,7 +71,7 @@ impl RunCheckpoint {
             || previous.is_some_and(|before| !before.fits(new_cell_indices.len()))
             || (larger && !model.frame.has_uniform_axes())
         {
-            return Err(Error::input("the state to go on from does not belong to this frame"));
+            return Err(Error::input("the checkpoint does not match this frame"));
         }
         let formed_cells: Vec<Vec<usize>> = self
             .formed_cells
@@ -92,7 +92,7 @@ impl RunCheckpoint {
             ))),
             StepProgress::Monotone(_) => {
                 return Err(Error::input(
-                    "a run within a step of increments does not go on with other operators",
+                    "within a step of increments a run cannot continue with other operators",
                 ));
             }
         };

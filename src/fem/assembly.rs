@@ -62,13 +62,10 @@ impl ElementContext<'_> {
         let element = format!("element {} ({}) of {}", mesh.tag(cell), mesh.kind(cell).name(), mesh.source);
         Error::input(match unsound {
             ElementDefect::NonpositiveJacobian(det) => format!(
-                "{element} is inverted or degenerate: its Jacobian is {det:.3e}, it must be positive; mend the mesh (node \
-                 order, collapsed or overlapping nodes)"
+                "{element} is inverted or degenerate: its Jacobian is {det:.3e}, but it must be positive. Fix the mesh (node order, collapsed or overlapping nodes)"
             ),
             ElementDefect::IndefiniteEnhancedModes => format!(
-                "the enhanced strains of {element} have no positive definite stiffness, although its shape is sound: the \
-                 constants of its material differ by too many powers of ten; mend them, or take `element` = \
-                 \"{}\" or elements of second order",
+                "the enhanced strains of {element} have no positive definite stiffness, although its shape is valid: the constants of its material differ by too many powers of ten. Correct them, or use `element` = \"{}\" or second-order elements",
                 HexFormulation::Standard.name()
             ),
         })

@@ -29,7 +29,7 @@ impl std::fmt::Display for MemoryShortfall {
         let Self { needed_bytes, allowed_bytes } = self;
         write!(
             f,
-            "a factorisation would take {} ({needed_bytes} bytes), allowed are {} ({allowed_bytes} bytes)",
+            "a factorisation would need {} ({needed_bytes} bytes), but only {} ({allowed_bytes} bytes) are allowed",
             format_bytes(*needed_bytes as u128),
             format_bytes(u128::from(*allowed_bytes))
         )
@@ -52,7 +52,7 @@ impl CondensationMethod {
             return Ok(Self::Factorisation);
         }
         let what = format!(
-            "condensing {} unknowns to {n_trailing} under the frame by conjugate gradients (a factorisation would take {})",
+            "condensing {} unknowns to {n_trailing} under the frame by conjugate gradients (a factorisation would need {})",
             model.n_free(),
             format_bytes(needed_bytes as u128)
         );

@@ -185,7 +185,7 @@ fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
             let slot = &mut by_block[cell.block][cell.cell];
             if let Some(other) = slot.replace(index).filter(|&other| other != index) {
                 return Err(Error::input(format!(
-                    "element {} of {} is in two regions, \"{}\" and \"{group}\"; give each element one material",
+                    "element {} of {} belongs to two regions, \"{}\" and \"{group}\"; give each element one material",
                     mesh.tag(cell),
                     mesh.source,
                     spec.regions[other].0.as_deref().unwrap_or("all"),
@@ -239,8 +239,7 @@ fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
 
 fn no_region(mesh: &Mesh, cell: CellRef) -> Error {
     Error::input(format!(
-        "element {} of {} is in no region that has a material; give the body a material, or name its volume group \
-         in the regions",
+        "element {} of {} belongs to no region with a material; give the body a material, or add the volume group of the element to the regions",
         mesh.tag(cell),
         mesh.source
     ))

@@ -73,7 +73,9 @@ fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     if values.iter().all(|k| k.is_finite() && *k >= 0.0) && values.iter().any(|k| *k > 0.0) {
         return Ok(());
     }
-    Err(Error::input(format!("the stiffness {values:?} must be positive (components may be 0, not all)")))
+    Err(Error::input(format!(
+        "the stiffness {values:?} must be positive (some components may be 0, but not all)"
+    )))
 }
 
 /// ∫ N_a k N_b dS of one face; the rules are exact on flat faces.

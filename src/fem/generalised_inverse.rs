@@ -32,7 +32,9 @@ impl GeneralisedInverse {
     pub fn new(motions: RigidBodyModes, points: &[[f64; 3]], volumes: &[f64], dofs: &DofMap) -> Result<Self> {
         let total: f64 = volumes.iter().sum();
         let modes = motions.orthonormal(points, |node| volumes[node] / total).ok_or_else(|| {
-            Error::input("the rigid motions of the body are not determined: its nodes lie on a line")
+            Error::input(
+                "the rigid-body modes of the body cannot be determined, because its nodes lie on a line",
+            )
         })?;
         let at = |dof: usize, j: usize| modes.displacement(&Vector3::from(points[dof / 3]), j)[dof % 3];
         let rows = dofs.dofs_of_rows();

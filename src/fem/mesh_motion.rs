@@ -253,7 +253,7 @@ fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
     let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
     let is = folded(after).context(|| "after moving its surface".to_owned())?;
     if is > 0 && is > folded(before)? {
-        return Err(Error::input(format!("{is} elements would fold at their nodes")));
+        return Err(Error::input(format!("{is} elements would be folded at their nodes")));
     }
     for cell in before.volume_cells() {
         let nodes = before.cell_nodes(cell);
@@ -268,7 +268,7 @@ fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
                 let (old, new) = (edge(before), edge(after));
                 if new.dot(&old) < MIN_EDGE_RATIO * old.norm_squared() {
                     return Err(Error::input(format!(
-                        "element {} would lose more than nine tenths of an edge",
+                        "an edge of element {} would lose more than nine tenths of its length",
                         before.tag(cell)
                     )));
                 }

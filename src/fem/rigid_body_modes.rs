@@ -136,8 +136,7 @@ pub(super) fn rigid_body_modes_of_dofs(
             return Ok(Some(free));
         }
         return Err(Error::input(format!(
-            "the body is not held: its part of {} nodes around {} (of {} parts that share no node) can move without \
-             force by {}; fix more components of its supports, or join the parts: only a body of one part may float",
+            "the body is not fixed: its part of {} nodes around {} (of {} parts that share no node) can move without force by {}. Fix more components of its supports, or join the parts; only a body of one connected part may be unconstrained",
             part.len(),
             format_point(&free.centre.into()),
             parts.len(),

@@ -36,14 +36,12 @@ pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
         .any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANARITY_TOLERANCE * size);
     if bent || off {
         return Err(Error::input(format!(
-            "the group \"{name}\" is not plane; a symmetry plane must be one plane: give the faces of each plane a group \
-             of their own"
+            "the group \"{name}\" is not plane, but a symmetry plane must be a single plane; give the faces of each plane their own group"
         )));
     }
     (0..3).find(|&c| (normal[c].abs() - 1.0).abs() < PLANARITY_TOLERANCE * PLANARITY_TOLERANCE).ok_or_else(|| {
         Error::input(format!(
-            "the group \"{name}\" lies across ({:.4}, {:.4}, {:.4}); symmetry planes must lie across {}: turn the mesh \
-             so that it does",
+            "the group \"{name}\" has the normal ({:.4}, {:.4}, {:.4}), but the normal of a symmetry plane must be along {}; rotate the mesh accordingly",
             normal.x,
             normal.y,
             normal.z,

@@ -219,8 +219,7 @@ fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
 
 fn folded(face: &SurfaceFace) -> Error {
     Error::input(format!(
-        "the contact face {} ({}) is folded or not convex as seen along the normal of the contact frame: mend the mesh \
-         there, or leave it out of the contact group",
+        "the contact face {} ({}) is folded or not convex as seen along the normal of the contact frame: fix the mesh there, or remove the face from the contact group",
         face.tag,
         face.kind.name()
     ))
@@ -266,17 +265,16 @@ pub(super) fn refuse_uncovered(
     let (what, mend) = if coverage < 1.0 {
         (
             format!(
-                "is covered by the contact faces of {} to {:.4} %",
+                "is covered by the contact faces of {} only to {:.4} %",
                 side.name(),
                 100.0 * coverage.max(0.0)
             ),
-            "make the frame smaller, move its center, or enlarge the contact group (its faces must look towards \
-             the other body)",
+            "use a smaller frame, move its center, or enlarge the contact group (its outward normals must point towards the other body)",
         )
     } else {
         (
             format!("is covered {coverage:.4} times by the contact faces of {}", side.name()),
-            "leave only one sheet of faces in the contact group",
+            "keep only one layer of faces in the contact group",
         )
     };
     Err(Error::input(format!(

@@ -30,7 +30,7 @@ impl ContactFrame {
         for face in &faces {
             cells.push(face_polygon(mesh, face, side), toward).ok_or_else(|| {
                 Error::input(format!(
-                    "element {} ({}) of {} has no area: mend the mesh there",
+                    "element {} ({}) of {} has no area: fix the mesh there",
                     face.tag,
                     face.kind.name(),
                     mesh.source

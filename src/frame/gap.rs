@@ -87,7 +87,7 @@ impl InitialGap {
         if let GapShape::PerCell(values) = &self.shape {
             if values.len() != frame.n_cells() {
                 return Err(Error::input(format!(
-                    "{} distances for the {} cells of the contact frame",
+                    "there are {} gap values for the {} cells of the contact frame",
                     values.len(),
                     frame.n_cells()
                 )));
@@ -121,8 +121,7 @@ impl InitialGap {
                 // Scaled by the semi-axes, it is a unit sphere.
                 c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
                     Error::input(format!(
-                        "the frame reaches beyond an exact ellipsoid of semi-axes {a} and {b} in its plane: make the \
-                         frame smaller, or leave out gap.exact"
+                        "the frame extends beyond an exact ellipsoid with the semi-axes {a} and {b} in its plane: use a smaller frame, or remove gap.exact"
                     ))
                 })?
             }
@@ -132,8 +131,7 @@ impl InitialGap {
             GapShape::Heights(_) | GapShape::PerCell(_) => unreachable!("they are given by cell"),
             GapShape::Mesh => {
                 return Err(Error::input(
-                    "gap.kind = \"mesh\" takes the gap from the meshes of the bodies; no body here has one: name \
-                     a shape such as \"sphere\"",
+                    "gap.kind = \"mesh\" computes the gap from the meshes of the bodies, but neither body has a mesh: use a shape such as \"sphere\"",
                 ));
             }
         })
@@ -145,8 +143,7 @@ impl InitialGap {
         }
         if distance_squared >= radius * radius {
             return Err(Error::input(format!(
-                "the frame reaches {:.6} from the middle of an exact surface of radius {radius}: make the \
-                 frame smaller than the radius, or leave out gap.exact",
+                "the frame extends {:.6} from the centre of an exact surface of radius {radius}: use a frame smaller than the radius, or remove gap.exact",
                 distance_squared.sqrt()
             )));
         }
@@ -178,8 +175,7 @@ impl InitialGap {
             GapShape::Ellipsoid { radii, angle } => {
                 if self.exact {
                     return Err(Error::input(
-                        "gap.exact cannot hold for an ellipsoid given by two radii of curvature, which do not tell how far \
-                         it reaches: give semi_axes = [a, b, c] (radii a^2 / c, b^2 / c) instead of radii, or leave out exact",
+                        "gap.exact is not possible for an ellipsoid given by two radii of curvature, which do not define its size: give semi_axes = [a, b, c] (radii a^2 / c, b^2 / c) instead of radii, or remove exact",
                     ));
                 }
                 finite("angle", angle)?;

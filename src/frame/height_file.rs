@@ -29,7 +29,7 @@ pub fn read(path: &Path) -> Result<Array2> {
 /// Parses lines of numbers of equal count. Lines that begin with # are skipped.
 fn csv(bytes: &[u8]) -> Result<Array2> {
     let text = std::str::from_utf8(bytes)
-        .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
+        .map_err(|_| Error::input("the file is neither text (UTF-8) nor a .npy file"))?;
     let (mut values, mut shape) = (Vec::new(), [0, 0]);
     let mut separators = Separators::default();
     for (number, line) in data_lines(text) {
@@ -40,7 +40,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
             let value = cell.parse::<f64>().map_err(|_| {
                 let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
                 Error::input(format!(
-                    "line {} (row {}, column {column}) has {found} where a number belongs",
+                    "line {} (row {}, column {column}) contains {found} instead of a number",
                     number,
                     shape[0] + 1
                 ))
@@ -50,7 +50,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         let length = values.len() - start;
         if shape[0] > 0 && length != shape[1] {
             return Err(Error::input(format!(
-                "line {} (row {}) has {length} values, the first row {}",
+                "line {} (row {}) has {length} values, but the first row has {}",
                 number,
                 shape[0] + 1,
                 shape[1]
@@ -58,7 +58,11 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
         }
         shape = [shape[0] + 1, length];
     }
-    if values.is_empty() { Err(Error::input("it holds no numbers")) } else { Ok(Array2 { values, shape }) }
+    if values.is_empty() {
+        Err(Error::input("the file contains no numbers"))
+    } else {
+        Ok(Array2 { values, shape })
+    }
 }
 
 #[cfg(test)]
@@ -90,7 +94,7 @@ mod tests {
             ("# a\n1,2\n3,,4", &["line 3 (row 2, column 2)", "nothing"]),
             ("1,2\n3,nan", &["row 2, column 2", "NaN"]),
             ("1,inf\n3,4", &["row 1, column 2", "inf"]),
-            ("1,2\n3", &["line 2 (row 2) has 1 values, the first row 2"]),
+            ("1,2\n3", &["line 2 (row 2) has 1 values, but the first row has 2"]),
             ("0,5;1,5\n1,0;2,0\n", &["line 1", "decimal commas are not read"]),
             ("1\t2\n0,5\t1\n", &["line 2", "decimal commas are not read"]),
             ("# only words\n", &["no numbers"]),

@@ -74,12 +74,12 @@ impl HeightTable {
     fn per_cell(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
         if offset != [0.0, 0.0] {
             return Err(Error::input(
-                "gap.offset cannot move heights given one per cell: give gap.spacing as well, or leave out the offset",
+                "gap.offset does not apply to heights given per cell: add gap.spacing, or remove the offset",
             ));
         }
         if self.angle != 0.0 {
             return Err(Error::input(
-                "gap.angle cannot turn heights given one per cell: give gap.spacing as well, or leave out the angle",
+                "gap.angle does not apply to heights given per cell: add gap.spacing, or remove the angle",
             ));
         }
         let fits = match frame.grid {
@@ -92,8 +92,7 @@ impl HeightTable {
                 None => frame.n_cells().to_string(),
             };
             return Err(Error::input(format!(
-                "gap heights: the file has {} x {} values, the frame {wanted} cells: give one value per cell \
-                 (first index along x), or gap.spacing",
+                "gap heights: the file has {} x {} values, but the frame has {wanted} cells: give one value per cell (first index along x), or gap.spacing",
                 self.shape[0], self.shape[1]
             )));
         }
@@ -123,8 +122,7 @@ impl HeightTable {
             }
             if index < -1e-9 || index > last + 1e-9 {
                 return Err(Error::input(format!(
-                    "gap heights reach {} from their middle along {}, the frame's cells {:.6}: give a larger \
-                     table, or make the frame smaller",
+                    "gap heights extend {} from their centre along {}, but the cells of the frame extend {:.6}: use a larger table, or a smaller frame",
                     0.5 * last * spacing[axis],
                     ["x", "y"][axis],
                     position[axis].abs()

@@ -53,7 +53,7 @@ impl ContactFrame {
                 let planes = planes.get(&node).copied().unwrap_or_default();
                 cells.push_part(corners, (open, planes), toward).ok_or_else(|| {
                     Error::input(format!(
-                        "the contact faces around the node at {} of {} have no area: mend the mesh there",
+                        "the contact faces around the node at {} of {} have no area: fix the mesh there",
                         format_point(&mesh.points[node]),
                         mesh.source
                     ))
@@ -71,8 +71,7 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
         let n = face.kind.n_corners();
         if face.nodes.len() != n {
             return Err(Error::input(format!(
-                "the contact face {} of {} is a {}; cells around nodes need faces of first order: take \
-                 frame.points = \"faces\"",
+                "the contact face {} of {} is a {}, but cells around nodes need faces of first order: use frame.points = \"faces\"",
                 face.tag,
                 mesh.source,
                 face.kind.name()

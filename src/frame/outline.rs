@@ -130,7 +130,7 @@ impl ContactFrame {
     pub fn clipped_to(mut self, outline: &Outline) -> Result<Self> {
         outline.check()?;
         if self.whole_grid().is_none() {
-            return Err(Error::input("an outline needs a frame that is a whole grid"));
+            return Err(Error::input("an outline needs a complete grid frame"));
         }
         let box_around = outline.box_around();
         let in_box = |x: [f64; 2]| (0..2).all(|k| (box_around[k][0]..=box_around[k][1]).contains(&x[k]));
@@ -141,7 +141,7 @@ impl ContactFrame {
         let inside: Vec<bool> = (0..self.n_cells()).into_par_iter().map(is_inside).collect();
         if !inside.contains(&true) {
             return Err(Error::input(
-                "no cell of the frame has its centre inside the outline: it lies beside the frame, or is smaller than a cell",
+                "no cell of the frame has its centre inside the outline: the outline lies outside the frame, or is smaller than a cell",
             ));
         }
         if inside.contains(&false) {
@@ -164,17 +164,17 @@ fn check_polygon(vertices: &[[f64; 2]]) -> Result<()> {
     let n = vertices.len();
     if n > MAX_VERTICES {
         return Err(Error::input(format!(
-            "the polygon has {n} vertices; at most {MAX_VERTICES} are compared"
+            "the polygon has {n} vertices; at most {MAX_VERTICES} are allowed"
         )));
     }
     if n < 3 {
-        return Err(Error::input(format!("a polygon has 3 vertices or more, this one {n}")));
+        return Err(Error::input(format!("a polygon needs at least 3 vertices, but this one has {n}")));
     }
     finite(vertices.as_flattened())?;
     let edge = |i: usize| [vertices[i], vertices[(i + 1) % n]];
     if let Some(i) = (0..n).find(|&i| edge(i)[0] == edge(i)[1]) {
         return Err(Error::input(format!(
-            "the vertices {} and {} are the same point: leave one out (the last joins the first by itself)",
+            "the vertices {} and {} are the same point: remove one (the polygon is closed automatically)",
             i + 1,
             (i + 1) % n + 1
         )));
@@ -185,7 +185,7 @@ fn check_polygon(vertices: &[[f64; 2]]) -> Result<()> {
             let crosses = if neighbours { folds_back(edge(i), edge(j)) } else { meet(edge(i), edge(j)) };
             if crosses {
                 return Err(Error::input(format!(
-                    "the polygon crosses or touches itself: its edges {} and {} (from vertex {} and vertex {}) meet",
+                    "the polygon crosses or touches itself: edges {} and {} (from vertex {} and vertex {}) meet",
                     i + 1,
                     j + 1,
                     i + 1,

@@ -110,8 +110,7 @@ impl Cache {
             Err(_) => DEFAULT_LIMIT_MIB,
             Ok(text) => text.trim().parse().map_err(|_| {
                 Error::input(format!(
-                    "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\"; it must be a whole number of MiB, 0 \
-                     for no cache"
+                    "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\", but it must be a whole number of MiB (0 for no cache)"
                 ))
             })?,
         };
@@ -164,7 +163,7 @@ impl Cache {
         let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(CacheLookup::Miss) };
         let n = match read_head(&mut file) {
             Ok(Some(n)) => n,
-            Ok(None) => return Ok(CacheLookup::Damaged("its head is wrong".to_owned())),
+            Ok(None) => return Ok(CacheLookup::Damaged("its header is wrong".to_owned())),
             Err(error) => return Ok(CacheLookup::Damaged(error.to_string())),
         };
         if file.metadata().map_or(0, |found| found.len()) != list_bytes(n) {

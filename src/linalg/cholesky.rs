@@ -204,8 +204,7 @@ impl SymbolicCholesky {
             return Ok(factor);
         }
         Err(Error::numerical(format!(
-            "the factorisation of the stiffness matrix is wrong: its relative residual is {:.1e}, allowed is {:.0e}; \
-             please report this",
+            "the factorisation of the stiffness matrix is wrong: its relative residual is {:.1e}, but at most {:.0e} is allowed; please report this",
             factor.residual, RESIDUAL_LIMIT
         )))
     }
@@ -261,9 +260,7 @@ impl SymbolicCholesky {
 
 fn not_positive(row: &str) -> Error {
     Error::input(format!(
-        "the stiffness matrix is singular at {row}: the body can move there without any force; look for parts joined \
-         by a single node or edge only, for degenerate elements, for missing supports, and for materials whose volume \
-         cannot change (nu of 0.5)"
+        "the stiffness matrix is singular at {row}: the body can move there without any force. Look for parts joined only by a single node or edge, degenerate elements, missing supports, and incompressible materials (nu of 0.5)"
     ))
 }
 

@@ -52,7 +52,7 @@ impl DenseLu {
         let pivots = || (0..n).map(|k| matrix.at(k, k).abs());
         let (least, most) = pivots().fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
         if pivots().any(f64::is_nan) || least <= f64::EPSILON * most {
-            return Err(Error::numerical("the equations are singular: a body is not held"));
+            return Err(Error::numerical("the equations are singular: a body is not fixed"));
         }
         Ok(Self { factors: matrix, forward, backward })
     }

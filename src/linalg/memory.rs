@@ -90,7 +90,7 @@ impl MemoryLimit {
         }
         let raise = self.how_to_raise();
         Err(Error::resources(format!(
-            "{what} needs {} of memory, {self}; {mend}{raise}",
+            "{what} needs {} of memory, but {self}; {mend}{raise}",
             format_bytes_exactly(bytes)
         )))
     }
@@ -100,7 +100,7 @@ impl MemoryLimit {
         match self.source {
             LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => "",
             LimitSource::CommandLine(_) => ", or raise --max-memory",
-            LimitSource::Scene => ", or raise solver.memory_limit (or give --max-memory, which wins over it)",
+            LimitSource::Scene => ", or raise solver.memory_limit (or give --max-memory, which overrides it)",
             LimitSource::DefaultShare => ", or allow more with --max-memory or solver.memory_limit",
             LimitSource::Machine => "",
         }
@@ -109,13 +109,13 @@ impl MemoryLimit {
     /// Name of the limit in messages.
     fn name(&self) -> String {
         match self.source {
-            LimitSource::CommandLine(None) => "allowed by --max-memory".to_owned(),
+            LimitSource::CommandLine(None) => "the limit of --max-memory".to_owned(),
             LimitSource::CommandLine(Some(percent)) => {
-                format!("allowed by --max-memory ({percent} % of what is available)")
+                format!("the limit of --max-memory ({percent} % of the available memory)")
             }
-            LimitSource::Scene => "allowed by solver.memory_limit".to_owned(),
-            LimitSource::DefaultShare => format!("{DEFAULT_SHARE_PERCENT} % of what is available"),
-            LimitSource::Machine => "available".to_owned(),
+            LimitSource::Scene => "the limit of solver.memory_limit".to_owned(),
+            LimitSource::DefaultShare => format!("{DEFAULT_SHARE_PERCENT} % of the available memory"),
+            LimitSource::Machine => "the available memory".to_owned(),
         }
     }
 
@@ -138,19 +138,19 @@ impl MemoryLimit {
 
 impl std::fmt::Display for MemoryLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Some(remaining) = self.remaining() else { return f.write_str("available is less") };
+        let Some(remaining) = self.remaining() else { return f.write_str("less memory is available") };
         let of = self.name();
         let held = format_bytes(self.reserved.into());
         match (remaining, self.reserved) {
             (_, 0) => write!(f, "{of} is {}", format_bytes_exactly(remaining.into())),
             (0, _) => {
                 let all = format_bytes_exactly(self.bytes.unwrap_or(0).into());
-                write!(f, "{of} is {all}, which the rest of the scene ({held}) takes up already")
+                write!(f, "{of} is {all}, and the rest of the scene ({held}) already takes all of it")
             }
             _ => {
                 write!(
                     f,
-                    "{of} is {} beside the {held} of the rest of the scene",
+                    "{of} is {} after subtracting the {held} of the rest of the scene",
                     format_bytes_exactly(remaining.into())
                 )
             }
@@ -273,15 +273,18 @@ mod tests {
         let cases: [(MemoryLimit, &[&str]); 3] = [
             (
                 MemoryLimit::of_command_line(1 << 30),
-                &["allowed by --max-memory is 1024.0 MiB", "or raise --max-memory"],
+                &["the limit of --max-memory is 1024.0 MiB", "or raise --max-memory"],
             ),
             (
                 MemoryLimit::of_scene(1 << 30),
-                &["allowed by solver.memory_limit is", "or raise solver.memory_limit"],
+                &["the limit of solver.memory_limit is", "or raise solver.memory_limit"],
             ),
             (
                 MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::DefaultShare },
-                &["80 % of what is available is", "or allow more with --max-memory or solver.memory_limit"],
+                &[
+                    "80 % of the available memory is",
+                    "or allow more with --max-memory or solver.memory_limit",
+                ],
             ),
         ];
         for (limit, words) in cases {
@@ -295,7 +298,7 @@ mod tests {
         };
         let text = told(of_share(12.5));
         assert!(
-            text.contains("--max-memory (12.5 % of what is available)")
+            text.contains("--max-memory (12.5 % of the available memory)")
                 && text.contains("raise --max-memory")
         );
         assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
@@ -315,14 +318,14 @@ mod tests {
     #[test]
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
-        assert!(error.contains("allowed by solver.memory_limit is 1 byte;"), "{error}");
+        assert!(error.contains("but the limit of solver.memory_limit is 1 byte;"), "{error}");
         let error = MemoryLimit::of_scene(1 << 20)
             .after_reserving(30 << 20)
             .ensure_available(1, "a", "b")
             .unwrap_err()
             .to_string();
-        assert!(error.contains("needs 1 byte of memory") && !error.contains("0 bytes beside"), "{error}");
-        assert!(error.contains("which the rest of the scene (30.0 MiB) takes up already"), "{error}");
+        assert!(error.contains("needs 1 byte of memory") && !error.contains("0 bytes after"), "{error}");
+        assert!(error.contains("and the rest of the scene (30.0 MiB) already takes all of it"), "{error}");
         assert_eq!(format_bytes(50 << 10), "50.0 KiB");
     }
 

@@ -29,8 +29,7 @@ fn factorisation_error(error: LuError) -> Error {
     match error {
         LuError::Generic(_) => out_of_memory(),
         LuError::SymbolicSingular { index } => Error::numerical(format!(
-            "the block system is singular: its columns depend on each other (found at column {} of its elimination); use solver.coupling = \"schur\", which says \
-             what moves freely",
+            "the block system is singular: its columns are linearly dependent (found at column {} of its elimination). Use solver.coupling = \"schur\", which reports what moves freely",
             index + 1
         )),
     }
@@ -122,8 +121,7 @@ impl SparseLu {
             return Ok(());
         }
         Err(Error::numerical(format!(
-            "the factorisation of the block system is wrong: its relative residual is {residual:.1e}, allowed is \
-             {RESIDUAL_LIMIT:.0e}; use solver.coupling = \"schur\""
+            "the factorisation of the block system is wrong: its relative residual is {residual:.1e}, but at most {RESIDUAL_LIMIT:.0e} is allowed; use solver.coupling = \"schur\""
         )))
     }
 }

@@ -30,12 +30,11 @@ impl ElementAxes {
         let Some(axes) = axes_from_directions(first.into(), second.map(Point::from)) else {
             let second = second.map_or(String::new(), |second| format!(", second {second:?}"));
             return Err(Error::input(format!(
-                "the fibre {first:?}{second} of element {element} gives no direction: it must be finite and not zero, \
-                 a second direction must not be along it"
+                "the fibre {first:?}{second} of element {element} has no direction: it must be finite and not zero, and a second direction must not be parallel to it"
             )));
         };
         match self.axes.entry(element) {
-            Entry::Occupied(_) => Err(Error::input(format!("element {element} stands twice"))),
+            Entry::Occupied(_) => Err(Error::input(format!("element {element} appears twice"))),
             Entry::Vacant(free) => {
                 free.insert(axes);
                 Ok(())
@@ -56,7 +55,7 @@ impl ElementAxes {
     /// If the element has no axes.
     pub fn axes(&self, element: u64) -> Result<Matrix3<f64>> {
         self.axes.get(&element).copied().ok_or_else(|| {
-            Error::input(format!("no fibre is given for it in {}; each element needs one", self.source))
+            Error::input(format!("it has no fibre in {}; each element needs one", self.source))
         })
     }
 }

@@ -116,9 +116,7 @@ impl Orthotropic {
             if nu * nu >= ratio {
                 let (i, j) = (&name[2..3], &name[3..4]);
                 return Error::input(format!(
-                    "{name} = {nu} is too large: {name}^2 must be below {moduli} = {ratio:.6}, that is |{name}| < \
-                     {:.6}; perhaps nu{j}{i} was given for {name} (nu{j}{i} = {name} E{j}/E{i}, {name} is minus the \
-                     strain along {j} over that along {i} under a stress along {i})",
+                    "{name} = {nu} is too large: {name}^2 must be below {moduli} = {ratio:.6}, that is |{name}| < {:.6}. Perhaps nu{j}{i} was given for {name} (nu{j}{i} = {name} E{j}/E{i}; {name} is minus the strain along {j} divided by the strain along {i}, under stress along {i})",
                     ratio.sqrt()
                 ));
             }
@@ -199,7 +197,7 @@ impl Stiffness {
     pub fn from_voigt(c: Matrix6<f64>) -> Result<Self> {
         if !c.iter().all(|x| x.is_finite()) {
             return Err(Error::input(
-                "the stiffness has an entry that is not a finite number; all 36 must be",
+                "the stiffness has an entry that is not a finite number; all 36 entries must be finite",
             ));
         }
         let asymmetry = c - c.transpose();
@@ -219,9 +217,7 @@ impl Stiffness {
         if symmetric.cholesky().is_none() {
             let least = symmetric.symmetric_eigenvalues().min();
             return Err(Error::input(format!(
-                "the stiffness is not positive definite: its smallest eigenvalue is {least:.6e}, some strain would \
-                 release energy; check the order 11 22 33 23 13 12 of rows and columns, and that a stiffness and \
-                 not a compliance was given"
+                "the stiffness is not positive definite: its smallest eigenvalue is {least:.6e}, so some strain would release energy. Check the order 11 22 33 23 13 12 of rows and columns, and that the matrix is a stiffness, not a compliance"
             )));
         }
         Ok(Self(symmetric))

@@ -95,8 +95,7 @@ impl RegionMaterial {
         empty
             .map(|(i, ([low, high], _))| {
                 format!(
-                    "ply {} of {}, from {low:.6} to {high:.6}, holds no element's centroid: mesh at least one layer of \
-                     elements per ply",
+                    "ply {} of {}, from {low:.6} to {high:.6}, contains no element centroid; mesh at least one layer of elements per ply",
                     i + 1,
                     plies.len()
                 )
@@ -122,8 +121,7 @@ impl RegionMaterial {
         }
         (n > 0).then(|| {
             format!(
-                "{n} of {} elements reach beyond the ply of their centroid, by up to {:.1} % of their thickness; each \
-                 has the material of that ply alone: let element faces coincide with the borders of the plies",
+                "{n} of {} elements extend beyond the ply of their centroid, by up to {:.1} % of their thickness. They have the material of that ply only; let element faces coincide with the borders of the plies",
                 elements.len(),
                 100.0 * worst
             )

@@ -40,15 +40,14 @@ impl Winding {
             let [inner, outer] = layer.radii;
             if !(0.0 <= inner && inner < outer) {
                 return Err(Error::input(format!(
-                    "the layer r = [{inner}, {outer}] is empty: radii are inner, then outer, from 0"
+                    "the layer r = [{inner}, {outer}] is empty: give the inner radius, then the outer radius, both 0 or more"
                 )));
             }
         }
         for (first, second) in layers.iter().zip(&layers[1..]) {
             if second.radii[0] < first.radii[1] {
                 return Err(Error::input(format!(
-                    "the layer r = {:?} begins inside the layer r = {:?} before it: give layers from the inside to \
-                     the outside, without overlap",
+                    "the layer r = {:?} begins inside the previous layer r = {:?}; give layers from the inside to the outside, without overlap",
                     second.radii, first.radii
                 )));
             }
@@ -88,7 +87,7 @@ impl Winding {
         let inside = |layer: &&WoundLayer| layer.radii[0] <= radius && radius <= layer.radii[1];
         let Some(layer) = self.layers.iter().find(inside) else {
             return Err(Error::input(format!(
-                "the element's radius is {radius:.6e}, which is in no layer of the winding"
+                "the element's radius is {radius:.6e}, which no layer of the winding contains"
             )));
         };
         let (s, c) = layer.angle.sin_cos();

@@ -47,13 +47,15 @@ pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     }
     let notes = (count > 0).then(|| {
         let all = turned.len();
-        format!("the normals of {count} of the {all} surface elements pointed into the body and were turned outward")
+        format!(
+            "the normals of {count} of the {all} surface elements pointed into the body and were reversed"
+        )
     });
     let faces = outer_faces(&mesh);
     if let Some(pair) = find_intersecting_faces(&mesh, &faces) {
         let [a, b] = pair.map(|k| faces[k].tag);
         return Err(Error::input(format!(
-            "the surface in {} crosses itself: its elements {a} and {b} cut one another; mend the mesh there",
+            "the surface in {} intersects itself at its elements {a} and {b}; fix the mesh there",
             mesh.source
         )));
     }
@@ -116,7 +118,7 @@ impl<'a> SurfaceTopology<'a> {
         let cells: Vec<CellRef> = mesh.cells(2).collect();
         if cells.is_empty() {
             return Err(Error::input(format!(
-                "{} has neither solids nor surface elements: mesh the surface of the body (gmsh -2) or its volume (gmsh -3)",
+                "{} has neither solid nor surface elements; mesh the surface of the body (gmsh -2) or its volume (gmsh -3)",
                 mesh.source
             )));
         }
@@ -164,7 +166,7 @@ impl<'a> SurfaceTopology<'a> {
         };
         let Some(cell) = (0..self.cells.len()).find(flat) else { return Ok(()) };
         Err(Error::input(format!(
-            "the surface element {} of {} has no area: its corners lie on a line; mend the mesh there",
+            "the surface element {} of {} has no area, because its corners lie on a line; fix the mesh there",
             self.tag(cell),
             self.mesh.source
         )))
@@ -179,8 +181,7 @@ impl<'a> SurfaceTopology<'a> {
         let open = with(true);
         if !open.is_empty() {
             return Err(Error::input(format!(
-                "the surface in {source} is open at {} edges, which belong to one element only: {}; a boundary-element body needs a closed \
-                 surface: add what is missing to the groups that gmsh saves, or merge nodes that lie on one another (Coherence Mesh)",
+                "the surface in {source} is open at {} edges, which belong to only one element: {}. A boundary-element body needs a closed surface; add the missing faces to the groups that gmsh saves, or merge coincident nodes (Coherence Mesh)",
                 open.len(),
                 self.describe_edges(&open)
             )));
@@ -188,7 +189,7 @@ impl<'a> SurfaceTopology<'a> {
         let branched = with(false);
         if !branched.is_empty() {
             return Err(Error::input(format!(
-                "more than two surface elements in {source} meet at {} edges: {}; a body has two sides everywhere: leave inner surfaces out",
+                "more than two surface elements in {source} meet at {} edges: {}. At most two elements may share an edge; remove inner surfaces",
                 branched.len(),
                 self.describe_edges(&branched)
             )));
@@ -242,15 +243,14 @@ impl<'a> SurfaceTopology<'a> {
         let twisted: Vec<_> = wrong.iter().copied().filter(|edge| one_sided(&edge)).collect();
         if !twisted.is_empty() {
             return Err(Error::input(format!(
-                "the surface in {source} has one side only, like a Möbius strip: its elements cannot be turned to agree at the edges {}",
+                "the surface in {source} has only one side, like a Möbius strip: its elements cannot be oriented consistently at the edges {}",
                 self.describe_edges(&twisted)
             )));
         }
         let inside: Vec<_> = wrong.iter().copied().filter(|edge| smooth(&edge)).collect();
         if !inside.is_empty() {
             return Err(Error::input(format!(
-                "the surface in {source} is inconsistently oriented: neighbouring elements on a smooth part of it are turned against each \
-                 other at {} edges: {}; turn them in the mesh, or save the solids behind them too, which say where the outside is",
+                "the surface in {source} is inconsistently oriented: neighbouring elements on a smooth part have opposite normals at {} edges: {}. Reverse them in the mesh, or also save the solids behind them, which define the outside",
                 inside.len(),
                 self.describe_edges(&inside)
             )));
@@ -277,7 +277,7 @@ impl<'a> SurfaceTopology<'a> {
         };
         if let Some(flat) = (0..n_parts).find(|&k| volumes[k].abs() < 1e-9 * surfaces[k].powf(1.5)) {
             return Err(Error::input(format!(
-                "the surface in {source} encloses no volume ({}): its faces lie on one another",
+                "the surface in {source} encloses no volume ({}): its faces coincide",
                 about(flat)
             )));
         }
@@ -289,8 +289,7 @@ impl<'a> SurfaceTopology<'a> {
             let angle: f64 = cells.map(|inner| self.solid_angle(inner, turned[inner], &first(cell))).sum();
             if angle.abs() < 2.0 * std::f64::consts::PI {
                 return Err(Error::input(format!(
-                    "the surface in {source} has {n_parts} parts, and {} lies apart from {}: which is the body is ambiguous; give each body a mesh of \
-                     its own (parts inside another are cavities)",
+                    "the surface in {source} has {n_parts} parts, and {} lies outside {}, so the body is ambiguous. Give each body its own mesh (only parts inside another part are cavities)",
                     about(other),
                     about(largest)
                 )));
@@ -386,7 +385,7 @@ mod tests {
         let (mut bent, same) = (points.clone(), triangles.clone());
         bent[7] = [0.2, 0.1, -3.0];
         let crossing = refusal(bent, &same);
-        assert!(crossing.contains("crosses itself"), "{crossing}");
+        assert!(crossing.contains("intersects itself"), "{crossing}");
         let mut flat = points.clone();
         flat[3] = flat[1];
         assert!(refusal(flat, &triangles).contains("has no area"));
@@ -397,7 +396,7 @@ mod tests {
         wall.push([0, 3, 7]);
         let branched = refusal(points.clone(), &wall);
         assert!(branched.contains("open") || branched.contains("more than two"), "{branched}");
-        assert!(refusal(points, &[]).contains("neither solids nor surface"));
+        assert!(refusal(points, &[]).contains("neither solid nor surface"));
     }
 
     /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces. They enclose its volume, and its top remains a group.

@@ -193,8 +193,7 @@ fn sole_outer_face(
     match *owners {
         [(owner, local_face)] => Ok(surface_face(mesh, owner, local_face, mesh.tag(cell))),
         [] => {
-            let why = "belongs to no solid element: mesh the volume behind it conformingly, and put the volume into a physical group \
-                       so that gmsh saves it";
+            let why = "belongs to no solid element; mesh the volume behind it with the same nodes, and put the volume into a physical group so that gmsh saves it";
             Err(group_element_error(mesh, name, cell, why))
         }
         [(a, _), (b, _), ..] => Err(group_element_error(
@@ -221,8 +220,10 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
         return Ok(());
     }
     let solid = format!("{} {}", mesh.kind(face.owner).name(), mesh.tag(face.owner));
-    let what =
-        format!("does not share its middle nodes with the {} face of {solid} it lies on", face.kind.name());
+    let what = format!(
+        "does not have the same mid-side nodes as the {} face of {solid} on which it lies",
+        face.kind.name()
+    );
     Err(group_element_error(mesh, name, cell, &what))
 }
 

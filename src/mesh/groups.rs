@@ -33,7 +33,7 @@ impl Mesh {
         let found = self.group(name)?;
         self.groups.iter().find(|group| group.name == name && group.dim == dim).ok_or_else(|| {
             Error::input(format!(
-                "the group \"{name}\" of {} is a group of {}, but {} are wanted here; the mesh has {}",
+                "the group \"{name}\" of {} is a group of {}, but {} are needed here; the mesh has {}",
                 self.source,
                 dim_name(found.dim),
                 dim_name(dim),
@@ -50,7 +50,7 @@ impl Mesh {
         let group = self.group(name)?;
         if let Some(other) = self.groups.iter().find(|other| other.name == name && other.dim != group.dim) {
             return Err(Error::input(format!(
-                "the name \"{name}\" is both that of a group of {} and of a group of {} in {}; give them different names",
+                "the name \"{name}\" belongs both to a group of {} and to a group of {} in {}; give them different names",
                 dim_name(group.dim),
                 dim_name(other.dim),
                 self.source
@@ -58,7 +58,7 @@ impl Mesh {
         }
         if group.cells.is_empty() {
             return Err(Error::input(format!(
-                "the group \"{name}\" of {} has no elements; add it to what gmsh saves, or name another group",
+                "the group \"{name}\" of {} has no elements; include it in the mesh that gmsh saves, or name another group",
                 self.source
             )));
         }
@@ -112,8 +112,7 @@ impl Mesh {
             (false, _) => names.join(", "),
             (true, Some(d)) => format!("no physical group of {}", dim_name(d)),
             (true, None) => {
-                "no physical groups at all: declare them in the .geo script with `Physical Surface(..)` \
-                             and `Physical Volume(..)`"
+                "no physical groups; declare them in the .geo script with `Physical Surface(..)` and `Physical Volume(..)`"
                     .to_string()
             }
         }

@@ -229,13 +229,15 @@ fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
 pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
     let found = field.displacement.len();
     if found != n {
-        return Err(Error::numerical(format!("a body recovered {found} displacements for {n} {what}")));
+        return Err(Error::numerical(format!(
+            "a body has {found} recovered displacements, but there are {n} {what}"
+        )));
     }
     let nodes = field.stress.iter().flat_map(|stress| &stress.points.mesh_nodes);
     match nodes.max() {
-        Some(&node) if node >= n => {
-            Err(Error::numerical(format!("a body recovered a stress at node {node} of {n} {what}")))
-        }
+        Some(&node) if node >= n => Err(Error::numerical(format!(
+            "a body has a recovered stress at node {node}, but there are only {n} {what}"
+        ))),
         _ => Ok(()),
     }
 }

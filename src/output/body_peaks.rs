@@ -160,15 +160,14 @@ impl ErrorRecord {
     pub fn advice(&self, length: &str) -> String {
         if self.relative < MIN_RELATIVE_ERROR {
             return format!(
-                "estimated error {:.1e} in energy norm, which is rounding: nothing to refine",
+                "estimated error {:.1e} in energy norm, at rounding level: nothing to refine",
                 self.relative
             );
         }
         let WorstCells { count, volume_share, centre, radius } = &self.worst_cells;
         let at = |x: &[f64; 3]| format!("({:.3}, {:.3}, {:.3})", x[0], x[1], x[2]);
         format!(
-            "estimated error {:.1} % in energy norm, largest at {}; half of its square lies in {count} elements ({:.1e} of \
-             the volume) within {radius:.3} {length} of {}: refine there",
+            "estimated error {:.1} % in energy norm, largest at {}; half of the squared error lies in {count} elements ({:.1e} of the volume) within {radius:.3} {length} of {}: refine the mesh there",
             100.0 * self.relative,
             at(&self.position),
             volume_share,

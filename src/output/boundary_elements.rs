@@ -65,8 +65,7 @@ impl BoundaryElementRecord {
     pub fn accuracy_warning(&self) -> Option<String> {
         (self.asymmetry > MAX_RELIABLE_ASYMMETRY).then(|| {
             warning(&format!(
-                "the flexibility of body{} of boundary elements is not symmetric by {:.1} %: its elements are too large beside their distances or bend \
-                 too much; take smaller ones, or of higher order (`element`)",
+                "the flexibility matrix of the boundary-element body{} is unsymmetric by {:.1} %, so its displacements are uncertain. Its elements are too large compared with the distances between them, or too strongly curved. Use smaller elements, or a higher order (`element`)",
                 self.body,
                 100.0 * self.asymmetry
             ))

@@ -35,7 +35,7 @@ const HEADER_BYTES: usize = 36;
 const CHECKSUM_BYTES: usize = 32;
 
 /// Advice in messages on unusable checkpoints.
-const RESTART_HINT: &str = "run without --resume to begin anew";
+const RESTART_HINT: &str = "run without --resume to start again";
 
 /// Checkpoint read from a file.
 #[derive(Debug)]
@@ -126,11 +126,11 @@ pub fn read(folder: &Path) -> Result<Option<Checkpoint>> {
             Ok(one) if newest.as_ref().is_none_or(|newest| newest.number < one.number) => newest = Some(one),
             Ok(_) | Err(UnusableCheckpoint::Absent) => {}
             Err(UnusableCheckpoint::Damaged(how)) => {
-                notes.push(format!("{} is damaged ({how}): the other one is taken", path.display()));
+                notes.push(format!("{} is damaged ({how}); the other checkpoint is used", path.display()));
                 unfit.push(format!("{} is damaged ({how})", path.display()));
             }
             Err(UnusableCheckpoint::OtherFormat(format)) => unfit.push(format!(
-                "{} has format {format}, this version reads {FORMAT}: go on with the version that wrote it",
+                "{} has format {format}, but this version reads {FORMAT}; resume with the version that wrote it",
                 path.display()
             )),
         }
@@ -177,7 +177,7 @@ fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, Unusabl
     let state_offset =
         state.filter(|&state| state <= end).ok_or(UnusableCheckpoint::Damaged("wrong length"))?;
     let provenance = serde_json::from_slice(&content[HEADER_BYTES..state_offset])
-        .map_err(|_| UnusableCheckpoint::Damaged("no origin"))?;
+        .map_err(|_| UnusableCheckpoint::Damaged("its origin cannot be read"))?;
     let (number, warnings, path) = (long(20), Vec::new(), path.to_owned());
     Ok(Checkpoint { number, provenance, warnings, path, state_offset, bytes })
 }
@@ -191,7 +191,7 @@ impl Checkpoint {
         let state = &self.bytes[self.state_offset..self.bytes.len() - CHECKSUM_BYTES];
         rmp_serde::from_slice(state).map_err(|error| {
             Error::input(format!(
-                "{} was written by another build of orthowear {} ({error}): go on with that one, or {RESTART_HINT}",
+                "{} was written by another build of orthowear {} ({error}). Resume with that build, or {RESTART_HINT}",
                 self.path.display(),
                 self.provenance.version
             ))

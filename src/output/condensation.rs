@@ -50,6 +50,6 @@ impl CondensationRecord {
     /// Note on a condensation without factorisation.
     pub fn note(&self) -> Option<String> {
         let reason = self.reason.as_ref()?;
-        Some(format!("body{} is condensed by conjugate gradients: {reason}", self.body))
+        Some(format!("body{} is condensed by conjugate gradients, because {reason}", self.body))
     }
 }

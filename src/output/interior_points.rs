@@ -114,7 +114,7 @@ impl InteriorPointRequest {
                 .collect();
             if numbers.iter().any(|value| !value.is_finite()) {
                 return Err(Error::numerical(format!(
-                    "{} has numbers that are not finite in row {}",
+                    "{} contains a number that is not finite in row {}",
                     self.name,
                     i + 1
                 )));

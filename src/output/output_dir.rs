@@ -62,11 +62,12 @@ impl OutputDir {
     pub fn open(target: &Path) -> Result<Self> {
         if target.exists() && !target.is_dir() {
             return Err(Error::input(format!(
-                "the output directory {} is a file; name a directory with --out",
+                "the output directory {} is a file; give a directory with --out",
                 target.display()
             )));
         }
-        fs::create_dir_all(target).map_err(|e| file_error("cannot make the output directory", target, &e))?;
+        fs::create_dir_all(target)
+            .map_err(|e| file_error("cannot create the output directory", target, &e))?;
         let lock = lock(target)?;
         checkpoint::remove_temporary_files(target, SUMMARY_FILE);
         let holds_unfinished_run = checkpoint::are_in(target);
@@ -76,7 +77,7 @@ impl OutputDir {
             fs::remove_dir_all(&staging).map_err(|e| file_error("cannot remove", &staging, &e))?;
         }
         fs::create_dir_all(&staging)
-            .map_err(|e| file_error("cannot make the output directory", &staging, &e))?;
+            .map_err(|e| file_error("cannot create the output directory", &staging, &e))?;
         Ok(Self {
             target: target.to_owned(),
             staging,
@@ -184,7 +185,7 @@ impl OutputDir {
         self.keep_staging = false;
         self.warnings.extend(folder.map(|folder| {
             format!(
-                "an unfinished run lay in {}: it is kept in {}; --resume --out with that folder goes on with it",
+                "{} contained an unfinished run, which is kept in {}. Use --resume --out with the second folder to resume it",
                 self.target.display(),
                 folder.display()
             )
@@ -356,7 +357,7 @@ fn lock(target: &Path) -> Result<Option<File>> {
         }
     }
     Err(Error::resources(format!(
-        "another run writes into {}: wait for its end, or choose another directory with --out",
+        "another run is writing into {}: wait until it ends, or choose another directory with --out",
         target.display()
     )))
 }
@@ -373,7 +374,7 @@ fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>>
     }
     let free = (1..).map(|number| previous_dir(target, number)).find(|folder| !folder.exists());
     let folder = free.expect("there are more numbers than folders");
-    fs::create_dir(&folder).map_err(|e| file_error("cannot make", &folder, &e))?;
+    fs::create_dir(&folder).map_err(|e| file_error("cannot create", &folder, &e))?;
     for from in files {
         let Some(name) = from.file_name() else { continue };
         fs::rename(from, folder.join(name)).map_err(|e| file_error("cannot move", from, &e))?;

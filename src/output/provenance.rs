@@ -48,7 +48,7 @@ impl Provenance {
         for file in &self.files {
             let other = now.files.iter().find(|other| other.key == file.key);
             if other.is_some_and(|other| other.sha256 != file.sha256) {
-                found.push(format!("{}: the file has another content now", file.key));
+                found.push(format!("{}: the content of the file has changed", file.key));
             }
         }
         if found.len() > MAX_LISTED_DIFFERENCES {
@@ -85,7 +85,7 @@ fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec
         }
         _ => {
             let mend = if key == MEMORY_LIMIT_KEY {
-                " (leave the key as it was: --max-memory may differ, and wins over it)"
+                " (keep the old value: --max-memory may differ, and overrides it)"
             } else {
                 ""
             };
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(
             found,
             [
-                "body1.mesh: the file has another content now".to_owned(),
+                "body1.mesh: the content of the file has changed".to_owned(),
                 "frame.cells: [8,8] then, [8,16] now".to_owned(),
                 "gap.radius: 50 then, 25 now".to_owned(),
                 format!("orthowear {version} then, 9 now"),

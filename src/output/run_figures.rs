@@ -38,7 +38,7 @@ impl RunFigures {
         let cycles = match (record.cycles_done, record.stroke_ends) {
             (0, _) => String::new(),
             (cycles, None) => format!(", {cycles} cycles"),
-            (cycles, Some(_)) => format!(", {cycles} cycles, + end"),
+            (cycles, Some(_)) => format!(", {cycles} cycles, + reversal point"),
         };
         let title = format!("{}{cycles}", record.name);
         let kept = StepEndFields::new([&record.name, &title], n, state, record.rolling.is_some());
@@ -176,8 +176,8 @@ fn wear_panel(
         series.first().map_or(String::new(), |s| format!(" of {}", s.name))
     };
     Chart {
-        title: format!("{}: worn depth{whose} along {axis}", kept.title),
-        labels: [distance_label(line, axis, units), format!("worn depth, {}", units.length)],
+        title: format!("{}: wear depth{whose} along {axis}", kept.title),
+        labels: [distance_label(line, axis, units), format!("wear depth, {}", units.length)],
         scales: [Scale::Linear, Scale::Linear],
         series,
     }

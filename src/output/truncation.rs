@@ -35,8 +35,7 @@ impl TruncationRecord {
     pub fn accuracy_warning(&self) -> Option<String> {
         (self.difference > MAX_RELIABLE_DIFFERENCE).then(|| {
             warning(&format!(
-                "the meshed surface of the half-space body{} differs from an exact one by {:.1} % under uniform tractions on the frame: mesh it farther out \
-                 (`truncated`), or leave that key out for the exact half-space",
+                "the compliance of the truncated half-space body{} differs by {:.1} % from the exact half-space under uniform tractions on the frame. Increase `truncated` to mesh a larger surface, or remove it to use the exact half-space",
                 self.body,
                 100.0 * self.difference
             ))

@@ -39,7 +39,7 @@ impl Bodies {
             for index in last_files_of_steps(&source.summary, &entries).into_iter().rev() {
                 let (number, name) = &files[index];
                 let read = VtuGrid::read(&source.path(name))
-                    .map_err(|error| format!("is damaged and left out: {error}"));
+                    .map_err(|error| format!("is damaged and omitted: {error}"));
                 if let Err(why) = read.and_then(|grid| bodies.add(&grid, body, *number)) {
                     source.problems.push(format!("{name} {why}"));
                 }
@@ -52,7 +52,7 @@ impl Bodies {
         let triangles = triangles(grid);
         if triangles.len() > MAX_SURFACE_TRIANGLES {
             return Err(format!(
-                "is not in the view in space: it has {} triangles, {MAX_SURFACE_TRIANGLES} are the most",
+                "is omitted from the 3D view: it has {} triangles; at most {MAX_SURFACE_TRIANGLES} are shown",
                 triangles.len()
             ));
         }
@@ -67,7 +67,7 @@ impl Bodies {
             .collect();
         self.numbers += 6 * undeformed_points.len() + 3 * triangles.len();
         if self.numbers > MAX_SURFACE_NUMBERS {
-            return Err("is not in the view in space: the page would be too large".to_owned());
+            return Err("is omitted from the 3D view, because the page would be too large".to_owned());
         }
         let mut fields = Map::new();
         fields.insert("pressure".to_owned(), encode_f32(normal_traction(grid, &triangles)));

@@ -57,7 +57,7 @@ pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
         {
             let from = if step["cycles"].is_object() { -60.0 } else { 0.0 };
             ray(&mut canvas, middle, turn + direction, [from, 60.0], SERIES_COLOURS[0], "4");
-            legend.push((SERIES_COLOURS[0], format!("{name}: motion of body 2, or force")));
+            legend.push((SERIES_COLOURS[0], format!("{name}: motion of body 2 or force")));
         }
     }
     for (i, (colour, words)) in legend.iter().enumerate() {
@@ -70,7 +70,7 @@ pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
         Anchor::Middle,
         12.0,
         &format!(
-            "frame from above, half sides {}",
+            "frame from above, half-widths {}",
             with_unit(units, "half_width", &frame["half_width"]).replace('–', "by its mesh")
         ),
     );

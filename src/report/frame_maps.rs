@@ -45,7 +45,7 @@ impl Frames {
         let chosen = select_files(source, &files, &entries);
         if chosen.len() < files.len() && !chosen.is_empty() {
             source.problems.push(format!(
-                "of {} entries with fields {} are on the maps, the last of each step first: the page would be too large",
+                "of {} entries with fields, the maps show {} (the last entry of each step first), because the page would be too large",
                 files.len(),
                 chosen.len()
             ));
@@ -56,11 +56,11 @@ impl Frames {
             let name = &files[index].1;
             match VtuGrid::read(&source.path(name)) {
                 Ok(grid) if grid.n_cells() > MAX_MAP_CELLS => source.problems.push(format!(
-                    "{name} is left out: its frame has {} cells, {MAX_MAP_CELLS} are the most",
+                    "{name} is omitted: its frame has {} cells; at most {MAX_MAP_CELLS} are shown",
                     grid.n_cells()
                 )),
                 Ok(grid) => frames.add(grid, (files[index].0, entries[index]), &axes, &mut known),
-                Err(error) => source.problems.push(format!("{name} is damaged and left out: {error}")),
+                Err(error) => source.problems.push(format!("{name} is damaged and omitted: {error}")),
             }
         }
         frames

@@ -38,13 +38,13 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
 fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {
-        _ if damaged => ("bad", "HOW IT ENDED IS NOT KNOWN: its file cannot be read".to_owned()),
+        _ if damaged => ("bad", "OUTCOME UNKNOWN: the file of the results cannot be read".to_owned()),
         n if n == good && n > 0 => ("good", format!("All {n} {word} converged")),
         n => ("bad", format!("{} OF {n} {word} DID NOT CONVERGE OR WERE NOT COMPUTED", n - good)),
     };
     if page.severity == "good" && page.warnings.iter().any(|text| text.contains("WARNING")) {
         page.severity = "doubtful";
-        page.status += ", with warnings that put results in doubt";
+        page.status += ", with warnings that results are uncertain";
     }
 }
 
@@ -55,7 +55,7 @@ const COMPARED: [(&str, &str); 7] = [
     ("contact_area", "contact area"),
     ("stick_area", "stick area"),
     ("peak_pressure", "peak pressure"),
-    ("worn_volume", "worn volume"),
+    ("worn_volume", "wear volume"),
     ("natural_residual", "natural residual"),
 ];
 
@@ -83,7 +83,7 @@ fn comparison(page: &mut Page, variants: &[Value], units: &Units) {
     }
     page.key_table = Some(Table {
         title: "Results at the ends of the steps".to_owned(),
-        note: "In brackets: difference from the first variant that was computed.".to_owned(),
+        note: "In parentheses: difference from the first computed variant.".to_owned(),
         heads: heads("variant"),
         rows,
     });
@@ -149,7 +149,7 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     };
     page.key_table = Some(Table {
         title: "Runs".to_owned(),
-        note: "Values of the scene that vary, and what was collected.".to_owned(),
+        note: "Varied values of the scene, and collected results.".to_owned(),
         heads,
         rows: runs.iter().map(row).collect(),
     });

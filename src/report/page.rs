@@ -105,7 +105,8 @@ impl Page {
     /// # Errors
     /// If the template cannot be filled (kind `Numerical`).
     pub(super) fn render(&self, data: &Value) -> Result<String> {
-        let failed = |error: minijinja::Error| Error::numerical(format!("the page cannot be made: {error}"));
+        let failed =
+            |error: minijinja::Error| Error::numerical(format!("the page cannot be created: {error}"));
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_template("page.html", TEMPLATE).map_err(failed)?;

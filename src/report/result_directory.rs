@@ -82,7 +82,7 @@ impl ResultDirectory {
         if read.is_object() {
             Ok(read)
         } else {
-            Err(Error::input(format!("{name} is damaged: it is no object")))
+            Err(Error::input(format!("{name} is damaged: it is not a JSON object")))
         }
     }
 
@@ -95,7 +95,7 @@ impl ResultDirectory {
         let length = fs::metadata(&path).map_or(0, |found| found.len());
         if length > MAX_TEXT_BYTES {
             return Err(Error::input(format!(
-                "{name} is left out: it has {length} bytes, {MAX_TEXT_BYTES} are the most"
+                "{name} is too large: it has {length} bytes; at most {MAX_TEXT_BYTES} are read"
             )));
         }
         fs::read_to_string(&path).map_err(|error| Error::input(format!("{name} cannot be read: {error}")))
@@ -146,7 +146,7 @@ impl ResultDirectory {
 fn names(directory: &Path) -> Result<Vec<String>> {
     let wrong = |error: std::io::Error| {
         Error::input(format!(
-            "{} cannot be read: {error}; name the output directory of orthowear run, compare or study",
+            "{} cannot be read: {error}; give the output directory of orthowear run, compare or study",
             directory.display()
         ))
     };
@@ -167,9 +167,9 @@ fn no_results_error(directory: &Path, names: &[String]) -> Error {
         _ => format!("found: {}", visible.join(", ")),
     };
     let begun = if names.iter().any(|name| name == ".incoming") {
-        "; a run works in it, or was killed there before it wrote a summary (orthowear run --resume goes on from its checkpoint, if it has one)"
+        "; a run is active in it, or was killed before it wrote a summary (orthowear run --resume resumes from its checkpoint, if there is one)"
     } else {
-        "; name the output directory of orthowear run, compare or study"
+        "; give the output directory of orthowear run, compare or study"
     };
     Error::input(format!(
         "{} holds no results: expected summary.json (of a run), compare.json or study.json, {found}{begun}",

@@ -25,7 +25,7 @@ pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     let (frames, bodies) = (Frames::read(source), Bodies::read(source));
     let missing = source.missing();
     if !missing.is_empty() {
-        source.problems.push(format!("files that summary.json names are not there: {}", missing.join(", ")));
+        source.problems.push(format!("files that summary.json lists are missing: {}", missing.join(", ")));
     }
     let units = units_of(&source.summary);
     let mut page = Page::new(source);
@@ -77,7 +77,7 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
         Some("not-converged") => ("bad", format!("NOT CONVERGED. {so_far}")),
         Some("failed") => ("bad", format!("FAILED. {so_far}")),
         Some("interrupted") => ("bad", format!("INTERRUPTED. {so_far}")),
-        _ => ("bad", "HOW THE RUN ENDED IS NOT KNOWN: summary.json cannot be read".to_owned()),
+        _ => ("bad", "OUTCOME UNKNOWN: summary.json cannot be read".to_owned()),
     };
     let reason = [&said["reason"], &said["error"]]
         .into_iter()
@@ -87,7 +87,7 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     let doubts = page.warnings.iter().any(|text| text.contains("WARNING"));
     page.severity = if mood == "good" && doubts { "doubtful" } else { mood };
     page.status = if page.severity == "doubtful" {
-        format!("{status}, with warnings that put results in doubt")
+        format!("{status}, with warnings that results are uncertain")
     } else {
         status
     };
@@ -95,7 +95,7 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     if fieldless {
         page.facts.push([
             "fields".to_owned(),
-            "no field files (output.fields without \"vtu\", or no entry): no maps".to_owned(),
+            "there are no maps, because there are no field files (output.fields without \"vtu\", or no entry)".to_owned(),
         ]);
     }
     let seconds: f64 =
@@ -146,7 +146,7 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("stick_area", "stick area"),
     ("peak_pressure", "peak pressure"),
     ("max_wear_depth", "largest wear depth"),
-    ("worn_volume", "worn volume"),
+    ("worn_volume", "wear volume"),
     ("dissipation", "dissipation"),
     ("iterations", "iterations"),
     ("operator_applications", "products"),
@@ -243,7 +243,7 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
 const CERTIFICATE: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
     ("min_gap", "smallest gap / approach"),
-    ("max_cone_violation", "largest excess over friction / peak"),
+    ("max_cone_violation", "largest excess over the friction limit / peak"),
     ("normal_gap_energy", "pressure × gap / energy"),
     ("tangential_gap_energy", "slip rule / energy"),
     ("energy_balance", "energy balance"),
@@ -264,8 +264,7 @@ fn certificate(records: &[Value], rows: &[usize]) -> Table {
     };
     Table {
         title: "Certificate".to_owned(),
-        note: "Checks of each state, computed afresh from its tractions, independently of the solver. All are relative; 0 is perfect, the natural \
-               residual has to be below solver.tolerance."
+        note: "Checks of each state, recomputed from its tractions and independent of the solver. All are relative, and 0 is exact. The natural residual must be below solver.tolerance."
             .to_owned(),
         heads: heads.map(|head| [head.to_owned(), String::new()]).collect(),
         rows: rows.iter().map(row).collect(),
@@ -306,7 +305,7 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
             Scale::Linear,
             vec![
                 ("iterations", over(&count("iterations"))),
-                ("products with the flexibility", over(&count("operator_applications"))),
+                ("products with the flexibility matrix", over(&count("operator_applications"))),
             ],
         ),
         chart("Time", "s per entry", Scale::Linear, vec![("time", over(&count("seconds")))]),
@@ -351,8 +350,8 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
     let rows: Vec<_> = skipped.map(|skip| vec![to_line(&skip["what"]), to_line(&skip["why"])]).collect();
     if !rows.is_empty() {
         let heads = ["what", "why"].map(|head| [head.to_owned(), String::new()]).to_vec();
-        let note = "The answers are the same with all of it (solver.skip = false).".to_owned();
-        page.plan.push(Table { title: "Work that the scene did not need".to_owned(), note, heads, rows });
+        let note = "The results are the same if this work is done (solver.skip = false).".to_owned();
+        page.plan.push(Table { title: "Omitted work".to_owned(), note, heads, rows });
     }
     let lists = [
         ("Condensation of finite elements", "condensation", &["body", "method"][..]),
@@ -360,13 +359,13 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
         ("Near fields", "near_fields", &["body", "near_field"]),
         ("Half-spaces with a meshed surface", "truncations", &["body"]),
         ("Estimated errors", "", &["step", "name", "value", "estimate", "relative"]),
-        ("Runs for the accuracy", "", &["cells", "increments", "jumps", "seconds"]),
+        ("Runs to reach the accuracy", "", &["cells", "increments", "jumps", "seconds"]),
     ];
     let accuracy = &said["accuracy"];
     for (title, key, first) in lists {
         let list = match title {
             "Estimated errors" => &accuracy["results"],
-            "Runs for the accuracy" => &accuracy["runs"],
+            "Runs to reach the accuracy" => &accuracy["runs"],
             _ => &said[key],
         };
         page.plan.extend(list_table(title, list, first, units));
@@ -384,11 +383,11 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
 const FIGURE_TITLES: [(&str, &str); 7] = [
     ("pressure.svg", "Pressure after each step"),
     ("slip.svg", "Slip in the last entry of each step"),
-    ("zones.svg", "Cells that stick, slip and are open"),
-    ("wear.svg", "Worn depth of both bodies"),
+    ("zones.svg", "Stick, slip and open cells"),
+    ("wear.svg", "Wear depth of both bodies"),
     ("profiles.svg", "Profiles along e1 and e2"),
     ("loops.svg", "Fretting loops"),
-    ("history.svg", "Course of the run"),
+    ("history.svg", "History of the run"),
 ];
 
 /// Adds the figures of the run in the order of [`FIGURE_TITLES`], then other SVG files.
@@ -405,7 +404,7 @@ pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
             Ok(svg) if svg.trim_end().ends_with("</svg>") => {
                 page.plots.push(EmbeddedImage::of_svg(title, &svg))
             }
-            Ok(_) => source.problems.push(format!("{file} is damaged and left out: its end is missing")),
+            Ok(_) => source.problems.push(format!("{file} is damaged and omitted: its end is missing")),
             Err(error) => source.problems.push(error.to_string()),
         }
     }

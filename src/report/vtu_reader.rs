@@ -47,9 +47,7 @@ impl VtuGrid {
         let mut file = File::open(path).map_err(of_file)?;
         let length = file.metadata().map_err(of_file)?.len();
         if length > MAX_FILE_BYTES {
-            return Err(Error::input(format!(
-                "it has {length} bytes, more than {MAX_FILE_BYTES} are not read"
-            )));
+            return Err(Error::input(format!("it has {length} bytes; at most {MAX_FILE_BYTES} are read")));
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(of_file)?;
@@ -64,9 +62,11 @@ impl VtuGrid {
         const MARK: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
         let at = bytes.windows(MARK.len()).position(|window| window == MARK);
         let at = at.ok_or_else(|| {
-            Error::input("it has no raw appended data: not a .vtu file of this program, or cut off")
+            Error::input(
+                "it has no raw appended data: it is not a .vtu file of this program, or it is truncated",
+            )
         })?;
-        let head = std::str::from_utf8(&bytes[..at]).map_err(|_| Error::input("its head is not text"))?;
+        let head = std::str::from_utf8(&bytes[..at]).map_err(|_| Error::input("its header is not text"))?;
         let data = &bytes[at + MARK.len()..];
         let mut grid = Self::default();
         let (mut n_points, mut n_cells, mut section) = (0, 0, "");
@@ -127,7 +127,7 @@ impl VtuGrid {
         let rising = self.offsets.windows(2).all(|pair| pair[0] <= pair[1])
             && self.offsets.last().copied().unwrap_or(0) == self.connectivity.len();
         if !counted || !rising || self.connectivity.iter().any(|&point| point >= n_points) {
-            return Err(Error::input("its cells do not fit its points"));
+            return Err(Error::input("its cells do not match its points"));
         }
         Ok(())
     }
@@ -169,13 +169,13 @@ fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
 
 fn count(tag: &str, name: &str) -> Result<usize> {
     let text = attribute(tag, name).unwrap_or("");
-    text.parse().map_err(|_| Error::input(format!("{name} is \"{text}\", a number is expected")))
+    text.parse().map_err(|_| Error::input(format!("{name} is \"{text}\", but a number is expected")))
 }
 
 /// Reads the array that a `DataArray` tag describes.
 fn array(tag: &str, data: &[u8]) -> Result<FieldArray> {
     let name = attribute(tag, "Name").unwrap_or("").to_owned();
-    let cut = || Error::input(format!("the data of `{name}` are cut off or damaged"));
+    let cut = || Error::input(format!("the data of `{name}` are truncated or damaged"));
     let offset = count(tag, "offset")?;
     let start = offset.checked_add(8).filter(|&start| start <= data.len()).ok_or_else(cut)?;
     let length = u64::from_le_bytes(data[offset..start].try_into().map_err(|_| cut())?);
@@ -188,7 +188,7 @@ fn array(tag: &str, data: &[u8]) -> Result<FieldArray> {
         "UInt8" => raw.iter().map(|&b| f64::from(b)).collect(),
         other => {
             return Err(Error::input(format!(
-                "`{name}` has the type {other}, this program writes none such"
+                "`{name}` has the type {other}, which this program does not write"
             )));
         }
     };

@@ -41,7 +41,7 @@ pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Resu
         let element = regions.element(face.owner);
         element
             .map(|element| (element, face.area(mesh)))
-            .ok_or_else(|| Error::input("a contact face belongs to no solid"))
+            .ok_or_else(|| Error::input("a contact face does not belong to a solid element"))
     };
     let elements: Vec<(usize, f64)> = under.iter().map(element).collect::<Result<_>>()?;
     Ok(weighted_mean_material(fe, &regions, &elements))

@@ -144,9 +144,8 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
         wrong(message, "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
     })?;
     let parts: Vec<Cow<'_, str>> = key_segments(key).collect();
-    set(root, &parts, value, index).map_err(|message| {
-        wrong(message, "use a key that scenes have (docs/keys.md); list elements are counted from 0")
-    })
+    set(root, &parts, value, index)
+        .map_err(|message| wrong(message, "use a key of docs/keys.md; list elements are counted from 0"))
 }
 
 /// Value of an override: a TOML value, or a bare word or path that is read as a string.
@@ -193,7 +192,7 @@ fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) 
                 && named != number
             {
                 return Err(format!(
-                    "`{segment}` is the name of element {named} and the number of another one; give the element another name"
+                    "`{segment}` is the name of element {named} and also the number of another element; rename the named element"
                 ));
             }
             match element_index(items, segment).and_then(|i| items.get_mut(i)) {

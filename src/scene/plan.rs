@@ -105,8 +105,7 @@ impl Plan {
     pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
         if self.memory_limit.exceeds_available() {
-            let note = "the memory limit exceeds the memory that is available now: a run that needs more starts anyway \
-                        and may be ended by the system";
+            let note = "the memory limit exceeds the memory that is available now. A run that needs more than the available memory starts anyway, and the operating system may stop it";
             self.notes.push(note.to_owned());
         }
     }

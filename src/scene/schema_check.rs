@@ -120,7 +120,7 @@ impl<'a> SchemaWalk<'a> {
         if let Some((_, mend)) = REMOVED_VALUES.iter().find(|(value, _)| value == found) {
             return self.report(
                 key,
-                format!("\"{found}\" is not known any more"),
+                format!("\"{found}\" is no longer supported"),
                 "removed",
                 (*mend).to_owned(),
             );
@@ -145,7 +145,7 @@ impl<'a> SchemaWalk<'a> {
             let near = entries.iter().map(|e| e.name.as_str()).find(|name| closest(name, &[tag]).is_some());
             let mut mend = format!("add `{tag} = ...`, one of {}", quoted_list(&words, "\""));
             if let Some(near) = near {
-                mend = format!("did you mean `{tag}` where `{near}` stands? {mend}");
+                mend = format!("did you mean `{tag}` instead of `{near}`? {mend}");
             }
             return self.report(key, format!("{place} lacks `{tag}`"), &format!("lacks `{tag}`"), mend);
         };
@@ -323,15 +323,15 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
         "wear.beyond_critical",
         "remove it: explicit jumps beyond the stability limit are refused; for longer jumps use `integrator = \"sdirk2\"`",
     ),
-    ("solver.precision", "remove it: all products with the flexibility are in double precision"),
+    ("solver.precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
 /// Values of earlier versions, with the help text for each.
 const REMOVED_VALUES: [(&str, &str); 4] = [
-    ("gauss-seidel", "leave `method` out or take \"auto\": Newton's method solves these contacts"),
-    ("mirror-half", "remove it: mirror-symmetric grids are no longer halved"),
-    ("sliding-friction", "remove it: contacts that slip everywhere are solved like others"),
-    ("reduced-precision", "remove it: all products with the flexibility are in double precision"),
+    ("gauss-seidel", "remove `method`, or use \"auto\": Newton's method solves these contacts"),
+    ("mirror-half", "remove it: mirror-symmetric grids are always computed in full"),
+    ("sliding-friction", "remove it: contacts in full slip are solved like all others"),
+    ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
 /// Maximum magnitude of an integer.

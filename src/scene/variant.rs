@@ -67,7 +67,7 @@ impl std::str::FromStr for DiscretisationPair {
             found.ok_or_else(|| {
                 let near = closest(&word.to_uppercase(), &names);
                 let near = near.map_or(String::new(), |near| format!(" (did you mean {near}?)"));
-                format!("\"{word}\" is not a model of a body{near}; a variant is {wanted}")
+                format!("\"{word}\" is not a body model{near}; a variant is {wanted}")
             })
         };
         match text.trim().split('-').map(str::trim).collect::<Vec<_>>()[..] {
@@ -116,7 +116,7 @@ mod tests {
             ("FE", "not a variant"),
             ("FE-BE-HS", "not a variant"),
             ("FEM-BE", "did you mean FE"),
-            ("half-space", "\"half\" is not a model of a body; a variant is two of"),
+            ("half-space", "\"half\" is not a body model; a variant is two of"),
             ("", "not a variant"),
         ] {
             let error = text.parse::<DiscretisationPair>().unwrap_err();

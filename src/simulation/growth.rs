@@ -42,14 +42,14 @@ pub struct FrameGrowth {
 /// Reason why the frame of a plan is not enlarged again after `growths` enlargements; `None` if it can be.
 pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
     let why = match &plan.frame {
-        FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and go on with --resume",
+        FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and resume with --resume",
         FramePlan::Grid { outline: Some(_), .. } => "a frame with an outline is not enlarged",
         FramePlan::Grid { periodic, .. } if *periodic != [false; 2] => "a periodic frame is not enlarged",
         FramePlan::Mesh { .. } => {
             "a frame of the faces of a mesh is not enlarged: mesh a larger contact group"
         }
         FramePlan::Grid { .. } if growths >= MAX_GROWTHS => {
-            "the frame has four times the cells it began with, and is not enlarged again"
+            "the frame has four times its initial cells and is not enlarged again"
         }
         FramePlan::Grid { .. } => return None,
     };
@@ -77,14 +77,14 @@ fn enlarged(plan: &Plan, (start, axes): (&ContactFrame, [bool; 2]), growths: usi
     let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
     let more = [0, 1].map(|axis| if axes[axis] { more_cells(grid.cells[axis]) } else { 0 });
     if (0..2).any(|axis| axes[axis] && more[axis] == 0) {
-        return Err(Error::input("a frame of one cell across is not enlarged"));
+        return Err(Error::input("a frame with one cell across is not enlarged"));
     }
     ensure_grid(plan, [0, 1].map(|axis| grid.cells[axis].saturating_add(2 * more[axis])))?;
     start.enlarged(more)?.ok_or_else(no_grid)
 }
 
 fn no_grid() -> Error {
-    Error::input("only a grid frame without an outline that does not repeat itself is enlarged")
+    Error::input("only a grid frame that is not periodic and has no outline is enlarged")
 }
 
 impl FrameGrowth {
@@ -121,7 +121,7 @@ impl FrameGrowth {
             if study.has_half_space_near_field(index + 1) != self.half_spaces[index] {
                 let reason = record.and_then(|record| record.reason.as_deref());
                 let why = reason
-                    .map_or_else(|| "so far that of its mesh, to that of a half-space".to_owned(), no_place);
+                    .map_or_else(|| "it would change from the mesh to a half-space".to_owned(), no_place);
                 return Err(other_near_field(key, &why));
             }
         }
@@ -142,12 +142,12 @@ impl FrameGrowth {
 /// Error for a body whose near field would change on a larger frame, which would invalidate the state.
 fn other_near_field(key: &str, why: &str) -> Error {
     Error::input(format!(
-        "the larger frame would change the near field of {key}, {why}; begin with a frame of the final size, or mesh a larger body"
+        "the larger frame would change the near field of {key}: {why}; start with a frame of the final size, or mesh a larger body"
     ))
 }
 
 fn no_place(why: &str) -> String {
-    format!("which has no place for that of a half-space there: {why}")
+    format!("the body does not allow a half-space there, because {why}")
 }
 
 /// Refuses gaps that differ by more than rounding and `uncertainty` (mm), and new cells with a smaller gap than all old ones.
@@ -160,14 +160,14 @@ fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f
             let difference = now[plane * n + place] - before[plane * n_before + cell];
             if difference.abs() > most {
                 return Err(Error::input(
-                    "on a larger frame the surfaces first touch elsewhere, and `approach` would count from there",
+                    "on a larger frame the surfaces first touch at another point, and `approach` would be measured from there",
                 ));
             }
         }
     }
     let nearest = |gap: &[f64]| gap.iter().copied().fold(f64::INFINITY, f64::min);
     if nearest(&now[2 * n..]) < nearest(&before[2 * n_before..]) - most {
-        return Err(Error::input("beyond the frame the surfaces are nearer to each other than within it"));
+        return Err(Error::input("outside the frame the surfaces are closer to each other than inside it"));
     }
     Ok(())
 }
@@ -177,8 +177,7 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
     let after = mesh_motion::position_in_run(plan, snapshot);
     let [x, y] = now.half_width().map(format_number);
     format!(
-        "wear brought the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = \
-         [{x}, {y}]: where that is known before, a frame of this size from the start saves the work done twice",
+        "wear extended the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = [{x}, {y}]. Starting with a frame of this size avoids repeated work",
         before.cells[0], before.cells[1], now.cells[0], now.cells[1]
     )
 }
@@ -187,7 +186,7 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let wears = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step));
     (wears && why_not_growable(plan, 0).is_none()).then(|| {
-        let why = "they join when wear brings the contact to its edge (frame.grow)";
-        OmittedWork::new(None, "cells beyond the frame", why)
+        let why = "they are added when wear extends the contact to the edge of the frame (frame.grow)";
+        OmittedWork::new(None, "cells outside the frame", why)
     })
 }

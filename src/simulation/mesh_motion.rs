@@ -143,7 +143,7 @@ impl StiffnessUpdate {
 /// Warning that meshes do not move.
 pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Error) -> String {
     format!(
-        "the mesh is not moved with wear{} and from there on: {}; the run goes on with the stiffness that the bodies had",
+        "the mesh is no longer moved with wear{}: {}; the run continues with the last stiffness of the bodies",
         position_in_run(plan, snapshot),
         error.message()
     )
@@ -167,8 +167,7 @@ pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let steps = plan.steps.iter().any(|step| step.wear);
     (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {
-        let why =
-            "wear.move_mesh is not given: the worn gap enters through the frame, stiffness is that of the unworn bodies";
+        let why = "wear.move_mesh is not given: wear changes the gap, but not the stiffness of the bodies";
         OmittedWork::new(None, "moving meshes with wear", why)
     })
 }

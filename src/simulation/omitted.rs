@@ -88,9 +88,9 @@ fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedW
     (half_space && is_compressed(plan, frame)).then(|| {
         OmittedWork::new(
             OmittableWork::DistantEntries,
-            "entries of the half-space's operator between distant cells",
+            "entries of the half-space operator between distant cells",
             format!(
-                "on more than {MAX_DENSE_CELLS} cells it is compressed to {tolerance:e} (solver.compression_tolerance)"
+                "on more than {MAX_DENSE_CELLS} cells it is compressed with the tolerance {tolerance:e} (solver.compression_tolerance)"
             ),
         )
     })
@@ -103,8 +103,8 @@ fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     if plan.interior_requests.is_empty() && plan.bodies.iter().any(without_mesh) {
         skipped.push(OmittedWork::new(
             None,
-            "displacement and stress inside half-spaces and bodies of boundary elements",
-            "output.inside asks for no points",
+            "displacement and stress inside half-spaces and boundary-element bodies",
+            "output.inside requests no points",
         ));
     }
     let looked_at = !plan.output.fields.is_empty() || plan.friction.ellipse().is_some();
@@ -112,7 +112,7 @@ fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
         skipped.push(OmittedWork::new(
             OmittableWork::TangentialGap,
             "tangential gap of steps without friction and wear",
-            "output.fields is empty, and nothing slips against friction",
+            "output.fields is empty, and there is no friction",
         ));
     }
     skipped
@@ -140,8 +140,10 @@ pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame)
 /// Omitted work for a flexibility of body `index` from the cache. With `solves`, the cache has the factor too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
-    let (what, why) =
-        (format!("factorisation of body {}", index + 1), format!("the cache has the flexibility{factor}"));
+    let (what, why) = (
+        format!("factorisation of body {}", index + 1),
+        format!("the cache contains the flexibility{factor}"),
+    );
     OmittedWork::new(None, what, why)
 }
 

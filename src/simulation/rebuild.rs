@@ -147,7 +147,10 @@ impl Continuation {
     ) -> std::result::Result<Option<Self>, SceneError> {
         if let Some(snapshot) = result.frame_edge_checkpoint.take() {
             let refusal = match shared {
-                true => Some("a comparison has one frame for all".to_owned()),
+                true => Some(
+                    "the frame is not enlarged, because all variants of a comparison share one frame"
+                        .to_owned(),
+                ),
                 false => growth::why_not_growable(plan, stage.frame_growths),
             };
             return Ok(Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop)));

@@ -92,14 +92,14 @@ pub fn decide_resume(
         return Ok(ResumeDecision::AlreadyDone);
     }
     let Some(found) = checkpoint::read(output.path())? else {
-        say(&format!("no checkpoint in {}: beginning at the start", output.path().display()));
+        say(&format!("no checkpoint in {}: the run starts from the beginning", output.path().display()));
         return Ok(ResumeDecision::FromStart);
     };
     found.warnings.iter().for_each(|note| say(note));
     let differences = found.provenance.differences(origin);
     if !differences.is_empty() {
         return Err(Error::input(format!(
-            "the checkpoint in {} is of another run:\n  {}\nrun with what it was made with, or without --resume to begin anew",
+            "the checkpoint in {} belongs to another run:\n  {}\nrun with the scene, files and options of that run, or without --resume to start anew",
             output.path().display(),
             differences.join("\n  ")
         )));
@@ -112,12 +112,12 @@ pub fn decide_resume(
         let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
         missing.truncate(LISTED);
         summary.warnings.push(format!(
-            "files of the run before --resume are missing, and left out of the collections: {}{rest}",
+            "files of the run before --resume are missing and are omitted from the collections: {}{rest}",
             missing.join(", ")
         ));
     }
     if let Some(last) = checkpoint_data.snapshot.records().last() {
-        say(&format!("going on after step \"{}\" ({})", last.name, last.increment));
+        say(&format!("resuming after step \"{}\" ({})", last.name, last.increment));
     }
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }

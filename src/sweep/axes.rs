@@ -122,7 +122,11 @@ pub(super) fn axes(
         }
         let values = match (list, &own.range) {
             (Some(_), Some(_)) => {
-                wrong("range".into(), "the axis has `values` and a `range`".into(), "leave out one of them");
+                wrong(
+                    "range".into(),
+                    "the axis has both `values` and a `range`".into(),
+                    "remove one of them",
+                );
                 continue;
             }
             (None, None) => {
@@ -136,7 +140,7 @@ pub(super) fn axes(
             (Some(list), None) => listed(own, list, &mut wrong),
             (None, Some(_)) if own.keys.len() > 1 => {
                 let mend = "give each key an axis of its own with the same `zip`";
-                wrong("range".into(), format!("a range for {} keys", own.keys.len()), mend);
+                wrong("range".into(), format!("the axis has one `range` for {} keys", own.keys.len()), mend);
                 continue;
             }
             (None, Some(range)) => {
@@ -165,14 +169,14 @@ pub(super) fn axes(
 fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(String, String, &str)) {
     if list.is_some() || own.range.is_some() {
         let other = if list.is_some() { "values" } else { "range" };
-        wrong("sample".into(), format!("the axis has `{other}` and a `sample`"), "leave out one of them");
+        wrong("sample".into(), format!("the axis has both `{other}` and a `sample`"), "remove one of them");
     }
     if !own.zip.is_empty() {
-        let message = "axes that are sampled go together, and with no others".to_owned();
-        wrong("zip".into(), message, "leave out `zip`");
+        let message = "sampled axes always vary together, and cannot be zipped with other axes".to_owned();
+        wrong("zip".into(), message, "remove `zip`");
     }
     if own.keys.len() > 1 {
-        let message = format!("a sample for {} keys", own.keys.len());
+        let message = format!("the axis has one `sample` for {} keys", own.keys.len());
         wrong("sample".into(), message, "give each key an axis of its own with a `sample`");
     }
 }
@@ -189,21 +193,33 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
         (None, None) => return,
         (Some(spec), Some(_)) => spec,
         (Some(_), None) => {
-            let mistake = Diagnostic::at(document, SAMPLE, "no axis is sampled");
+            let mistake = Diagnostic::at(
+                document,
+                SAMPLE,
+                "the study has a table `[sample]`, but no axis has a `sample`",
+            );
             mistakes
-                .push(mistake.help("give axes a `sample = { from = .., to = .. }`, or leave out `[sample]`"));
+                .push(mistake.help("give axes a `sample = { from = .., to = .. }`, or remove `[sample]`"));
             return;
         }
         (None, Some(axis)) => {
             let place = axis.place_of_value(0, 0);
-            let mistake = Diagnostic::at(document, &place, "the study does not say how it is sampled");
-            mistakes.push(mistake.help("add `[sample]` with `count`, and `method` and `seed` if you like"));
+            let mistake = Diagnostic::at(
+                document,
+                &place,
+                "an axis has a `sample`, but the study has no table `[sample]`",
+            );
+            mistakes.push(mistake.help("add `[sample]` with `count`, and optionally `method` and `seed`"));
             return;
         }
     };
     if let Some(other) = keys.axes.iter().position(|axis| axis.zip == SAMPLE) {
-        let mistake = Diagnostic::at(document, &format!("axes.{other}.zip"), "\"sample\" is what is sampled");
-        mistakes.push(mistake.help("take another word"));
+        let mistake = Diagnostic::at(
+            document,
+            &format!("axes.{other}.zip"),
+            "the name \"sample\" is reserved for sampled axes",
+        );
+        mistakes.push(mistake.help("use another word"));
     }
     let ranges: Vec<_> = sampled
         .iter()
@@ -234,7 +250,10 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
         } else if !taken.insert(key) {
             (format!("`{key}` is varied twice"), "name each key once")
         } else if by_option.contains(key.as_str()) {
-            (format!("`{key}` varies, but --set gives it one value"), "leave out the option or the axis")
+            (
+                format!("`{key}` varies in the study, but --set gives it a fixed value"),
+                "remove the option or the axis",
+            )
         } else {
             continue;
         };
@@ -257,7 +276,7 @@ fn listed(
             _ if n == 1 => vec![item.clone()],
             TomlValue::Array(parts) if parts.len() == n => parts.clone(),
             _ => {
-                let message = format!("{} for {n} keys", item.describe());
+                let message = format!("{} is given for {n} keys", item.describe());
                 wrong(format!("values.{v}"), message, "give a list with one value for each key");
                 continue;
             }
@@ -265,7 +284,7 @@ fn listed(
         // Zipped axes may repeat a value.
         let is_new = known.insert(value.iter().map(TomlNode::to_toml).collect::<Vec<_>>());
         if !is_new && axis.zip.is_empty() {
-            let message = format!("the value {} is there twice", item.to_toml());
+            let message = format!("the value {} appears twice", item.to_toml());
             wrong(format!("values.{v}"), message, "give each value once");
         }
         values.push(value);
@@ -308,7 +327,7 @@ fn merge_zipped(
         let (found, wanted) = (axis.values.len(), first.values.len());
         if found != wanted {
             let message = format!("`{}` has {found} values, `{}` has {wanted}", axis.name, first.name);
-            let mend = format!("axes that are zipped as \"{zip}\" have as many values");
+            let mend = format!("axes with zip = \"{zip}\" need equal numbers of values");
             mistakes.push(Diagnostic::at(document, &format!("axes.{number}.zip"), message).help(mend));
             continue;
         }
@@ -321,9 +340,10 @@ fn merge_zipped(
         let mut known = BTreeSet::new();
         let text = |value: &Vec<TomlNode>| value.iter().map(TomlNode::to_toml).collect::<Vec<_>>();
         if let Some(v) = axis.values.iter().position(|value| !known.insert(text(value))) {
-            let message = format!("\"{zip}\" has the values {} twice", axis.label(v));
+            let message = format!("the zipped axes \"{zip}\" have the values {} twice", axis.label(v));
             let place = axis.place_of_value(0, v);
-            mistakes.push(Diagnostic::at(document, &place, message).help("give each pair of values once"));
+            mistakes
+                .push(Diagnostic::at(document, &place, message).help("give each combination of values once"));
         }
     }
     let named = |(_, axis): (&str, Axis)| match axis.is_sample {
@@ -335,7 +355,7 @@ fn merge_zipped(
     for axis in axes.iter().filter(|axis| !axis.name.is_empty()) {
         if !names.insert(axis.name.as_str()) {
             let place = format!("axes.{}.keys.0", axis.locations[0].axis);
-            let message = format!("two axes are called \"{}\"", axis.name);
+            let message = format!("two axes are named \"{}\"", axis.name);
             mistakes.push(Diagnostic::at(document, &place, message).help("give each a `name` of its own"));
         }
     }

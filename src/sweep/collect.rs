@@ -34,8 +34,11 @@ impl CollectedQuantity {
         for (i, field) in fields.iter().enumerate() {
             let Some(inner) = child(at, field) else {
                 let place =
-                    if i == 0 { "entries of steps".to_owned() } else { format!("`{}`", fields[i - 1]) };
-                return Err((format!("{place} have no `{field}`"), format!("there is {}", names(at))));
+                    if i == 0 { "the entries of steps".to_owned() } else { format!("`{}`", fields[i - 1]) };
+                return Err((
+                    format!("`{field}` does not exist in {place}"),
+                    format!("available: {}", names(at)),
+                ));
             };
             at = inner;
         }
@@ -44,9 +47,9 @@ impl CollectedQuantity {
                 Ok(Self { path: path.to_owned(), step: step.clone(), fields: fields.to_vec() })
             }
             Value::Object(_) | Value::Array(_) => {
-                Err((format!("`{path}` is no number"), format!("add one of {}", names(at))))
+                Err((format!("`{path}` is not a number"), format!("append one of {}", names(at))))
             }
-            _ => Err((format!("`{path}` is no number"), EXAMPLE.to_owned())),
+            _ => Err((format!("`{path}` is not a number"), EXAMPLE.to_owned())),
         }
     }
 
@@ -109,7 +112,7 @@ const CUMULATIVE_FIELDS: [&str; 8] = [
 ];
 
 const EXAMPLE: &str =
-    "name a step and a number of its entries, as in \"fretting.worn_volume\" (docs/results.md)";
+    "give the name of a step and a number of its entries, as in \"fretting.worn_volume\" (docs/results.md)";
 
 /// An entry with all optional fields.
 fn template() -> Value {
@@ -136,7 +139,7 @@ fn names(value: &Value) -> String {
     let names: Vec<String> = match value {
         Value::Object(fields) => fields.keys().map(|name| format!("`{name}`")).collect(),
         Value::Array(items) => (0..items.len()).map(|i| format!("`{i}`")).collect(),
-        _ => vec!["nothing inside".to_owned()],
+        _ => vec!["nothing".to_owned()],
     };
     names.join(", ")
 }
@@ -172,10 +175,10 @@ mod tests {
     #[test]
     fn other_paths_are_refused() {
         for (path, message, mend) in [
-            ("rub.worn_volum", "have no `worn_volum`", "`worn_volume`"),
-            ("rub.tangential_force", "is no number", "`0`, `1`"),
-            ("rub.method", "is no number", "fretting.worn_volume"),
-            ("rub", "is no number", "`normal_force`"),
+            ("rub.worn_volum", "`worn_volum` does not exist in the entries of steps", "`worn_volume`"),
+            ("rub.tangential_force", "is not a number", "`0`, `1`"),
+            ("rub.method", "is not a number", "fretting.worn_volume"),
+            ("rub", "is not a number", "`normal_force`"),
             ("", "empty", "fretting.worn_volume"),
         ] {
             let (found, help) = CollectedQuantity::parse(path).expect_err("no number");

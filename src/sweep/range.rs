@@ -29,19 +29,21 @@ pub(super) fn values(
         return Ok(Vec::new());
     }
     if !(from.is_finite() && to.is_finite() && from != to) {
-        let message = format!("the range goes from {from} to {to}");
+        let message = format!("the range goes from {from} to {to}; its ends must be finite and different");
         return Err(wrong("", message, "give two different numbers"));
     }
     let numbers = match (range.count, range.step, range.spacing) {
         (Some(count), None, Spacing::Linear) => linear(from, to, count),
         (Some(count), None, Spacing::Log) if from * to > 0.0 => log(from, to, count),
         (Some(_), None, Spacing::Log) => {
-            let message = format!("a range from {from} to {to} has no even ratios");
-            return Err(wrong("spacing", message, "give ends above 0, or leave out `spacing`"));
+            let message = format!(
+                "a range from {from} to {to} cannot have logarithmic spacing: both ends must have the same sign and differ from 0"
+            );
+            return Err(wrong("spacing", message, "give ends above 0, or remove `spacing`"));
         }
         (None, Some(_), Spacing::Log) => {
-            let message = "even ratios have no `step`".to_owned();
-            return Err(wrong("spacing", message, "give `count` in place of `step`"));
+            let message = "logarithmic spacing does not support `step`".to_owned();
+            return Err(wrong("spacing", message, "give `count` instead of `step`"));
         }
         (None, Some(step), Spacing::Linear) => {
             steps(from, to, step, most).map_err(|(message, mend)| wrong("step", message, &mend))?
@@ -49,12 +51,16 @@ pub(super) fn values(
         (Some(_), Some(_), _) => {
             return Err(wrong(
                 "step",
-                "the range has `count` and `step`".to_owned(),
-                "leave out one of them",
+                "the range has both `count` and `step`".to_owned(),
+                "remove one of them",
             ));
         }
         (None, None, _) => {
-            return Err(wrong("", "the range has no spacing".to_owned(), "give `count` or `step`"));
+            return Err(wrong(
+                "",
+                "the range has neither `count` nor `step`".to_owned(),
+                "give `count` or `step`",
+            ));
         }
     };
     let is_integer = |part: &str| {
@@ -123,19 +129,22 @@ fn log(from: f64, to: f64, count: usize) -> Vec<f64> {
 
 /// The numbers of a range with a step. If the steps do not meet the end, returns a message and a help text.
 fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String, String)> {
-    let use_count = "give `count` in place of `step`".to_owned();
+    let use_count = "give `count` instead of `step`".to_owned();
     let Some(([a, b, by], power)) = decimals([from, to, step]) else {
-        return Err((format!("the step {step} is too far from {from} and {to} in size"), use_count));
+        return Err((
+            format!("the step {step} differs too much in magnitude from {from} and {to}"),
+            use_count,
+        ));
     };
     if by == 0 || (b > a) != (by > 0) {
-        let mend = "give a step above 0 for a rising range, below 0 for a falling one".to_owned();
+        let mend = "give a step above 0 for a rising range, below 0 for a falling range".to_owned();
         return Err((format!("the step {step} does not lead from {from} to {to}"), mend));
     }
     let n = (b - a) / by;
     if (b - a) % by != 0 {
         let (before, after) = (nearest(a + n * by, power), nearest(a + (n + 1) * by, power));
-        let message = format!("steps of {step} from {from} do not meet {to}");
-        return Err((message, format!("let it end at {before} or {after}, or {use_count}")));
+        let message = format!("steps of {step} from {from} do not reach {to} exactly");
+        return Err((message, format!("end the range at {before} or {after}, or {use_count}")));
     }
     if n >= most as i128 {
         return Err((format!("the range has {} values (at most {most})", n + 1), use_count));
@@ -179,10 +188,16 @@ mod tests {
     #[test]
     fn steps_that_miss_the_end_are_refused() {
         let (message, mend) = steps(0.0, 1.0, 0.3, 9).expect_err("no step");
-        assert!(message.contains("do not meet 1") && mend.contains("0.9 or 1.2"), "{message}: {mend}");
-        for (step, words) in
-            [(0.0, "does not lead"), (-0.5, "does not lead"), (0.1, "11 values"), (1e-40, "too far")]
-        {
+        assert!(
+            message.contains("do not reach 1 exactly") && mend.contains("0.9 or 1.2"),
+            "{message}: {mend}"
+        );
+        for (step, words) in [
+            (0.0, "does not lead"),
+            (-0.5, "does not lead"),
+            (0.1, "11 values"),
+            (1e-40, "differs too much in magnitude"),
+        ] {
             let (message, _) = steps(0.0, 1.0, step, 9).expect_err("no step");
             assert!(message.contains(words), "{message}");
         }

@@ -97,8 +97,10 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
     if document.get("study").is_none() && document.get("body1").is_some() {
         let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
-        let mend =
-            format!("run it with `orthowear run {}`, or write a study of it (docs/study.md)", path.display());
+        let mend = format!(
+            "run it with `orthowear run {}`, or write a study that uses it (docs/study.md)",
+            path.display()
+        );
         return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
     }
     let (mut mistakes, unknown) =
@@ -213,16 +215,16 @@ fn choices(
         Vec::new()
     };
     if count > most {
-        let message = format!("the axes make {count} {what} (at most {most})");
+        let message = format!("the axes give {count} {what}; at most {most} are allowed");
         return refuse("axes", message, "give fewer values, or split the study");
     }
     let choices = combinations(axes, &requirements);
     if choices.is_empty() && count > 0 {
-        let message = format!("none of the {count} combinations meets all of `require`");
-        return refuse("study.require", message, "relax what is required, or give the axes other values");
+        let message = format!("none of the {count} combinations meets all conditions of `require`");
+        return refuse("study.require", message, "relax the conditions, or give the axes other values");
     }
     if choices.len() > MOST_RUNS {
-        let message = format!("the axes make {} runs (at most {MOST_RUNS})", choices.len());
+        let message = format!("the axes give {} runs; at most {MOST_RUNS} are allowed", choices.len());
         return refuse("axes", message, "give fewer values, or split the study");
     }
     choices

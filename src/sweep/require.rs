@@ -10,7 +10,7 @@ const LONGEST: usize = 500;
 /// Comparison operators; those that start with another operator come first.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
-const EXAMPLE: &str = "write a comparison of names of axes and numbers, as in \"tilt + angle <= 120\"";
+const EXAMPLE: &str = "write a comparison of axis names and numbers, as in \"tilt + angle <= 120\"";
 
 /// A message and its help text.
 type MessageAndHelp = (String, String);
@@ -53,8 +53,9 @@ impl Requirement {
     /// The message and help text of the first error.
     pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, MessageAndHelp> {
         if text.len() > LONGEST {
-            let message = format!("`require` has {} bytes (at most {LONGEST})", text.len());
-            return Err((message, "split it into several".to_owned()));
+            let message =
+                format!("a condition of `require` has {} bytes; at most {LONGEST} are allowed", text.len());
+            return Err((message, "split it into several conditions".to_owned()));
         }
         let mut parser = Parser { text, rest: text, axes, named: false };
         let (mut sides, mut signs) = (vec![parser.sum(0)?], Vec::new());
@@ -66,7 +67,10 @@ impl Requirement {
             return Err(parser.unexpected("a comparison (<=, <, ==, !=, >, >=)"));
         }
         if !parser.named {
-            return Err((format!("`{text}` names no axis"), format!("there is {}", parser.names())));
+            return Err((
+                format!("`{text}` does not contain the name of an axis"),
+                format!("axes: {}", parser.names()),
+            ));
         }
         Ok(Self { sides, signs })
     }
@@ -235,12 +239,12 @@ impl<'a> Parser<'a> {
         let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
             let names: Vec<&str> = known.iter().map(|(name, ..)| *name).collect();
             let near = closest(name, &names).map_or(String::new(), |near| format!("did you mean `{near}`? "));
-            let mend = format!("{near}There is {}; names with spaces in single quotes", self.names());
-            return Err((format!("no axis is called `{name}`"), mend));
+            let mend = format!("{near}Axes: {}; put names with spaces in single quotes", self.names());
+            return Err((format!("no axis is named `{name}`"), mend));
         };
         if (0..self.axes[i].values.len()).any(|value| self.axes[i].value_of_key(value, k).is_none()) {
-            let mend = "name axes whose values are all numbers".to_owned();
-            return Err((format!("`{name}` has values that are no numbers"), mend));
+            let mend = "use axes whose values are all numbers".to_owned();
+            return Err((format!("`{name}` has values that are not numbers"), mend));
         }
         self.named = true;
         Ok(Expression::AxisValue(i, k))
@@ -289,7 +293,7 @@ mod tests {
             ("(tilt < 1", "`)`"),
             ("'the angle < 1", "`'`"),
             ("tilt < 1.2.3", "a number"),
-            ("1 < 2", "names no axis"),
+            ("1 < 2", "does not contain the name of an axis"),
         ] {
             let (message, mend) = Requirement::parse(text, &axes()).expect_err(text);
             assert!(message.contains(words) && !mend.is_empty(), "{text}: {message}: {mend}");

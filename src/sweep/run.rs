@@ -23,7 +23,7 @@ use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::table::{StudyResult, StudyRun};
 
 /// Reason why the results in a folder are not used.
-const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
+const STALE_FOLDER: &str = "the results in its folder are from another scene, other values or another version, or older than a file of the scene";
 
 /// A study with the settings of its execution.
 pub struct StudyRunner<'a> {
@@ -88,7 +88,7 @@ impl StudyRunner<'_> {
                 let builder = std::thread::Builder::new().stack_size(THREAD_STACK_BYTES);
                 let work = move || self.worker(shared.threads_per_run, (numbers, next), &sender);
                 if let Err(error) = builder.spawn_scoped(scope, work) {
-                    ended.problems.push(format!("no thread for a run: {error}"));
+                    ended.problems.push(format!("the thread for a run cannot be started: {error}"));
                 }
             }
             drop(sender);
@@ -129,7 +129,9 @@ impl StudyRunner<'_> {
             Ok(pool) => pool,
             Err(error) => {
                 // The receiver is dropped only at the end of the study.
-                let _ = said.send(WorkerMessage::Problem(format!("no threads for a run: {error}")));
+                let _ = said.send(WorkerMessage::Problem(format!(
+                    "the threads for a run cannot be started: {error}"
+                )));
                 return;
             }
         };
@@ -256,7 +258,9 @@ impl StudyRunner<'_> {
     /// Input, if it does not exist.
     pub fn find_directory(&self) -> Result<()> {
         let place = self.directory.display();
-        let none = || Error::input(format!("there is no folder {place}; name that of the runs with --out"));
+        let none = || {
+            Error::input(format!("the folder {place} does not exist; give the folder of the runs with --out"))
+        };
         self.directory.is_dir().then_some(()).ok_or_else(none)
     }
 
@@ -268,11 +272,12 @@ impl StudyRunner<'_> {
         let place = self.directory;
         if place.exists() && !place.is_dir() {
             return Err(Error::input(format!(
-                "the output directory {} is a file; name a directory with --out",
+                "the output directory {} is a file; give a directory with --out",
                 place.display()
             )));
         }
-        std::fs::create_dir_all(place).map_err(|e| file_error("cannot make the output directory", place, &e))
+        std::fs::create_dir_all(place)
+            .map_err(|e| file_error("cannot create the output directory", place, &e))
     }
 }
 

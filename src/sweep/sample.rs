@@ -53,20 +53,23 @@ pub(super) fn values(
     for (range, place) in ranges {
         let SampledRange { from, to, spacing } = **range;
         if !(from.is_finite() && to.is_finite() && from != to) {
-            let message = format!("the range goes from {from} to {to}");
+            let message =
+                format!("the range goes from {from} to {to}; its ends must be finite and different");
             mistakes.push(wrong(place, message, "give two different numbers"));
         } else if spacing == Spacing::Log && from * to <= 0.0 {
-            let message = format!("a range from {from} to {to} has no even ratios");
+            let message = format!(
+                "a range from {from} to {to} cannot have logarithmic spacing: both ends must have the same sign and differ from 0"
+            );
             mistakes.push(wrong(
                 &format!("{place}.spacing"),
                 message,
-                "give ends above 0, or leave out `spacing`",
+                "give ends above 0, or remove `spacing`",
             ));
         }
     }
     if ranges.len() > MOST_DIMENSIONS {
-        let message = format!("{} axes are sampled (at most {MOST_DIMENSIONS})", ranges.len());
-        mistakes.push(wrong("sample", message, "give some of them `values`"));
+        let message = format!("{} axes are sampled; at most {MOST_DIMENSIONS} are allowed", ranges.len());
+        mistakes.push(wrong("sample", message, "give some of them `values` instead"));
     }
     if !mistakes.is_empty() {
         return Err(mistakes);

@@ -162,8 +162,9 @@ impl StudyResult {
     /// # Errors
     /// If serialisation fails. Numbers that are not finite do not cause this, because they become null.
     pub fn to_json(&self) -> Result<String> {
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| Error::numerical(format!("the results of the study: {error}")))?;
+        let text = serde_json::to_string_pretty(self).map_err(|error| {
+            Error::numerical(format!("the results of the study cannot be written as JSON: {error}"))
+        })?;
         Ok(text + "\n")
     }
 

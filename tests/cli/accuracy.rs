@@ -191,8 +191,8 @@ fn a_peak_that_does_not_converge() {
     for word in [
         "peak_pressure of step \"press\" does not converge",
         "accuracy.of = [\"load\"]",
-        "18 x 18 cells: largest estimated error by cells",
-        "40 x 40 cells: largest estimated error by cells",
+        "18 x 18 cells: the largest estimated error due to the cells",
+        "40 x 40 cells: the largest estimated error due to the cells",
     ] {
         assert!(said.contains(word), "lacks \"{word}\": {said}");
     }
@@ -249,7 +249,7 @@ fn what_is_refused() {
         ("{ relative = 1e-3, of = [] }", &["accuracy.of"]),
         (
             "{ relative = 1e-3, keep = [\"cells\", \"increments\", \"jumps\"] }",
-            &["accuracy", "nothing can be chosen"],
+            &["accuracy", "nothing to refine"],
         ),
     ] {
         let (code, text) = check(&with(accuracy), &[]);

@@ -92,7 +92,7 @@ fn the_block_of_finite_elements() {
     fs::write(folder.path().join("block.msh"), surface(&block())).unwrap();
     let of_surface = run(folder.path(), &[]);
     let said = of_surface["warnings"].to_string();
-    assert!(said.contains("pointed into the body and were turned outward"), "{said}");
+    assert!(said.contains("pointed into the body and were reversed"), "{said}");
     fs::write(folder.path().join("block.msh"), block()).unwrap();
     let scene = SCENE.replace("kind = \"be\"", "kind = \"fe\"").replace("element = \"constant\"\n", "");
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -123,7 +123,10 @@ fn a_block_that_floats() {
     let sets = ["output.fields=[]", "frame.cells=[4,4]", "body1.element=\"linear\""];
     let (code, text) = call("check", folder.path(), &sets);
     assert_eq!(code, Some(2), "{text}");
-    assert!(text.contains("floats by translation z: with friction it must be held"), "{text}");
+    assert!(
+        text.contains("unconstrained rigid-body modes (translation z), which friction does not allow"),
+        "{text}"
+    );
     let summary = run(folder.path(), &[&sets[..], &["friction={law=\"none\"}"]].concat());
     let step = &summary["steps"][0];
     let [load, peak] = ["normal_force", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
@@ -160,9 +163,9 @@ fn surfaces_and_supports_that_are_wrong() {
     });
     refused(&turned, &[cells], &["inconsistently oriented", "4 edges", "21"]);
     refused(&small, &[cells, "body1.fixed=[{group=\"body\"}]"], &["body1.fixed.0", "volumes"]);
-    refused(&small, &[cells, "body1.fixed=[{group=\"top\"}]"], &["holds faces under the contact frame"]);
+    refused(&small, &[cells, "body1.fixed=[{group=\"top\"}]"], &["fixes faces under the contact frame"]);
     refused(&small, &[cells, "solver.coupling=\"block\""], &["solver.coupling", "boundary elements"]);
-    refused(&small, &[cells, "body1.contact=\"base\""], &["looks towards"]);
+    refused(&small, &[cells, "body1.contact=\"base\""], &["is oriented towards"]);
     refused(&small, &[cells, "body1.near_field=\"mesh\""], &["near_field"]);
     let displaced = "body1.displaced=[{group=\"base\",components=[\"z\"],value=[0.1]}]";
     refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);

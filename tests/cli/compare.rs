@@ -222,7 +222,7 @@ fn descriptions_that_do_not_fit_are_named() {
     let of_be = "body1={ kind = \"be\", material = \"im7\", mesh = \"box.msh\", contact = \"top\", fixed = [{ group = \"base\" }] }";
     let given = "compare.body1.be.element=\"constant\"";
     for (settings, code, named) in [
-        (&["compare.variants=[\"FE-rigid\", \"BEM-rigid\"]"][..], 2, "\"BEM\" is not a model of a body"),
+        (&["compare.variants=[\"FE-rigid\", \"BEM-rigid\"]"][..], 2, "\"BEM\" is not a body model"),
         (&["compare.variants=[\"FE-rigid\", \"fe-rigid\"]"], 2, "the variant FE-rigid is named twice"),
         (&["compare.variants=[]"], 2, "compare.variants"),
         (&["compare.body1.be.mesh=\"none.msh\""], 2, "there is no mesh file"),
@@ -230,18 +230,22 @@ fn descriptions_that_do_not_fit_are_named() {
         (&["compare.body1.fe.mesh=\"box.msh\""], 2, "applies only if body1.kind = \"be\""),
         (&[of_be, given], 2, "applies only if body1.kind = \"fe\""),
         (&["compare.variants=[\"FE-rigid\", \"FE-FE\"]"], 0, "FE-FE: body2 is rigid in the scene"),
-        (&["compare.variants=[\"FE-rigid\", \"rigid-rigid\"]"], 0, "rigid-rigid: body1 deforms in the scene"),
+        (
+            &["compare.variants=[\"FE-rigid\", \"rigid-rigid\"]"],
+            0,
+            "rigid-rigid: body1 is elastic in the scene",
+        ),
         (
             &["body1.foundation=[{ group = \"base\", stiffness = 10.0 }]"],
             0,
-            "BE-rigid: body1 has foundations, which boundary elements have not",
+            "BE-rigid: body1 has foundations, which boundary elements do not support",
         ),
         (
             &["body1.fixed=[{ group = \"base\" }, { group = \"block\", components = [\"x\"] }]"],
             0,
-            "BE-rigid: body1 of boundary elements can be held and loaded on surfaces only",
+            "BE-rigid: body1 as a boundary-element body can be fixed and loaded on surfaces only",
         ),
-        (&["body1.near_field=\"auto\"", "frame.cells=[12, 12]"], 0, "BE-rigid: a cell of the frame is only"),
+        (&["body1.near_field=\"auto\"", "frame.cells=[12, 12]"], 0, "BE-rigid: the cells of the frame are too small for the meshes"),
     ] {
         let sets = settings.iter().flat_map(|setting| ["--set", setting]);
         let arguments = ["compare", "scene.toml", "--out", "c", "--set", "body1.near_field=\"mesh\""];
@@ -305,7 +309,7 @@ fn what_is_compared_with_what_is_told() {
     assert!(text.contains("FE-FE: body2 is rigid in the scene") && !text.contains("cannot write"), "{text}");
     let (code, text) = run(&["--variants", "FE-FE, fe-rigid,HS-rigid,FE-rigid", "--out", "c"]);
     assert_eq!(code, Some(0), "{text}");
-    assert!(text.contains("FE-FE was not computed: differences are from FE-rigid"), "{text}");
+    assert!(text.contains("FE-FE was not computed; the differences refer to FE-rigid"), "{text}");
     let comparison = json(&folder.path().join("c/compare.json"));
     let variants = comparison["variants"].as_array().unwrap();
     assert_eq!(variants.len(), 3);
@@ -318,7 +322,11 @@ fn what_is_compared_with_what_is_told() {
         run(&["--variants", "BE-rigid,HS-rigid", "--out", "w", "--set", "frame.half_width=[0.375, 0.375]"]);
     assert_eq!(code, Some(0), "{text}");
     let edge = "WARNING: step \"press\" (1): the contact reaches the edge of the frame";
-    assert!(text.contains("BE-rigid: WARNING: a cell of the frame is only") && text.contains(edge), "{text}");
+    assert!(
+        text.contains("BE-rigid: WARNING: the cells of the frame are small for the mesh")
+            && text.contains(edge),
+        "{text}"
+    );
 }
 
 /// Truth: docs/scene.md: groups of supports and loads whose area or position differs between meshes by more than 5 % are reported.

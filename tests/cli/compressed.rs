@@ -94,10 +94,10 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
     let (code, text, errors) = call("check", folder.path(), &[]);
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("its operator is compressed to 1e-8"), "{text}");
-    assert!(text.contains("compressed to 1e-8 (solver.compression_tolerance)"), "{text}");
+    assert!(text.contains("its operator is compressed with the tolerance 1e-8"), "{text}");
+    assert!(text.contains("compressed with the tolerance 1e-8 (solver.compression_tolerance)"), "{text}");
     let (_, text, _) = call("check", folder.path(), &["--set", "solver.skip=false"]);
-    assert!(!text.contains("compressed to"), "{text}");
+    assert!(!text.contains("compressed with"), "{text}");
     let answer = |options: &[&str]| -> Value {
         let out = folder.path().join("out");
         let all = [&["--quiet", "--out", out.to_str().unwrap()], options].concat();
@@ -110,7 +110,9 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     let exact = answer(&["--set", "solver.skip=false"]);
     let told = |summary: &Value| {
         let entries = summary["skipped"].as_array().unwrap();
-        entries.iter().any(|entry| entry["why"].as_str().unwrap().contains("compressed to 1e-8"))
+        entries
+            .iter()
+            .any(|entry| entry["why"].as_str().unwrap().contains("compressed with the tolerance 1e-8"))
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);

@@ -112,7 +112,7 @@ fn runs_stop_at_the_edge() {
     let (code, text, stopped) = run(folder.path(), "out", &["--set", "frame.grow=false"]);
     assert_eq!((code, &stopped["reason"]), (Some(3), &"frame-edge".into()), "{text}");
     assert!(
-        warned(&stopped, &["edge of the frame between", "not taken"])
+        warned(&stopped, &["edge of the frame between", "not applied"])
             && warned(&stopped, &["frame.grow is false"])
     );
     assert!(folder.path().join("out/checkpoint-1.bin").exists(), "no checkpoint");

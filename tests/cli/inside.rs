@@ -23,7 +23,7 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ("points = 11", "points = 1", &["output.inside.0.points", "at least 2"]),
     ("points = 11", "points = -1", &["output.inside.0.points", "at least 2"]),
     ("points = [9, 5]", "points = [9, 1]", &["output.inside.1.points", "at least 2"]),
-    ("points = 11", "points = [11, 2]", &["output.inside.0.points", "there is no `across`"]),
+    ("points = 11", "points = [11, 2]", &["output.inside.0.points", "`across` is missing"]),
     ("points = [9, 5]", "points = 9", &["output.inside.1.points", "needs two"]),
     ("points = 11", "points = \"many\"", &["output.inside.0.points"]),
     (

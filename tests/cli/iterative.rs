@@ -70,7 +70,7 @@ fn a_small_memory_limit_changes_no_result() {
     let [limit, rest] = limit(&path);
     let (code, text) = call("check", &path, &limit.to_string());
     assert_eq!(code, Some(0), "{text}");
-    assert!(text.contains("; conjugate gradients") && text.contains("a factorisation would take"), "{text}");
+    assert!(text.contains("; conjugate gradients") && text.contains("a factorisation would need"), "{text}");
     let run = |limit: u64| -> Value {
         let (code, text) = call("run", &path, &limit.to_string());
         assert_eq!(code, Some(0), "{text}");

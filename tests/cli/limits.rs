@@ -177,7 +177,7 @@ fn bodies_that_overlap_at_the_start() {
             "cylinder-on-flat.toml",
             "../meshes/roller.msh",
             "ROLLER",
-            &["gap", "overlap", "8 of 8 cells", "most by 1.99", "move the mesh of body 2"][..],
+            &["gap", "overlap", "8 of 8 cells", "by up to 1.99", "move the mesh of body 2"][..],
         ),
         ("pin-in-hole.toml", plate, "normal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
         (
@@ -244,7 +244,10 @@ fn faces_left_out_of_the_frame() {
     let (code, text, errors) = call("check", &path, &[]);
     assert_eq!(code, Some(0), "{errors}");
     let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(line.contains("3 of the 12 faces of `contact`") && line.contains("left out"), "{text}");
+    assert!(
+        line.contains("3 of the 12 faces of `contact`") && line.contains("omitted from the frame"),
+        "{text}"
+    );
 }
 
 /// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before the run, with exit code 4.

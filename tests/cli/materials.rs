@@ -207,8 +207,8 @@ fn mistakes_in_tables_and_fields() {
         ],
     );
     let most: String = (101..164).map(|e| format!("{e},1,0,0\n")).collect();
-    refused(&table(&most), &["body1.fibre", "element 164 of ./box.msh: no fibre is given for it in ./f.csv"]);
-    refused(&table(&format!("{most}101,1,0,0\n")), &["f.csv:64: element 101 stands twice"]);
+    refused(&table(&most), &["body1.fibre", "element 164 of ./box.msh: it has no fibre in ./f.csv"]);
+    refused(&table(&format!("{most}101,1,0,0\n")), &["f.csv:64: element 101 appears twice"]);
     refused(&folder("fibre = { file = \"g.csv\" }", "", &[]), &["body1.fibre.file", "g.csv cannot be read"]);
     let field = |name: &str, data: &str| folder(&format!("fibre = {{ field = \"{name}\" }}"), data, &[]);
     refused(&field("fibre", ""), &["has no field \"fibre\"", "none"]);
@@ -216,7 +216,7 @@ fn mistakes_in_tables_and_fields() {
     refused(&field("fiber", &data), &["did you mean \"fibre\"?"]);
     refused(
         &field("fibre", &data.replace("\n150 1 0 0", "\n150 nan 0 0")),
-        &["element 150 gives no direction"],
+        &["element 150 has no direction"],
     );
     let line = (mesh() + &data).lines().position(|line| line == "150 1 0 0").unwrap() + 1;
     let place = format!("./box.msh, line {line} (section $ElementData): found \"zero\"");
@@ -267,7 +267,7 @@ fn contradictions_are_named() {
     let across = folder("layup = { plies = [{ thickness = 0.6 }, { thickness = 0.4 }] }", "", &[]);
     let (code, text, _) = orthowear(across.path(), &["check", "scene.toml"]);
     assert_eq!(code, Some(0));
-    assert!(text.contains("16 of 64 elements reach beyond the ply"), "{text}");
+    assert!(text.contains("16 of 64 elements extend beyond the ply"), "{text}");
 }
 
 /// Truth: a positive strain energy. The message gives its bound, and group and body of the scene.
@@ -294,7 +294,7 @@ fn nearly_singular_materials_are_refused() {
     let transverse = "model = \"transversely-isotropic\"\nE1 = 1e5\nE2 = 1e4\nG12 = 5e3\nnu12 = 0.0\nnu23 = 0.99999999999999989";
     let cases = [
         (orthotropic("333.0", "334.0", "333.5", "0.49999999999999994"), "the Poisson's ratios are too close"),
-        (orthotropic("400.0", "400.0", "1e-99", "0.3"), "G23 = 1e-99 is too small beside E"),
+        (orthotropic("400.0", "400.0", "1e-99", "0.3"), "G23 = 1e-99 is too small compared with E"),
         (orthotropic("400.0", "400.0", "1e-15", "0.3"), "G23 = 1e-15 is too small"),
         (transverse.to_owned(), "the Poisson's ratios are too close"),
         ("model = \"isotropic\"\nE = 1e3\nnu = 0.49999999999999994".to_owned(), "nu is too close"),

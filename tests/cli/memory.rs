@@ -56,23 +56,23 @@ fn the_option_wins_over_the_key() {
             "\"2 GB\"",
             &["--max-memory", "1000"][..],
             4,
-            ["allowed by --max-memory is 1000 bytes", "or raise --max-memory"],
+            ["the limit of --max-memory is 1000 bytes", "or raise --max-memory"],
         ),
         (
             "\"2 GB\"",
             &["--max-memory", "1 KiB"],
             4,
-            ["allowed by --max-memory is 1.0 KiB", "or raise --max-memory"],
+            ["the limit of --max-memory is 1.0 KiB", "or raise --max-memory"],
         ),
         (
             "\"2 GB\"",
             &["--max-memory", "0.00001 %"],
             4,
-            ["--max-memory (0.00001 % of what is available)", "or raise --max-memory"],
+            ["--max-memory (0.00001 % of the available memory)", "or raise --max-memory"],
         ),
-        ("1000", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
-        ("1e3", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
-        ("\"1e3\"", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
+        ("1000", &[], 4, ["the limit of solver.memory_limit is 1000 bytes", raised]),
+        ("1e3", &[], 4, ["the limit of solver.memory_limit is 1000 bytes", raised]),
+        ("\"1e3\"", &[], 4, ["the limit of solver.memory_limit is 1000 bytes", raised]),
         ("1000", &["--max-memory", "1.5e9"], 0, ["", ""]),
         ("1000", &["--max-memory", "2 GB"], 0, ["", ""]),
         ("1000", &["--max-memory=90%"], 0, ["", ""]),
@@ -95,9 +95,9 @@ fn the_option_wins_over_the_key() {
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
     for (options, word, shown) in [
-        (&[][..], "(80 % of what is available is", true),
-        (&["--max-memory", "50 %"], "(allowed by --max-memory (50 % of what is available) is", false),
-        (&["--max-memory", "3 GiB"], "(allowed by --max-memory is 3.0 GiB)", false),
+        (&[][..], "(80 % of the available memory is", true),
+        (&["--max-memory", "50 %"], "(the limit of --max-memory (50 % of the available memory) is", false),
+        (&["--max-memory", "3 GiB"], "(the limit of --max-memory is 3.0 GiB)", false),
     ] {
         let (code, text) = call("check", &path, options);
         assert!(code == Some(0) && text.contains(word), "{options:?}: {text}");

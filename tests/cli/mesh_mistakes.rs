@@ -97,7 +97,12 @@ fn an_inner_contact_face() {
 fn a_floating_body() {
     refused(
         &[FLOATING],
-        &["steps.0.approach", "body 1 floats by translation y", "`normal_force`", "--> scene.toml:26:"],
+        &[
+            "steps.0.approach",
+            "body 1 is unconstrained: translation y",
+            "`normal_force`",
+            "--> scene.toml:26:",
+        ],
     );
     let none = ("fixed = [{ group = \"base\" }]\n", "");
     refused(&[none, ("approach = 0.001", "normal_force = 5.0")], &["steps.2.approach", "--> scene.toml:31:"]);
@@ -112,14 +117,14 @@ fn a_floating_body() {
     let shifted = ("tangential_force = [0.1, 0.0]", "shift = { distance = 0.001 }");
     refused(&[&forces[..], &[shifted]].concat(), &["steps.1.shift", "`tangential_force`"]);
     let slid = ("tangential_force = [0.1, 0.0]", "sliding = { distance = 1.0 }");
-    refused(&[&forces[..], &[slid]].concat(), &["steps.1.sliding", "nothing holds the body"]);
+    refused(&[&forces[..], &[slid]].concat(), &["steps.1.sliding", "the body is unconstrained"]);
     refused(
         &[&forces[..], &[("[frame]", "[solver]\ncoupling = \"block\"\n[frame]")]].concat(),
-        &["solver.coupling", "floats"],
+        &["solver.coupling", "has unconstrained rigid-body modes"],
     );
     let body1 = &SCENE[SCENE.find("kind = \"fe\"").unwrap()..SCENE.find("[body2]").unwrap()];
     let both = [("kind = \"half-space\"\nmaterial = \"steel\"\n", body1), FLOATING, FLOATING];
-    refused(&both, &["--> scene.toml:", "both bodies float", "body 2 by translation y"]);
+    refused(&both, &["--> scene.toml:", "both bodies are unconstrained", "body 2 by translation y"]);
 }
 
 /// Truth: docs/scene.md: supports of other kinds than `fixed` are valid. Mistakes in them are reported.
@@ -320,9 +325,9 @@ fn inverted_elements_are_listed() {
     for words in [
         "body1.mesh",
         "11 of 14 solid elements of",
-        "(11 turned inside out or folded)",
+        "(11 inverted or folded)",
         "hex8 102, hex8 105, hex8 106, hex8 107, hex8 108, hex8 109, hex8 110, hex8 111, hex8 112, hex8 113, ..",
-        "that of element 102: -1.000e0, or -1.000e0 of the lengths of its edges",
+        "the worst is -1.000e0 (-1.000e0 relative to its edge lengths), of element 102",
         "ReverseMesh",
     ] {
         assert!(text.contains(words), "lacks \"{words}\":\n{text}");
@@ -397,7 +402,10 @@ fn contradicting_supports_are_named_by_their_keys() {
 fn a_contact_group_that_looks_away_is_the_groups_mistake() {
     let turned =
         [("contact = \"top\"", "contact = \"base\""), ("{ group = \"base\" }", "{ group = \"top\" }")];
-    refused(&turned, &["body1.contact", "none of the 1 faces of `base` looks towards body2", "(0, 0, 1)"]);
+    refused(
+        &turned,
+        &["body1.contact", "none of the 1 faces of `base` is oriented towards body2", "(0, 0, 1)"],
+    );
 }
 
 /// Truth: gmsh saves a mesh without its volumes if only surfaces have physical groups. This is one mistake, reported with the fix.
@@ -422,11 +430,9 @@ fn a_plane_mesh_is_to_be_extruded() {
     let nodes = &mesh[mesh.find("5 -1 -1 -2\n").unwrap()..mesh.find("$EndNodes").unwrap()];
     let (code, text) = check_mesh(&mesh.replace(nodes, "").replace("$Nodes\n12", "$Nodes\n4"));
     assert_eq!(code, Some(2), "{text}");
-    for words in [
-        "body1.mesh",
-        "no solid elements but 1 surface elements. All of them lie at one z",
-        "Extrude {0, 0, 1}",
-    ] {
+    for words in
+        ["body1.mesh", "no solid elements but 1 surface elements. All have the same z", "Extrude {0, 0, 1}"]
+    {
         assert!(text.contains(words), "lacks \"{words}\":\n{text}");
     }
 }
@@ -466,7 +472,7 @@ fn unmerged_nodes_are_told_with_the_mistake() {
     let (code, text) = check_mesh(&mesh);
     assert_eq!(code, Some(2), "{text}");
     assert!(
-        text.contains("8 nodes around (0, 0, -1)") && text.contains("4 nodes lie where another node lies"),
+        text.contains("8 nodes around (0, 0, -1)") && text.contains("4 nodes coincide with another node"),
         "{text}"
     );
 }
@@ -523,6 +529,6 @@ fn rings_are_pressed_on_a_plane() {
         (summary["steps"][0]["normal_force"].as_f64().unwrap(), text)
     };
     let ((whole, said), (lower, _)) = (pressed("outer"), pressed("lower"));
-    assert!(said.contains("34 of the 64 faces of `outer` do not look at the plane of body1"), "{said}");
+    assert!(said.contains("34 of the 64 faces of `outer` do not face the plane of body1"), "{said}");
     assert!(lower > 100.0 && (whole / lower - 1.0).abs() < 1e-9, "{whole} {lower}");
 }

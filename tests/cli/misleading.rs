@@ -96,7 +96,8 @@ fn own_loads_with_friction() {
     let warned = "act in full before contact";
     let text = said(load, &[]);
     assert!(
-        text.contains("WARNING: body1 has loads of its own (`pressure`)") && text.contains("no slip"),
+        text.contains("WARNING: body1 has loads of its own (`pressure`)")
+            && text.contains("does not count as slip"),
         "{text}"
     );
     let text =
@@ -181,7 +182,7 @@ fn load_of_flat_faces_at_the_first_touch() {
 /// mm is a fifth of the approach.
 #[test]
 fn long_motion_to_the_first_touch() {
-    let words = "WARNING: the frame is curved, and the motion of body 2 by 0.";
+    let words = "WARNING: the frame is curved, and moving body 2 by 0.";
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
     let pin = folder.path().join("pin.msh");
@@ -200,7 +201,10 @@ fn meshes_moved_to_the_first_touch() {
     let folder = tempfile::tempdir().unwrap();
     for (drop, said) in [
         (-0.1, "moved by 0.1 mm against n = (0, 0, 1)"),
-        (0.01, "moved by 0.01 mm along n = (0, 0, 1), because the meshes overlap"),
+        (
+            0.01,
+            "moved by 0.01 mm along n = (0, 0, 1) to the first touch of the surfaces, because the meshes overlap",
+        ),
         (0.0, ""),
     ] {
         let roller = folder.path().join("roller.msh");
@@ -261,7 +265,8 @@ fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
 /// block. The flanks of a slice, a plane of symmetry and the edges of a body do not cut off the contact.
 #[test]
 fn contact_cut_off_at_the_edge_of_the_frame() {
-    let warned = "the contact reaches the edge of the frame, beyond which the bodies continue";
+    let warned =
+        "the contact reaches the edge of the frame and is cut off there, although the bodies continue";
     let cut = |summary: &serde_json::Value| summary["steps"][0]["contact_touches_edge"] == true;
     let small = ["frame.half_width=[0.2, 0.2]", "frame.cells=[16, 16]"];
     let (summary, text) = run("hertz.toml", &small);
@@ -405,7 +410,7 @@ fn maps_of_heights() {
     };
     let (code, text) = said(21, 1.0, ".");
     assert_eq!(code, Some(0), "{text}");
-    let radius = text.split("the best sphere has a radius of ").nth(1).expect("a sphere");
+    let radius = text.split("the best-fit sphere has a radius of ").nth(1).expect("a sphere");
     let radius: f64 = radius.split(' ').next().unwrap().parse().unwrap();
     assert!((radius / 10.0 - 1.0).abs() < 0.01 && !text.contains("WARNING"), "{text}");
     let (code, text) = said(21, 1000.0, ".");
@@ -416,7 +421,7 @@ fn maps_of_heights() {
         "{text}"
     );
     let (code, text) = said(11, 1.0, ".");
-    assert!(code == Some(2) && text.contains("gap heights reach 0.25 from their middle"), "{text}");
+    assert!(code == Some(2) && text.contains("gap heights extend 0.25 from their centre"), "{text}");
     let (code, text) = said(21, 1.0, ",");
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }

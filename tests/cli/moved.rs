@@ -233,7 +233,7 @@ fn meshes_that_would_get_too_flat() {
     let (code, text, summary) = run(folder.path(), "out", &sets);
     assert_eq!((code, &summary["mesh_moves"]), (Some(0), &4.into()), "{text}");
     assert_eq!(
-        warned(&summary, &["not moved with wear after step \"slide\" (5)", "nine tenths"]),
+        warned(&summary, &["no longer moved with wear after step \"slide\" (5)", "nine tenths"]),
         1,
         "{text}"
     );

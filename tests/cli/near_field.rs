@@ -96,10 +96,7 @@ fn a_half_space_where_it_is_valid() {
     }
     let (code, text) = call("check", folder, &[]);
     assert_eq!(code, Some(0), "{text}");
-    assert!(
-        text.contains("half-space, steel, with the far field of finite elements: 512 solid cells"),
-        "{text}"
-    );
+    assert!(text.contains("half-space, steel, corrected by finite elements: 512 solid cells"), "{text}");
 }
 
 /// Truth: the load that results from an approach, prescribed as a force, gives the same approach.
@@ -124,12 +121,12 @@ fn no_place_for_a_half_space() {
     let cases: [(&[&str], &str); 4] = [
         (
             &["frame.half_width=[1.9, 1.9]", "frame.cells=[4, 4]"],
-            "an edge of the body, or a support, is 0.1 from the frame",
+            "an edge or a support of the body is 0.1 from the frame",
         ),
         (&["frame={kind=\"mesh\", body=1}"], "faces or nodes of a mesh"),
         (
             &["body1.fixed=[{group=\"base\", components=[\"z\"]}]", "steps.1={name=\"hold\", approach=0.02}"],
-            "floats",
+            "the body has unconstrained rigid-body modes",
         ),
         (&["solver.coupling=\"block\"", "frame.cells=[4, 4]"], "the block system"),
     ];
@@ -169,13 +166,15 @@ fn a_correction_that_is_not_used() {
     let reason = record["reason"].as_str().unwrap();
     assert!(reason.contains("is allowed"), "{record}");
     assert!(
-        given_up["warnings"].to_string().contains(&format!("not of a half-space: {reason}")),
+        given_up["warnings"]
+            .to_string()
+            .contains(&format!("with its mesh instead of a half-space: {reason}")),
         "{given_up}"
     );
     // The warning is printed before the solution, and again at the end.
     let (_, text) = call("run", place.path(), &sets);
     let said: Vec<usize> = text
-        .match_indices("WARNING: the near field of body1 is that of its mesh")
+        .match_indices("WARNING: the near field of body1 is computed with its mesh")
         .map(|(at, _)| at)
         .collect();
     assert_eq!(said.len(), 2, "{text}");
@@ -183,15 +182,15 @@ fn a_correction_that_is_not_used() {
     let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
     assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");
     let words = format!(
-        "asks for the near field of a half-space, whose correction by the mesh is not good enough: {reason}"
+        "near_field = \"half-space\" is not possible, because the correction by the mesh is not accurate enough: {reason}"
     );
-    assert!(text.contains(&words) && !text.contains("is that of its mesh"), "{text}");
+    assert!(text.contains(&words) && !text.contains("is computed with its mesh"), "{text}");
     let meshed = run(place.path(), &[&sets[..], &["body1.near_field=\"mesh\""]].concat());
     assert_eq!(force(&given_up, 1), force(&meshed, 1));
     // Cells that only a half-space allows are refused with the reason.
     let (code, text) = call("run", place.path(), &["frame.cells=[12, 12]", "body2={kind=\"rigid\"}"]);
     assert!(
-        code == Some(2) && text.contains("not of a half-space") && text.contains("frame.cells"),
+        code == Some(2) && text.contains("instead of a half-space") && text.contains("frame.cells"),
         "{text}"
     );
 }

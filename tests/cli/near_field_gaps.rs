@@ -54,7 +54,10 @@ fn flat_faces_are_bowed_under_a_half_space() {
     let (meshed, exact) = (force(&meshed, 0)[0], force(&exact, 0)[0]);
     assert!((meshed / exact - 1.0).abs() < 1e-2, "{meshed} {exact}");
     let (code, text) = call("check", place.path(), &CAP);
-    assert!(code == Some(0) && text.contains("flat contact faces bowed by up to 1.5"), "{text}");
+    assert!(
+        code == Some(0) && text.contains("flat contact faces corrected for curvature by up to 1.5"),
+        "{text}"
+    );
 }
 
 /// Truth: h^2 / 8R again, which remains in the gap of a condensed mesh. `check` and the summary report it with the radius. Under a
@@ -64,7 +67,7 @@ fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
     let mesh = [&CAP[..], &["body1.near_field=\"mesh\"", "frame.cells=[3, 3]"]].concat();
     let summary = run(place.path(), &mesh);
-    let words = "the contact faces of body1 are flat";
+    let words = "the flat contact faces of body1";
     let text = warning(&summary, words).expect("a warning");
     assert!(text.contains("edges of 0.5 mm") && text.contains("second order"), "{text}");
     let number = |after: &str| -> f64 {
@@ -97,13 +100,12 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let text = warning(&summary, words).expect("a warning");
     assert!(text.contains("(0.01 of the area per node)") && !text.contains("cells of at least"), "{text}");
     assert!(
-        text.contains("where body1 is softer than body2") && text.contains("body1.near_field = \"auto\""),
+        text.contains("if body1 is softer than body2") && text.contains("body1.near_field = \"auto\""),
         "{text}"
     );
     let base = ["frame.half_width=[3.5, 3.5]", "frame.cells=[35, 35]"];
     let (code, text) = call("check", place.path(), &base);
-    let reason = "body1 has no place for the near field of a half-space: an edge of the body, or a support, is 0.5 from the frame; at least 0.3 of half its \
-                  side, 1.05, are needed (half_width up to [3.07, 3.07])";
+    let reason = "body1 does not allow the near field of a half-space: an edge or a support of the body is 0.5 from the frame; at least 0.3 of half its side, 1.05, is needed (half_width up to [3.07, 3.07])";
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");
@@ -116,7 +118,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let (code, text) = call("check", place.path(), &finer);
     assert!(
         code == Some(2)
-            && text.contains("error: body1.near_field: the cells of the frame are far finer")
+            && text.contains("error: body1.near_field: the cells of the frame are far smaller")
             && text.contains("half_width up to [3.07, 3.07]")
             && text.contains("cells = [7, 7] or fewer"),
         "{text}"
@@ -202,7 +204,7 @@ fn surfaces_that_loads_move() {
         let pressure = format!("body1.pressure=[{{ group = \"x\", value = {pressure} }}]");
         run(place.path(), &[&pressure])
     };
-    let words = "do to its surface under the frame is uncertain";
+    let words = "displace its surface under the frame with an estimated error";
     let error = |summary: &Value| summary["near_fields"][0]["own_error"]["mean"].as_f64().unwrap();
     let (slight, strong) = (with(20.0), with(20_000.0));
     assert!((error(&strong) / error(&slight) - 1000.0).abs() < 1.0, "{} {}", error(&strong), error(&slight));

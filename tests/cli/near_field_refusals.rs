@@ -38,7 +38,7 @@ fn refused(folder: &Path, sets: &[&str], why: &str) {
     let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();
     for verb in ["check", "run"] {
         let (code, text) = call(verb, folder, &asked);
-        let words = format!("body1 has no place for the near field of a half-space: {why}");
+        let words = format!("body1 does not allow the near field of a half-space: {why}");
         assert!(
             code == Some(2) && text.contains(&words) && text.contains("body1.near_field"),
             "{why}: {text}"
@@ -96,7 +96,7 @@ fn another_material_too_near() {
     refused(
         place.path(),
         &["frame.half_width=[1.8, 1.8]", brass],
-        "another material is 0.5 from the frame; at least 0.4 of half its side, 0.72, are needed",
+        "another material is 0.5 from the frame; at least 0.4 of half its side, 0.72, is needed",
     );
 }
 
@@ -108,7 +108,7 @@ fn a_body_that_rises_above_its_contact() {
         [node, x, y, z] if *x == -4.0 && *z == 0.0 => format!("{node} {x} {y} 0.3"),
         _ => old.to_owned(),
     });
-    refused(place.path(), &[], "the body rises above the plane of its contact");
+    refused(place.path(), &[], "the body extends above its contact plane");
 }
 
 /// Truth: docs/theory-hybrid.md: supports lie on the boundary.
@@ -116,7 +116,7 @@ fn a_body_that_rises_above_its_contact() {
 fn a_support_inside_the_body() {
     let place = block();
     core(place.path(), 2);
-    refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support holds nodes inside the body");
+    refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support fixes nodes inside the body");
 }
 
 /// Truth: a point without a solid is no part of the body, wherever it lies. The near field of a half-space remains valid.

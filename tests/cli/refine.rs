@@ -75,7 +75,7 @@ fn the_size_field_beats_uniform_refinement() {
         let text = String::from_utf8_lossy(&output.stdout);
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         println!("{text}");
-        assert!(text.contains("refine there") && text.contains("-bgm"), "{text}");
+        assert!(text.contains("refine the mesh there") && text.contains("-bgm"), "{text}");
         let arguments = [
             "-bgm",
             field.to_str().unwrap(),

@@ -48,11 +48,11 @@ fn directories_without_results_are_refused() {
     }
     fs::create_dir_all(path.join("begun/.incoming")).unwrap();
     let expected = "expected summary.json (of a run), compare.json or study.json";
-    let mend = "name the output directory of orthowear run, compare or study";
+    let mend = "give the output directory of orthowear run, compare or study";
     for (name, words) in [
         ("empty", [expected, "it is empty", mend]),
         ("other", [expected, "found: a.txt, b.txt, c.txt, d.txt, e.txt and 2 more", mend]),
-        ("begun", [expected, "a run works in it, or was killed there", "--resume"]),
+        ("begun", [expected, "a run is active in it, or was killed before", "--resume"]),
         ("absent", ["absent cannot be read", "No such file", mend]),
         ("other/a.txt", ["a.txt cannot be read", "Not a directory", mend]),
     ] {
@@ -154,11 +154,11 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     assert_eq!(code, 0, "{said}");
     let whole = page(folder.path(), "run");
     for words in [
-        "frame_0001.vtu is damaged and left out: ",
-        "are cut off or damaged",
-        "body1_0001.vtu is damaged and left out: it has no raw appended data",
-        "pressure.svg is damaged and left out: its end is missing",
-        "files that summary.json names are not there: history.svg",
+        "frame_0001.vtu is damaged and omitted: ",
+        "are truncated or damaged",
+        "body1_0001.vtu is damaged and omitted: it has no raw appended data",
+        "pressure.svg is damaged and omitted: its end is missing",
+        "files that summary.json lists are missing: history.svg",
     ] {
         assert!(said.contains(words) && whole.contains(words.split('`').next().unwrap()), "{words}: {said}");
     }
@@ -172,9 +172,11 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("summary.json is damaged: EOF while parsing"), "{said}");
     let rest = page(folder.path(), "run");
-    assert!(rest.contains("HOW THE RUN ENDED IS NOT KNOWN") && rest.contains("id=\"map-canvas\""));
+    assert!(
+        rest.contains("OUTCOME UNKNOWN: summary.json cannot be read") && rest.contains("id=\"map-canvas\"")
+    );
     for (what, words) in
-        [("[1, 2]", "it is no object"), ("{\"steps\": [], \"units\": 3, \"scene\": [1]}", "")]
+        [("[1, 2]", "it is not a JSON object"), ("{\"steps\": [], \"units\": 3, \"scene\": [1]}", "")]
     {
         fs::write(out.join("summary.json"), what).unwrap();
         let (code, said) = report(folder.path(), &["run"]);
@@ -191,7 +193,7 @@ fn entries_keep_their_names_without_the_files_of_others() {
         fs::remove_file(folder.path().join("run").join(name)).unwrap();
     }
     let (code, said) = report(folder.path(), &["run"]);
-    assert!(code == 0 && said.contains("files that summary.json names are not there"), "{said}");
+    assert!(code == 0 && said.contains("files that summary.json lists are missing"), "{said}");
     let page = page(folder.path(), "run");
     let (_, data) = page.split_once("<script type=\"application/json\" id=\"data\">").unwrap();
     let data: Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();

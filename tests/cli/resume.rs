@@ -21,7 +21,7 @@ fn interrupted_runs_go_on() {
     let entries = job.summary()["steps"].as_array().unwrap().len();
     assert!(job.summary()["status"] == "interrupted" && entries >= 3, "{entries}");
     let text = job.interrupt(&["--threads", "3", "--resume"], 30);
-    assert!(text.contains("going on after step \"press\" ("), "{text}");
+    assert!(text.contains("resuming after step \"press\" ("), "{text}");
     assert!(job.summary()["steps"].as_array().unwrap().len() >= entries + 29);
     let (code, text) = job.run(&["--threads", "2", "--resume"]);
     assert_eq!(code, Some(0), "{text}");
@@ -122,7 +122,10 @@ fn killed_runs_go_on() {
 fn without_a_checkpoint() {
     let job = Job::new();
     let (code, text) = job.run(&["--resume", "--set", "output.fields=[]"]);
-    assert!(code == Some(0) && text.contains("no checkpoint in") && text.contains("at the start"), "{text}");
+    assert!(
+        code == Some(0) && text.contains("no checkpoint in") && text.contains("starts from the beginning"),
+        "{text}"
+    );
 }
 
 /// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and the differences. It stays
@@ -203,7 +206,12 @@ fn a_new_run_sets_an_unfinished_one_aside() {
     job.kill(&[], 30, Duration::ZERO);
     let small = ["--set", "steps.press.increments=1", "--set", "steps.fret.cycles.jumps=1"];
     let (code, text) = job.run(&small);
-    assert!(code == Some(0) && text.contains("previous-1") && text.contains("goes on with it"), "{text}");
+    assert!(
+        code == Some(0)
+            && text.contains("previous-1")
+            && text.contains("with the second folder to resume it"),
+        "{text}"
+    );
     let aside = Job { out: job.out.join("previous-1"), folder: job.folder };
     let (code, text) = aside.run(&["--resume"]);
     assert_eq!(code, Some(0), "{text}");
@@ -219,7 +227,7 @@ fn one_run_at_a_time() {
     send(&first, libc::SIGSTOP);
     let (code, text) = job.run(&["--set", "steps.press.increments=1"]);
     send(&first, libc::SIGCONT);
-    assert!(code == Some(4) && text.contains("another run writes into"), "{text}");
+    assert!(code == Some(4) && text.contains("another run is writing into"), "{text}");
     assert_eq!(first.wait_with_output().unwrap().status.code(), Some(0));
     assert_whole(&job.out);
 }

@@ -300,7 +300,7 @@ fn what_the_mesh_does_not_have() {
         (&["--set", "body1.fixed.0.group=bottom"], &["body1.fixed.0.group", "\"bottom\"", "base"]),
         (
             &["--set", "body1.fixed.0.components=[\"x\"]"],
-            &["steps.0.approach", "body 1 floats by translation y"],
+            &["steps.0.approach", "body 1 is unconstrained: translation y"],
         ),
         (&["--set", "body1.element=tet4"], &["body1.element", "has no elements of that type"]),
         (&["--set", "frame.half_width=[30.0, 30.0]"], &["frame.half_width", "body1"]),

@@ -168,7 +168,7 @@ collect = ["fretting.worn_volume"]
     let folder = folder(study);
     let (code, text, errors) = orthowear(folder.path(), &["study", "study.toml"]);
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("14 runs, 13 combinations left out"), "{text}");
+    assert!(text.contains("14 runs, 13 combinations omitted"), "{text}");
     let (heads, rows) = csv(&folder.path().join("study.study/study.csv"));
     let keys = ["body1.fibre.tilt", "steps.indent.approach", "gap.radius", "steps.fretting.cycles.angle"];
     assert_eq!(heads[..4], keys);
@@ -227,7 +227,7 @@ collect = ["fretting.worn_volume"]
     assert_eq!(heads[..3], ["gap.radius", "wear.k", "body1.fibre.tilt"]);
     let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
     // One point lies in each eighth of the radii: seven below 57.5, one above.
-    assert!(text.contains("14 runs, 2 combinations left out"), "{text}");
+    assert!(text.contains("14 runs, 2 combinations omitted"), "{text}");
     assert_eq!(rows.len(), 14);
     for pair in rows.chunks(2) {
         assert_eq!(pair[0][..2], pair[1][..2]);
@@ -357,8 +357,8 @@ colect = []
         &study,
         &[],
         &[
-            "output.collect.0: entries of steps have no `worn_volum`",
-            "output.curves.0: `indent` is no number",
+            "output.collect.0: `worn_volum` does not exist in the entries of steps",
+            "output.curves.0: `indent` is not a number",
         ],
     );
     let study = study.replace("\"fretting.worn_volum\", ", "").replace("\"indent\"", "");
@@ -379,9 +379,9 @@ colect = []
     let axis = |keys: &str, values: &str| format!("[[axes]]\nkeys = {keys}\nvalues = {values}\n");
     let tilt = axis("[\"body1.fibre.tilt\"]", "[0, 30]");
     told(&one(&(tilt.clone() + &tilt)), &[], &["study.toml:7", "`body1.fibre.tilt` is varied twice"]);
-    told(&one(&tilt), &["--set", "body1.fibre.tilt=10"], &["--set gives it one value"]);
+    told(&one(&tilt), &["--set", "body1.fibre.tilt=10"], &["--set gives it a fixed value"]);
     told(&one(&axis("[\"gap.radius\", \"friction.mu_L\"]", "[[50.0, 0.4], 40.0]")), &[], &["for 2 keys"]);
-    told(&one(&axis("[\"gap.radius\"]", "[50.0, 50.0]")), &[], &["is there twice"]);
+    told(&one(&axis("[\"gap.radius\"]", "[50.0, 50.0]")), &[], &["appears twice"]);
     told(&one(&axis("[\"gap.radius\"]", "[]")), &[], &["`values` has 0 values"]);
     told(&one(&tilt).replace("scene.toml", "no.toml"), &[], &["study.scene: there is no scene file"]);
     let (code, _, errors) = orthowear(folder.path(), &["run", "study.toml"]);
@@ -390,8 +390,12 @@ colect = []
     let range =
         |range: &str| one(&format!("[[axes]]\nkeys = [\"body1.fibre.tilt\"]\nrange = {{ {range} }}\n"));
     told(&range("from = 0, to = 90"), &[], &["study.toml:5", "`count` or `step`"]);
-    told(&range("from = 0, to = 90, step = 20"), &[], &["axes.0.range.step", "let it end at 80 or 100"]);
-    told(&range("from = 0, to = 90, count = 3, spacing = \"log\""), &[], &["has no even ratios"]);
+    told(&range("from = 0, to = 90, step = 20"), &[], &["axes.0.range.step", "end the range at 80 or 100"]);
+    told(
+        &range("from = 0, to = 90, count = 3, spacing = \"log\""),
+        &[],
+        &["cannot have logarithmic spacing"],
+    );
     told(&range("from = 0, to = 90, cuont = 3"), &[], &["did you mean `count`"]);
     told(&range("from = 0, to = 180, step = 90"), &[], &["study.toml:5", "`tilt` is 180"]);
     told(&(range("from = 0, to = 90, count = 3") + "values = [0]\n"), &[], &["`values` and a `range`"]);
@@ -399,21 +403,29 @@ colect = []
     let zip = tilt.clone() + "zip = \"both\"\n" + &axis("[\"gap.radius\"]", "[4, 5, 6]") + "zip = \"both\"\n";
     told(&one(&zip), &[], &["study.toml:10", "`radius` has 3 values, `tilt` has 2"]);
     let require = |text: &str| one(&tilt).replace("\n[[", &format!("\nrequire = [\"{text}\"]\n[["));
-    told(&require("tlit <= 30"), &[], &["study.require.0: no axis is called `tlit`", "did you mean `tilt`"]);
-    told(&require("3 <= 30"), &[], &["study.toml:3", "names no axis", "`tilt`, `body1.fibre.tilt`"]);
+    told(&require("tlit <= 30"), &[], &["study.require.0: no axis is named `tlit`", "did you mean `tilt`"]);
+    told(
+        &require("3 <= 30"),
+        &[],
+        &["study.toml:3", "does not contain the name of an axis", "`tilt`, `body1.fibre.tilt`"],
+    );
     told(&require("tilt + 30"), &[], &["has the end where a comparison"]);
     told(&require("tilt <= (30"), &[], &["has the end where `)` is expected"]);
     told(&require("tilt > 30"), &[], &["none of the 2 combinations meets"]);
     let sample = |more: &str| {
         one(&format!("{more}[[axes]]\nkeys = [\"body1.fibre.tilt\"]\nsample = {{ from = 0, to = 90 }}\n"))
     };
-    told(&sample(""), &[], &["study.toml:5", "does not say how it is sampled", "add `[sample]`"]);
+    told(
+        &sample(""),
+        &[],
+        &["study.toml:5", "an axis has a `sample`, but the study has no table `[sample]`", "add `[sample]`"],
+    );
     told(&sample("[sample]\ncount = 0\n"), &[], &["study.toml:4", "`count` is 0"]);
     told(&sample("[sample]\ncount = 2\nmethod = \"sobel\"\n"), &[], &["did you mean \"sobol\"?"]);
     told(
         &(sample("[sample]\ncount = 2\n") + "values = [1]\n"),
         &[],
-        &["the axis has `values` and a `sample`"],
+        &["the axis has both `values` and a `sample`"],
     );
     told(
         &sample("[sample]\ncount = 2\n").replace("from = 0", "from = 90"),
@@ -423,12 +435,12 @@ colect = []
     told(
         &sample("[sample]\ncount = 2\n").replace("to = 90", "to = 9, spacing = \"log\""),
         &[],
-        &["has no even ratios"],
+        &["cannot have logarithmic spacing"],
     );
-    told(&one(&format!("[sample]\ncount = 2\n{tilt}")), &[], &["study.toml:3", "no axis is sampled"]);
+    told(&one(&format!("[sample]\ncount = 2\n{tilt}")), &[], &["study.toml:3", "no axis has a `sample`"]);
     let names =
         one(&(tilt.clone() + "name = \"x\"\n" + &axis("[\"gap.radius\"]", "[4, 5]") + "name = \"x\"\n"));
-    told(&names, &[], &["study.toml:8", "two axes are called \"x\""]);
+    told(&names, &[], &["study.toml:8", "two axes are named \"x\""]);
     let many = "count = 100000000000";
     told(
         &range(&format!("from = 0, to = 90, {many}")),

@@ -44,7 +44,7 @@ fn killed_studies_go_on() {
     for kept in [done, names.len()] {
         let (code, text, errors) = orthowear(folder.path(), &resumed);
         assert_eq!(code, Some(0), "{errors}");
-        assert!(text.contains(&format!("6 runs, {kept} kept from before")), "{text}");
+        assert!(text.contains(&format!("6 runs, {kept} kept from an earlier run")), "{text}");
         for (name, before) in names.iter().zip(&before).filter(|(_, before)| before.is_some()) {
             assert_eq!(&summary(name), before, "{name} was computed again");
         }
@@ -59,7 +59,7 @@ fn killed_studies_go_on() {
     let other = [resumed, vec!["--set", "friction.mu_L=0.45"]].concat();
     let (code, text, errors) = orthowear(folder.path(), &other);
     assert!(
-        code == Some(0) && !text.contains("kept from before"),
+        code == Some(0) && !text.contains("kept from an earlier run"),
         "runs of another scene are no results: {text}{errors}"
     );
 }
@@ -158,11 +158,11 @@ fn parts_of_a_study_make_its_table() {
     assert_eq!(table("whole"), table("parts"));
     let (code, text, errors) = run(&["--out", "parts", "--collect", "--set", "friction.mu_L=0.45"]);
     assert!(
-        code == Some(1) && text.contains("not run: what is in its folder is of another scene"),
+        code == Some(1) && text.contains("not run: the results in its folder are from another scene"),
         "{text}{errors}"
     );
     let (code, _, errors) = run(&["--out", "prats", "--collect"]);
-    assert!(code == Some(2) && errors.contains("there is no folder prats"), "{errors}");
+    assert!(code == Some(2) && errors.contains("the folder prats does not exist"), "{errors}");
     assert!(!folder.path().join("prats").exists());
     assert_eq!(run(&["--out", "parts", "--collect", "--quiet"]).0, Some(0));
     let npz = |out: &str| fs::read(folder.path().join(out).join("study.npz")).unwrap();

@@ -104,9 +104,9 @@ pub fn refusal(said: &str) -> [f64; 3] {
         number.parse::<f64>().unwrap_or_else(|_| panic!("{number} in {said}"))
     };
     let after = |words: &str| said.split_once(words).unwrap_or_else(|| panic!("no {words} in {said}")).1;
-    let allowed = after(" allowed by solver.memory_limit is ").split(';').next().unwrap();
+    let allowed = after(" but the limit of solver.memory_limit is ").split(';').next().unwrap();
     let rest = allowed
-        .split_once(" beside the ")
+        .split_once(" after subtracting the ")
         .map(|(_, rest)| rest)
         .or_else(|| allowed.split_once("the rest of the scene (").map(|(_, rest)| rest));
     let rest = rest.map_or(0.0, |rest| {

@@ -67,9 +67,9 @@ fn what_is_refused() {
     fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
     let inside = "output.inside=[{ name = \"a\", body = 1, from = [0.0, 0.0, 0.0], to = [0.0, 0.0, -1.0], points = 3 }]";
     for (setting, key, words) in [
-        ("body1.truncated=0.5", "body1.truncated", "mesh it to 0.55"),
+        ("body1.truncated=0.5", "body1.truncated", "use a value from 0.55"),
         ("body1.truncated=-1.0", "body1.truncated", "must be above 0"),
-        ("frame.periodic=[true, false]", "body1.truncated", "leave out frame.periodic"),
+        ("frame.periodic=[true, false]", "body1.truncated", "remove frame.periodic"),
         (inside, "output.inside", "remove body1.truncated"),
     ] {
         for verb in ["check", "run"] {

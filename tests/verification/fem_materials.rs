@@ -270,7 +270,7 @@ fn plies_that_do_not_fit_the_mesh_are_found() {
     let short = findings(vec![ply(0.0, 0.5), ply(0.5, 0.75)]);
     assert!(short.errors[0].contains("outside all plies (4 elements in all)"), "{short:?}");
     let thin = findings(vec![ply(0.0, 0.1), ply(0.1, 1.0)]);
-    assert!(thin.errors[0].starts_with("ply 1 of 2, from 0.000000 to 0.100000, holds no"), "{thin:?}");
+    assert!(thin.errors[0].starts_with("ply 1 of 2, from 0.000000 to 0.100000, contains no"), "{thin:?}");
     let across = findings(vec![ply(0.0, 0.55), ply(0.55, 1.0)]);
     assert!(across.errors.is_empty());
     assert!(
@@ -281,5 +281,5 @@ fn plies_that_do_not_fit_the_mesh_are_found() {
     (1..=15).for_each(|tag| table.add(tag, [1.0, 0.0, 0.0], None).unwrap());
     let missing = body(mesh(), single(Orientation::PerElement(Arc::new(table))), vec![clamp("z0")]);
     let message = FeModel::new(missing).err().expect("a refusal").to_string();
-    assert!(message.contains("element 16 of box: no fibre is given for it in fibres.csv"), "{message}");
+    assert!(message.contains("element 16 of box: it has no fibre in fibres.csv"), "{message}");
 }

@@ -168,7 +168,7 @@ fn refuses_hinged_parts_without_a_factor() {
         let resources = CondensationResources { memory, ..CondensationResources::default() };
         let hinged = model.condense_with(&[top], &resources).err().expect("singular");
         assert_eq!(hinged.kind(), ErrorKind::NotConverged, "{hinged}");
-        assert_says(&hinged.to_string(), &["body1", "joined by a single node or edge"]);
+        assert_says(&hinged.to_string(), &["body1", "joined only by a single node or edge"]);
     }
 }
 

@@ -129,7 +129,7 @@ fn a_plane_of_symmetry() {
     }
     let turned = block(Hex8, [2; 3], [1.0; 3], |[x, y, z]| [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y, z]);
     let message = symmetry_component(&turned, "x1").expect_err("an oblique plane").to_string();
-    assert!(message.contains("(0.8000, 0.6000, 0.0000)") && message.contains("turn the mesh"), "{message}");
+    assert!(message.contains("(0.8000, 0.6000, 0.0000)") && message.contains("rotate the mesh"), "{message}");
     let bent = symmetry_component(&block(Hex8, [2; 3], [1.0; 3], rough), "z1").expect_err("bent").to_string();
     assert!(bent.contains("not plane"), "{bent}");
 }

@@ -217,7 +217,7 @@ fn a_frame_without_grid_is_searched_to_the_same_end() {
 fn a_recovered_field_that_does_not_fit_is_refused() {
     let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: None };
     let message = volume_grid(&quadratic_cube(), &field).expect_err("7 of 20 nodes").to_string();
-    assert!(message.contains("7 displacements") && message.contains("20 nodes"), "{message}");
+    assert!(message.contains("7 recovered displacements") && message.contains("20 nodes"), "{message}");
 }
 
 fn json_fields(arrays: &[DataArray]) -> serde_json::Value {

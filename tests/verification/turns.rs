@@ -167,7 +167,7 @@ fn too_large_a_moment_is_reported() {
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 120.0])), ..press(100.0) }]);
     assert_eq!(off.outcome, Outcome::NotConverged("contact-lost"));
     assert_eq!(off.records.len(), 1);
-    assert!(off.warnings.iter().any(|note| note.contains("tips off about y")), "{:?}", off.warnings);
+    assert!(off.warnings.iter().any(|note| note.contains("tips about y")), "{:?}", off.warnings);
 }
 
 /// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles. The reversal

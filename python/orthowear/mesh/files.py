@@ -27,7 +27,7 @@ def _mesh(value: Any) -> Mesh:
     if is_gmsh(getattr(value, "model", value)):
         return from_gmsh(value)
     refuse(
-        f"a {type_of(value)} is no mesh: allowed are a path to a .msh file, a meshio.Mesh, the module gmsh or gmsh.model, and an "
+        f"a {type_of(value)} is not a mesh; allowed are a path to a .msh file, a meshio.Mesh, the module gmsh or gmsh.model, and an "
         "orthowear.mesh.Mesh"
     )
 

@@ -20,7 +20,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
     """
     model = getattr(gmsh, "model", gmsh)
     if not is_gmsh(model):
-        refuse(f"a {type_of(gmsh)} is not the module gmsh, nor gmsh.model")
+        refuse(f"a {type_of(gmsh)} is neither the module gmsh nor gmsh.model")
     try:
         physical = model.getPhysicalGroups()
         tags, coordinates, _ = model.mesh.getNodes()
@@ -35,7 +35,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
                 groups.setdefault((int(dim), abs(int(entity))), set()).add(abs(int(tag)))
         found = [(entity, *model.mesh.getElements(*entity)) for entity in sorted(groups)]
     except Exception as error:  # gmsh raises plain exceptions
-        refuse(f"gmsh says: {error}; call gmsh.initialize() and make a mesh before, and gmsh.finalize() after")
+        refuse(f"gmsh failed: {error}; call gmsh.initialize() and create a mesh first, and call gmsh.finalize() afterwards")
     if not len(tags):
         refuse("the current model of gmsh has no mesh: call gmsh.model.mesh.generate(3)")
     if not groups:
@@ -48,7 +48,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
             kind = NAMES.get(int(code))
             if kind is None:
                 refuse(
-                    f"elements of gmsh's type {int(code)} ({model.mesh.getElementProperties(code)[0]}) are not read; allowed are "
+                    f"elements of gmsh's type {int(code)} ({model.mesh.getElementProperties(code)[0]}) are not supported; allowed are "
                     f"{', '.join(ELEMENT_TYPES)}: mesh with setOrder(1) or setOrder(2)"
                 )
             runs.append((kind, index[nodes].reshape(-1, ELEMENT_TYPES[kind][2]), tuple(sorted(groups[entity]))))

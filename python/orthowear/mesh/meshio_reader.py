@@ -38,19 +38,19 @@ def from_meshio(mesh: Any) -> Mesh:
     nodes is kept, also of second-order elements (nodes in meshio's order, that of VTK).
     """
     if not is_meshio(mesh):
-        refuse(f"a {type_of(mesh)} is no meshio.Mesh: it has points, cells, cell_sets and cell_data")
+        refuse(f"a {type_of(mesh)} is not a meshio.Mesh with points, cells, cell_sets and cell_data")
     points = np.zeros((len(mesh.points), 3))
     points[:, : np.shape(mesh.points)[1]] = mesh.points
     unknown = sorted({block.type for block in mesh.cells} - set(ELEMENT_TYPES))
     if unknown:
-        refuse(f"elements of the type {', '.join(unknown)} are not read; allowed are {', '.join(ELEMENT_TYPES)}")
+        refuse(f"elements of the type {', '.join(unknown)} are not supported; allowed are {', '.join(ELEMENT_TYPES)}")
     names, sets, per_block = _groups(mesh)
     runs: list[ElementBlock] = []
     for block, places in zip(mesh.cells, per_block, strict=True):
         nodes = np.asarray(block.data, dtype=np.int64)
         wrong = nodes[(nodes < 0) | (nodes >= len(points))]
         if len(wrong):
-            refuse(f"an element of the type {block.type} names the node {wrong[0]}, but the mesh has {len(points)}, from 0")
+            refuse(f"an element of the type {block.type} refers to node {wrong[0]}, but the mesh has {len(points)} nodes, counted from 0")
         nodes = _gmsh_order(block.type, nodes, points)
         # One block per run of elements in the same groups. The order of the elements is kept.
         ends = np.flatnonzero(np.diff(places)) + 1
@@ -80,7 +80,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
     for i, given in enumerate(mesh.cell_data.get("gmsh:physical", ())):
         values = np.asarray(given)
         if values.shape != members[i].shape or not np.array_equal(values, np.round(values)):
-            refuse("the cell data gmsh:physical are no whole numbers, one for each element")
+            refuse("the cell data gmsh:physical must be whole numbers, one for each element")
         values = np.abs(values.astype(np.int64))
         for tag in np.unique(values[values != 0]).tolist():
             add(i, np.flatnonzero(values == tag), tag)
@@ -101,7 +101,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
             wrong = cells[(cells < 0) | (cells >= len(members[i]))]
             if len(wrong):
                 kind = mesh.cells[i].type
-                refuse(f"the cell set {name!r} names the element {wrong[0]} of {len(members[i])} of the type {kind}, from 0")
+                refuse(f"the cell set {name!r} refers to element {wrong[0]}, but there are {len(members[i])} of the type {kind}, counted from 0")
             add(i, cells, tags[dim, name])
     return {(dim, tag): name for (dim, name), tag in tags.items()}, sets, members
 

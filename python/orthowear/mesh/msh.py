@@ -45,8 +45,8 @@ ElementBlock = tuple[str, npt.NDArray[np.int64], Groups]
 
 #: Message about a mesh without physical groups.
 NO_GROUPS = (
-    "the mesh has no physical groups: the contact surface and supports are named by groups, and gmsh keeps what is in one; make "
-    "them in gmsh (addPhysicalGroup), as cell sets of meshio, or as its cell data gmsh:physical"
+    "the mesh has no physical groups: groups name the contact surface and the supports. Create "
+    "them in gmsh (addPhysicalGroup), as cell sets of meshio, or as meshio's cell data gmsh:physical"
 )
 
 
@@ -95,7 +95,7 @@ class Mesh:
             refuse(NO_GROUPS)
         for name in [*(name for _, name in self.groups), *(fields or {})]:
             if not name or '"' in name or any(ord(letter) < 32 for letter in name):
-                refuse(f"the name {name!r}: names of groups and fields have a letter and no quotation marks or line ends")
+                refuse(f"the name {name!r} is not allowed: names of groups and fields must not be empty or contain quotation marks or control characters")
         self.n_nodes = len(points)
         self.n_solids = sum(len(nodes) for kind, nodes, _ in runs if ELEMENT_TYPES[kind][1] == 3)
         self._content = b"".join(_sections(points, runs, names, fields or {}))

@@ -16,7 +16,7 @@ def axes_of(ax: Axes | None) -> Axes:
         from matplotlib import pyplot
     except ImportError as error:
         raise ImportError(
-            f"pictures are made with matplotlib, which cannot be imported ({error}): pip install matplotlib"
+            f"plots need matplotlib, which cannot be imported ({error}); install it with pip install matplotlib"
         ) from error
     return pyplot.subplots(layout="constrained")[1]
 

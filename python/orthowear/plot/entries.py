@@ -67,7 +67,7 @@ def history(
     else:
         places = _columns(rows, over)
         if len(places) != 1:
-            raise ValueError(f"over {over!r}: it has components; allowed is one of {', '.join(places)}")
+            raise ValueError(f"over = {over!r} has several components; use one of {', '.join(places)}")
         x, xlabel = _numbers(rows, next(iter(places))), _words(over, entries.units)
     ax = axes_of(ax)
     for column, words in columns.items():
@@ -119,7 +119,7 @@ def loop(
     if len(curves) > 1:
         ax.legend()
     axis = "xy"[k]
-    ax.set(xlabel=f"shift along {axis} [{units['length']}]", ylabel=f"tangential force along {axis} [{units['force']}]")
+    ax.set(xlabel=f"tangential displacement along {axis} [{units['length']}]", ylabel=f"tangential force along {axis} [{units['force']}]")
     return ax
 
 
@@ -133,14 +133,14 @@ def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, 
     accuracy = of.summary.get("accuracy")
     if not accuracy or len(accuracy["runs"]) < 2:
         raise ValueError(
-            "the result has no runs of different accuracy: give the scene one, such as accuracy = 0.01 "
+            "the result has no runs of different accuracy; give the scene an accuracy, such as accuracy = 0.01 "
             "(scene.replace({'accuracy': 0.01}))"
         )
     runs = accuracy["runs"]
     values = np.array([run["values"] for run in runs], dtype=float)
     steps = [result["step"] for result in accuracy["results"]]
     if step is not None and step not in steps:
-        raise ValueError(f"step {step!r}: the result has {', '.join(dict.fromkeys(steps))}")
+        raise ValueError(f"there is no step {step!r}; the result has {', '.join(dict.fromkeys(steps))}")
     ax = axes_of(ax)
     for i, result in enumerate(accuracy["results"]):
         last = values[-1, i]
@@ -171,11 +171,11 @@ def _entries(of: Any, step: str | None) -> tuple[Entries, dict[str, str]]:
     elif isinstance(found, Sequence) and not isinstance(found, str) and all(isinstance(entry, Mapping) for entry in found):
         units = dict(UNKNOWN_UNITS)
     else:
-        raise TypeError(f"a value of the type {type(of).__name__} has nothing to draw; allowed: a Result or its entries")
+        raise TypeError(f"a value of the type {type(of).__name__} cannot be drawn; allowed: a Result or its entries")
     chosen = [entry for entry in found if step in (None, entry["name"])]
     if not chosen:
         names = ", ".join(dict.fromkeys(entry["name"] for entry in found))
-        raise ValueError(f"step {step!r}: the result has {names}" if names else "the result has no entries")
+        raise ValueError(f"there is no step {step!r}; the result has {names}" if names else "the result has no entries")
     return Entries(map(dict, chosen), units), units
 
 
@@ -185,7 +185,7 @@ def _columns(rows: list[dict[str, Any]], name: str) -> dict[str, str]:
     found = [column for column in known if column == name or column.rpartition(".")[0] == name]
     if not found:
         names = dict.fromkeys(column.rstrip("0123456789").rstrip(".") for column in known)
-        raise ValueError(f"{name!r}: the entries have {', '.join(names)}")
+        raise ValueError(f"the entries have no quantity {name!r}; they have {', '.join(names)}")
     components = COMPONENTS.get(name, ("x", "y", "n"))
 
     def words(column: str) -> str:

@@ -39,7 +39,7 @@ FIELDS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "tractions": ("traction on body 2", "stress", ("tangential", "x", "y", "n")),
     "gap": ("gap", "length", ("n", "x", "y")),
     "slip": ("slip", "length", ("tangential", "x", "y")),
-    "wear_depth": ("worn depth", "length", ()),
+    "wear_depth": ("wear depth", "length", ()),
     "contact": ("contact", "", ()),
 }
 
@@ -137,7 +137,7 @@ def section(
         chosen = np.flatnonzero(np.abs(across - row) <= np.sqrt(fields.areas) / 2)
         options = {"marker": ".", "linestyle": "none"} | options
     if not len(chosen):
-        raise ValueError(f"at {wanted:g}: the frame is from {across.min():g} to {across.max():g} there")
+        raise ValueError(f"at = {wanted:g} is outside the frame, which extends from {across.min():g} to {across.max():g}")
     chosen = chosen[np.argsort(places[chosen, k], kind="stable")]
     ax = axes_of(ax)
     length = fields.units["length"]
@@ -155,8 +155,8 @@ def _fields(of: Any) -> Fields:
     if isinstance(found, Fields):
         return found
     if isinstance(of, Result):
-        raise ValueError("the result has no fields: no increment was done")
-    raise TypeError(f"a value of the type {type(of).__name__} has nothing to draw; allowed: a Result, an Entry or Fields")
+        raise ValueError("the result has no fields, because no increment was computed")
+    raise TypeError(f"a value of the type {type(of).__name__} cannot be drawn; allowed: a Result, an Entry or Fields")
 
 
 def _places(fields: Fields, xy: npt.ArrayLike | None) -> Array:
@@ -167,17 +167,17 @@ def _places(fields: Fields, xy: npt.ArrayLike | None) -> Array:
             # For a cylindrical frame over 180° the product is 0 at its ends.
             if not (normals @ mean).min() > 0.1 * np.linalg.norm(mean):
                 warnings.warn(
-                    "the frame is curved so far that its cells lie over each other in its plane: give their places with xy=, such "
+                    "the frame is curved so strongly that its cells overlap in its plane; give their positions with xy=, such "
                     "as arc length and height",
                     UserWarning,
                     stacklevel=3,
                 )
         return fields.xy
     if fields.grid is not None:
-        raise ValueError("xy: the frame is a grid, whose cells have their places")
+        raise ValueError("xy is not supported: the cells of a grid frame have fixed positions")
     places: Array = np.asarray(xy, dtype=float)
     if places.shape != fields.xy.shape:
-        raise ValueError(f"xy of the shape {places.shape}: it must be {fields.xy.shape}, a row for each cell")
+        raise ValueError(f"xy has the shape {places.shape}; it must be {fields.xy.shape}, one row for each cell")
     return places
 
 
@@ -186,7 +186,7 @@ def _part(fields: Fields, name: str, component: str | None) -> _Part:
         raise ValueError(f"field {name!r}: allowed are {', '.join(FIELDS)}")
     words, dimension, components = FIELDS[name]
     if component is not None and component not in components:
-        allowed = ", ".join(components) if components else "none, for it is a number"
+        allowed = ", ".join(components) if components else "none, because it is a scalar"
         raise ValueError(f"component {component!r} of {name}: allowed: {allowed}")
     component = component or (components[0] if components else None)
     values = np.asarray(getattr(fields, name), dtype=float)

@@ -85,7 +85,7 @@ impl CompressedEquations {
     pub fn new(problem: &BoundaryValueProblem, tolerance: f64) -> Result<Self> {
         if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
-                "boundary elements cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
+                "boundary elements cannot be compressed with a tolerance of {tolerance:e}; the tolerance must lie between {:e} and {:e}",
                 TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }
@@ -266,9 +266,7 @@ impl CompressedEquations {
         }
         if report.residual.is_nan() || report.residual > options.tolerance * 1.5 {
             return Err(Error::not_converged(format!(
-                "the compressed equations of boundary elements did not converge: after {} products a residual of {:.1e} is left of {:.1e} allowed; \
-                 take larger elements where the body is thin or away from the contact, until there are at most {} unknowns, which are \
-                 solved directly",
+                "the compressed boundary-element equations did not converge: after {} products the residual is {:.1e}, but at most {:.1e} is allowed. Use larger elements where the body is thin or away from the contact: up to {} unknowns are solved directly",
                 report.iterations,
                 report.residual,
                 options.tolerance,

@@ -125,8 +125,11 @@ impl BoundaryElements {
         let areas = self.areas();
         let total: f64 = areas.iter().sum();
         let free = free.orthonormal(&points, |node| areas[node] / total);
-        let lost =
-            || Error::input("the rigid motions of the body are not determined: its nodes lie on a line");
+        let lost = || {
+            Error::input(
+                "the rigid-body modes of the body cannot be determined, because its nodes lie on a line",
+            )
+        };
         Ok(Some(free.ok_or_else(lost)?))
     }
 
@@ -247,8 +250,7 @@ impl BoundaryValueProblem<'_> {
         let solution = self.solution(unknown, Some(report))?;
         if solution.residual.is_nan() || solution.residual > MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance {
             return Err(Error::numerical(format!(
-                "the relative residual of the compressed boundary-element equations is {:.1e}, required is {:.1e}; take larger elements, so that there are at \
-                 most {MAX_DENSE_UNKNOWNS} unknowns, which are solved directly",
+                "the relative residual of the compressed boundary-element equations is {:.1e}, but {:.1e} is required. Use larger elements: up to {MAX_DENSE_UNKNOWNS} unknowns are solved directly",
                 solution.residual, report.tolerance
             )));
         }

@@ -70,7 +70,7 @@ impl BarnettField {
             }
             if n >= DIRECTIONS[1] {
                 return Err(Error::numerical(
-                    "the field of a point force does not converge: the stiffness is too unequal along its axes",
+                    "the field of a point force does not converge: the stiffness differs too much between the material axes",
                 ));
             }
         }

@@ -60,7 +60,7 @@ pub struct BeBody {
 impl BeBody {
     /// Advice on how to reduce the memory of a body.
     pub const MEMORY_ADVICE: &'static str =
-        "take larger elements away from the contact, or elements of lower order (`element`)";
+        "use larger elements away from the contact, or elements of lower order (`element`)";
 
     /// Solves the body for unit tractions at all nodes under the frame, within the available memory.
     ///
@@ -252,15 +252,14 @@ fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()>
         return Ok(());
     }
     Err(Error::input(
-        "forces on nodes under the frame move them backwards: the elements are far too large beside the thickness of the body, or their \
-         surface is damaged; take smaller elements, or quadratic ones (`element`)",
+        "forces on nodes under the frame move these nodes backwards: the elements are far too large for the thickness of the body, or their surface is invalid; use smaller elements, or quadratic ones (`element`)",
     ))
 }
 
 impl ElasticBody for BeBody {
     fn describe(&self) -> String {
         format!(
-            "boundary elements, {} {} ones, {} unknowns, {} contact nodes",
+            "{} {} boundary elements, {} unknowns, {} contact nodes",
             self.n_elements(),
             self.interpolation().name(),
             self.n_unknowns(),

@@ -135,8 +135,7 @@ impl BeSpec {
                     let before = held[3 * node + c].replace(value);
                     if before.is_some_and(|before| before != value) {
                         return Err(Error::input(format!(
-                            "the group \"{}\" prescribes another displacement along {} than a group before it, at {}: name \
-                             each face in one of them",
+                            "the group \"{}\" prescribes another displacement along {} than an earlier group at {}: put each face into one of them only",
                             support.group,
                             AXIS_NAMES[c],
                             format_point(&positions[node].into())
@@ -297,7 +296,7 @@ pub(super) fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str)
     let Some(pair) = find_intersecting_faces(mesh, faces) else { return Ok(()) };
     let [a, b] = pair.map(|k| faces[k].tag);
     Err(Error::input(format!(
-        "the elements {a} and {b} of the group \"{contact}\" of {} cut one another: a contact surface must not cross itself; mend the mesh there",
+        "the elements {a} and {b} of the group \"{contact}\" of {} intersect, but a contact surface must not cross itself; fix the mesh there",
         mesh.source
     )))
 }
@@ -307,8 +306,7 @@ pub(super) fn refuse_held(map: &FaceMap, known: &NodalConditions, elements: &Bou
     let Some(&node) = map.nodes().iter().find(held) else { return Ok(()) };
     let count = map.nodes().iter().filter(held).count();
     Err(Error::input(format!(
-        "a support holds faces under the contact frame ({count} nodes of them, one at {}): what is held cannot come into contact; hold other faces, or \
-         make the frame smaller",
+        "a support fixes faces under the contact frame ({count} nodes, one at {}), but fixed faces cannot come into contact; fix other faces, or use a smaller frame",
         format_point(&elements.positions()[node].into())
     )))
 }

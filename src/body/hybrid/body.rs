@@ -230,7 +230,7 @@ fn nodes_of(mesh: &Mesh, wanted: impl Fn(&SurfaceFace) -> bool) -> Vec<bool> {
 
 impl ElasticBody for HybridBody {
     fn describe(&self) -> String {
-        format!("half-space with the far field of finite elements, {} unknowns", self.n_free())
+        format!("half-space corrected by finite elements, {} unknowns", self.n_free())
     }
 
     fn equations(&self) -> BodyEquations<'_> {

@@ -75,14 +75,14 @@ impl HalfSpaceFit {
         let unsuited = |why: &str| Ok(Err(Unsuitable(why.to_owned())));
         let Some(grid) = frame.grid else {
             return unsuited(
-                "the cells of the frame are faces or nodes of a mesh (frame.kind = \"grid\" has those of a half-space)",
+                "the cells of the frame are faces or nodes of a mesh (a half-space needs frame.kind = \"grid\")",
             );
         };
         if grid.periodic != [false; 2] {
-            return unsuited("the frame repeats itself");
+            return unsuited("the frame is periodic");
         }
         if find_rigid_body_modes(spec)?.is_some() {
-            return unsuited("the body floats");
+            return unsuited("the body has unconstrained rigid-body modes");
         }
         let mesh = &spec.mesh;
         let faces = group_faces(mesh, contact)?;
@@ -100,7 +100,7 @@ impl HalfSpaceFit {
         let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
         if rise > MAX_RISE {
             return Ok(Err(Unsuitable(format!(
-                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed{}",
+                "its surface is not plane under the frame: heights differ by {}, but at most {MAX_RISE} of half its side is allowed{}",
                 format_number(high - low),
                 flatter_frame_advice(mesh, &under, (&level, rise))
             ))));
@@ -113,7 +113,7 @@ impl HalfSpaceFit {
         // Mesh points outside all solids, such as circle centres, do not belong to the body.
         let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
         if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
-            return unsuited("the body rises above the plane of its contact");
+            return unsuited("the body extends above its contact plane");
         }
         let regions = ElementMaterials::new(spec)?;
         let own = regions.element(under[0].owner).expect("a face of a solid");
@@ -122,7 +122,7 @@ impl HalfSpaceFit {
         let to_edges = distance_to_edges(spec, &patch, &curved_faces)?;
         let shorter = half_width[0].min(half_width[1]);
         let limits = [
-            ("an edge of the body, or a support,", to_edges, MIN_EDGE_DISTANCE),
+            ("an edge or a support of the body", to_edges, MIN_EDGE_DISTANCE),
             ("another material", to_others, MIN_MATERIAL_DISTANCE),
         ];
         if let Some((what, distance, share)) =
@@ -133,7 +133,7 @@ impl HalfSpaceFit {
                 Ok::<_, Error>(others.min(distance_to_edges(spec, patch, &curved_faces)?))
             };
             return Ok(Err(Unsuitable(format!(
-                "{what} is {} from the frame; at least {share} of half its side, {}, are needed{}",
+                "{what} is {} from the frame; at least {share} of half its side, {}, is needed{}",
                 format_number(*distance),
                 format_number(share * shorter),
                 smaller_frame_advice(&patch, (*distance, *share), &least)?
@@ -345,7 +345,7 @@ fn supports(spec: &FeSpec, patch: &ContactPatch) -> Result<Option<&'static str>>
     outer_faces(mesh).iter().for_each(|face| face.nodes.iter().for_each(|&node| outside[node] = true));
     for support in &spec.supports {
         if mesh.group_nodes(&support.group)?.iter().any(|&node| !outside[node]) {
-            return Ok(Some("a support holds nodes inside the body"));
+            return Ok(Some("a support fixes nodes inside the body"));
         }
     }
     for foundation in &spec.foundations {

@@ -127,7 +127,7 @@ impl Indicators {
     pub fn rejection_reason(&self) -> Option<String> {
         let curved = ALLOWANCE_PER_RISE * self.rise;
         let limits = [
-            ("the error of the table of point forces", self.field_error, MAX_FIELD_ERROR),
+            ("the error of the point-force table", self.field_error, MAX_FIELD_ERROR),
             (
                 "the imbalance of the half-space's tractions on the boundary",
                 self.imbalance,
@@ -135,7 +135,7 @@ impl Indicators {
             ),
             ("the asymmetry of the correction", self.asymmetry, MAX_ASYMMETRY + curved),
             (
-                "the difference of the two evaluations of the correction",
+                "the difference between the two evaluations of the correction",
                 self.direct_difference,
                 MAX_DIRECT_DIFFERENCE,
             ),
@@ -149,7 +149,7 @@ impl Indicators {
         let indefinite = least.is_nan() || least <= 0.0;
         told.or_else(|| {
             indefinite
-                .then(|| format!("the operator is not positive definite (least eigenvalue {least:.1e})"))
+                .then(|| format!("the operator is not positive definite (smallest eigenvalue {least:.1e})"))
         })
     }
 }

@@ -91,7 +91,7 @@ impl SolveReport {
         } else {
             let (iterations, residual) = (self.iterations, self.residual);
             let done = format!("after {iterations} iterations at {residual:.1e}");
-            format!("{} (no gain {done}), then {name}", self.method)
+            format!("{} (no progress {done}), then {name}", self.method)
         };
         Self { method, ..next }
     }

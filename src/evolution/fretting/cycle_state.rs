@@ -259,8 +259,7 @@ impl Run<'_> {
             before = found;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions still change from cycle to cycle; the stroke ends are \
-             those of the last one",
+            "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
             self.step().name
         ));
         Ok(())

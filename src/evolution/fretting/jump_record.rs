@@ -15,7 +15,7 @@ impl Run<'_> {
     pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<()> {
         let length = self.cycles().count - cycling.completed;
         self.result.warnings.push(format!(
-            "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length} {}",
+            "step \"{}\": at this approach wear has reduced the peak pressure to a millionth of its initial value or less; no wear occurs in the remaining {length} {}",
             self.step().name,
             cycling.length_unit()
         ));
@@ -41,8 +41,7 @@ impl Run<'_> {
         self.result.outcome = FRAME_EDGE;
         let unit = cycling.length_unit();
         self.result.warnings.push(format!(
-            "step \"{}\" ({}): wear brings the contact to the edge of the frame between {} and {} {unit}; that jump is not taken, for \
-             what lies beyond would be cut off",
+            "step \"{}\" ({}): wear extends the contact to the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
             self.step().name,
             cycling.jumps_done + 1,
             cycling.completed,
@@ -142,9 +141,7 @@ impl Run<'_> {
         let Spin::Moment(moment) = self.controls.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
             self.result.warnings.push(format!(
-                "step \"{}\": a spin moment of {moment} is still held while body 2 goes to and fro. If all of the contact slides, \
-                 friction there and back has opposite moments and cannot carry the same one at both ends: prescribe `twist`, \
-                 or a spin_moment of zero, in a step before, or take a smaller amplitude",
+                "step \"{}\": a spin moment of {moment} acts during the cycles. If the whole contact slides, the friction moment reverses in every stroke and cannot balance a constant moment. Prescribe `twist`, or a spin_moment of zero, in an earlier step, or use a smaller amplitude",
                 self.step().name
             ));
         }

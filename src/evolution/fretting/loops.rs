@@ -102,7 +102,7 @@ impl Run<'_> {
                         self.result.outcome = Outcome::Interrupted;
                     } else {
                         self.result.warnings.push(format!(
-                            "step \"{}\": the fretting loop after {} cycles was not found: an increment of it did not converge",
+                            "step \"{}\": the fretting loop after {} cycles is missing, because an increment of it did not converge",
                             step.name, self.state.cycles_done
                         ));
                     }

@@ -90,8 +90,7 @@ impl Run<'_> {
                 before.put(cycling);
                 jump = self.integrate(Integrator::BackwardEuler, length, cycling, &stage)?;
                 self.result.warnings.push(format!(
-                    "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
-                     would wear past the end of contact; backward Euler took it: more jumps give a better answer",
+                    "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which would wear beyond the end of contact. Backward Euler was used instead; more jumps give a more accurate result",
                     step.name,
                     cycling.jumps_done + 1,
                     cycling.length_unit()
@@ -127,13 +126,13 @@ impl Run<'_> {
 
     /// Warns, once per step, of a jump accepted after [`MAX_TRIALS`] longer ones with `ratio` times the allowed error.
     fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
-        let begin = format!("step \"{}\": after {MAX_TRIALS} longer trials a jump", self.step().name);
+        let begin =
+            format!("step \"{}\": after {MAX_TRIALS} rejected longer trials a jump", self.step().name);
         if ratio <= 1.0 || self.result.warnings.iter().any(|note| note.contains(&begin)) {
             return;
         }
         self.result.warnings.push(warning(&format!(
-            "{begin} of {} {} was taken with an estimated error of the wear depth {} times as large, more than wear.tolerance allows. Later jumps \
-             may exceed it as well; the estimated errors of the results contain this. Increase wear.tolerance, or decrease solver.tolerance",
+            "{begin} of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
             format_short(length),
             cycling.length_unit(),
             format_short(ratio)

@@ -417,8 +417,7 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {} cycles {:.2} % of the wear is in cells that slip within a stroke and are back at its end. Resolved cycles \
-             cannot correct it; it is in the estimated errors. Take finer cells, or `increments = 8`, which solves more points of the path",
+            "step \"{}\": after {} cycles {:.2} % of the wear occurs in cells that slip during a stroke but have no slip between its reversal points. Resolved cycles cannot correct this wear; the estimated errors include it. Use smaller cells, or `increments = 8`, which solves more points of the path",
             self.step().name,
             self.state.cycles_done,
             100.0 * missed
@@ -436,15 +435,14 @@ impl Run<'_> {
         let by = if resolved > 0.0 {
             let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &by_ends.rate);
             format!(
-                "{:+.2} % of the wear volume (depth: {depth:.2} %, root mean square over the largest)",
+                "{:+.2} % of the wear volume (wear depth: {depth:.2} %, root mean square relative to the largest)",
                 100.0 * (all / resolved - 1.0)
             )
         } else {
-            "all of its wear".to_owned()
+            "the whole wear".to_owned()
         };
         self.result.warnings.push(format!(
-            "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}) and by {:.1} % of the tangential \
-             force at a reversal point. The difference of the wear is in the estimated errors. Leave out `increments`, or take \"auto\", to correct both",
+            "step \"{}\": cycles with {increments} {of_strokes} and with {} per stroke differ by {by} (wear.tolerance = {tolerance:e}) and by {:.1} % of the tangential force at a reversal point. The estimated errors include the wear difference. Omit `increments`, or use \"auto\", to correct both",
             self.step().name,
             refined.increments,
             100.0 * by_ends.force_change(&refined.wear)
@@ -552,8 +550,7 @@ impl Run<'_> {
                         cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
-                            "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
-                             (root mean square over the largest depth) from that in half as many. The difference is in the estimated errors",
+                            "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {:.2} % (root mean square relative to the largest depth). The estimated errors include this change",
                             self.step().name,
                             self.state.cycles_done,
                             100.0 * change
@@ -602,8 +599,7 @@ impl Run<'_> {
             if report.stop != StopReason::Converged {
                 if report.stop != StopReason::Interrupted {
                     self.result.warnings.push(format!(
-                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. Wear follows from the \
-                         reversal points and earlier resolved cycles; the error of the path since then is not estimated",
+                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. The wear follows from the reversal points and earlier resolved cycles; the path error since then is not estimated",
                         step.name, self.state.cycles_done
                     ));
                 }

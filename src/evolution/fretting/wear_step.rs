@@ -161,12 +161,11 @@ impl Run<'_> {
         let by_jumps =
             self.result.records.iter().filter_map(|record| record.jump).map(|jump| jump.volume_error);
         let remedy = if by_jumps.sum::<f64>() > 0.5 * record.worn_volume_error {
-            "Shorter jumps reduce it (a smaller wear.tolerance, more cycles.jumps)"
+            "Shorter jumps reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
         } else if used.correction == Correction::Never {
-            "It is that of the path between the reversal points: leave out cycles.increments, or take \"auto\", to correct the wear"
+            "The error comes from the path between the reversal points: omit cycles.increments, or use \"auto\", to correct the wear"
         } else {
-            "It is that of the path between the reversal points, which is resolved into 64 increments per stroke at most: accept it, or take finer cells where \
-             the stick zone moves"
+            "The error comes from the path between the reversal points, which is resolved into at most 64 increments per stroke: accept it, or use smaller cells where the stick zone moves"
         };
         self.result.warnings.push(warning(&format!(
             "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}. {remedy}",
@@ -184,8 +183,7 @@ impl Run<'_> {
             && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
         {
             self.result.warnings.push(format!(
-                "step \"{}\": wear.tolerance = {tolerance:e} is finer than contacts are solved (solver.tolerance = {:e}): jumps get shorter \
-                 without getting better",
+                "step \"{}\": wear.tolerance = {tolerance:e} is too small for the accuracy of the contact solution (solver.tolerance = {:e}): jumps become shorter, but not more accurate. Increase wear.tolerance, or decrease solver.tolerance",
                 self.step().name, self.options.tolerance
             ));
         }
@@ -290,7 +288,7 @@ impl WearStepState {
         if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
             "cycles"
         } else {
-            "of the sliding distance"
+            "length units of sliding"
         }
     }
 

@@ -126,8 +126,7 @@ impl CgVectors {
 
 fn not_converged(iterations: usize, error: f64) -> Error {
     Error::not_converged(format!(
-        "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
-         {MAX_ENERGY_ERROR:.0e}): {SLOW_OR_SINGULAR}"
+        "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, required {MAX_ENERGY_ERROR:.0e}): {SLOW_OR_SINGULAR}"
     ))
 }
 

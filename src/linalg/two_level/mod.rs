@@ -32,8 +32,7 @@ pub use node_matrix::NodalUnknowns;
 const MAX_ENERGY_ERROR: f64 = 1e-11;
 
 /// Advice for the user if the iteration fails.
-const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force: look for parts joined by a single node or edge only. \
-     Otherwise raise --max-memory or solver.memory_limit: a factorisation is used then, and it names the node where the body is loose";
+const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force. Look for parts joined only by a single node or edge. Otherwise raise --max-memory or solver.memory_limit: the factorisation that is then used names the node where the body can move";
 
 /// Maximum relative residual of a solution. A larger residual contradicts the error estimate.
 const RESIDUAL_LIMIT: f64 = 1e-7;
@@ -157,7 +156,7 @@ fn check(residual: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::not_converged(format!(
-        "conjugate gradients ended with a relative residual of {residual:.1e}, allowed is {RESIDUAL_LIMIT:.0e}: {SLOW_OR_SINGULAR}"
+        "conjugate gradients ended with a relative residual of {residual:.1e}, but at most {RESIDUAL_LIMIT:.0e} is allowed: {SLOW_OR_SINGULAR}"
     )))
 }
 

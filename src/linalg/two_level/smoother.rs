@@ -24,7 +24,7 @@ impl GaussSeidel {
             let inverse = Matrix3::from_row_slice(block).cholesky().map(|factor| factor.inverse());
             let inverse = inverse.ok_or_else(|| {
                 Error::input(format!(
-                    "the stiffness matrix is singular at the node at {}: nothing holds it",
+                    "the stiffness matrix is singular at the node at {}: this node is not fixed",
                     format_point(&matrix.points[node])
                 ))
             })?;

@@ -183,8 +183,7 @@ impl PlyStrength {
             return Ok(());
         }
         Err(Error::input(format!(
-            "the interactions F12 = {f12}, F13 = {f13}, F23 = {f23} leave the failure surface open: the matrix of ones \
-             with them off the diagonal must have no negative eigenvalue, it has {least:.3}; -0.5 for all is usual"
+            "the interactions F12 = {f12}, F13 = {f13}, F23 = {f23} leave the failure surface open. The matrix with ones on its diagonal and these values beside it has the negative eigenvalue {least:.3}; -0.5 for all is usual"
         )))
     }
 }
@@ -194,7 +193,7 @@ fn positive(name: &str, value: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "the strength {name} = {value} is not admissible: it must be positive and finite, also those of compression"
+        "the strength {name} = {value} is not admissible: it must be positive and finite, also in compression"
     )))
 }
 

@@ -69,11 +69,13 @@ impl<'a> Cursor<'a> {
         let rest = self.rest();
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if length == 0 {
-            return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
+            return Err(
+                self.fail(&format!("the file ends here, but {wanted} is missing; the file may be truncated"))
+            );
         }
         let word =
             std::str::from_utf8(&rest[..length]).ok().filter(|word| !word.starts_with('$')).ok_or_else(
-                || self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(&rest[..length]))),
+                || self.fail(&format!("found {}, expected {wanted}", quoted_excerpt(&rest[..length]))),
             )?;
         self.pos += length;
         Ok(word)
@@ -83,7 +85,7 @@ impl<'a> Cursor<'a> {
     pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
         let word = self.word(wanted)?;
         word.parse()
-            .map_err(|_| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(word.as_bytes()))))
+            .map_err(|_| self.fail(&format!("found {}, expected {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
     /// Text between the next quotation mark and the last one of its line; `wanted` describes it in messages.
@@ -95,7 +97,7 @@ impl<'a> Cursor<'a> {
             .strip_prefix(b"\"")
             .and_then(|tail| tail.iter().rposition(|&b| b == b'"').map(|end| &tail[..end]))
             .ok_or_else(|| {
-                self.fail(&format!("found {}, wanted {wanted} in quotation marks", quoted_excerpt(line)))
+                self.fail(&format!("found {}, expected {wanted} in quotation marks", quoted_excerpt(line)))
             })?;
         self.pos += inner.len() + 2;
         Ok(String::from_utf8_lossy(inner).into_owned())
@@ -116,7 +118,7 @@ impl<'a> Cursor<'a> {
                     let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
                     let found = quoted_excerpt(rest[..end].trim_ascii_end());
                     let pos = self.pos;
-                    return Err(self.fail_at(pos, &format!("found {found} where the line should end")));
+                    return Err(self.fail_at(pos, &format!("found {found}, expected the end of the line")));
                 }
             }
         }
@@ -130,12 +132,14 @@ impl<'a> Cursor<'a> {
     /// Reads the number 1 that shows the byte order; all later numbers are binary.
     pub(super) fn start_binary(&mut self, size: usize) -> Result<()> {
         self.binary = Some(Binary { swapped: false, size });
-        let one: [u8; 4] = self.take("the number 1 that shows the byte order")?;
+        let one: [u8; 4] = self.take("the number 1 that marks the byte order")?;
         let swapped = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
             (1, _) => false,
             (_, 1) => true,
             (other, _) => {
-                return Err(self.fail(&format!("found {other} where the number 1 shows the byte order")));
+                return Err(
+                    self.fail(&format!("found {other}, expected the number 1 that marks the byte order"))
+                );
             }
         };
         self.binary = Some(Binary { swapped, size });
@@ -146,7 +150,9 @@ impl<'a> Cursor<'a> {
     fn take<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N]> {
         self.last_read = self.pos;
         let Some(found) = self.rest().first_chunk::<N>() else {
-            return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
+            return Err(
+                self.fail(&format!("the file ends here, but {wanted} is missing; the file may be truncated"))
+            );
         };
         self.pos += N;
         let mut bytes = *found;
@@ -167,7 +173,7 @@ impl<'a> Cursor<'a> {
     /// A count or number that cannot be negative, stored as `int`.
     pub(super) fn nonnegative_int(&mut self, wanted: &str) -> Result<u64> {
         let value = self.int(wanted)?;
-        u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, wanted {wanted}, not negative")))
+        u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, expected {wanted}, 0 or more")))
     }
 
     /// A `size_t` (text or 4 or 8 bytes).
@@ -212,12 +218,11 @@ impl<'a> Cursor<'a> {
         let possible = (remaining + 1) / bytes_each;
         if n > possible {
             return Err(self.fail(&format!(
-                "{n} {what} are announced, but the {remaining} bytes that remain hold {possible} at most: is the \
-                 file cut off or damaged?"
+                "{n} {what} are announced, but the remaining {remaining} bytes hold at most {possible}; the file may be truncated or damaged"
             )));
         }
         usize::try_from(n)
-            .map_err(|_| self.fail(&format!("{n} {what} are more than this machine can address")))
+            .map_err(|_| self.fail(&format!("{n} {what} exceed the address range of this machine")))
     }
 
     /// Name of the next section without its `$`; `None` at the end of the file.
@@ -235,7 +240,7 @@ impl<'a> Cursor<'a> {
             .filter(|name| !name.is_empty() && name.len() < 200 && !name.starts_with(b"End"))
             .and_then(|name| std::str::from_utf8(name).ok())
             .ok_or_else(|| {
-                self.fail(&format!("found {}, wanted a section such as $Nodes", quoted_excerpt(line)))
+                self.fail(&format!("found {}, expected a section such as $Nodes", quoted_excerpt(line)))
             })?;
         self.section = name.to_string();
         self.pos += (end + 1).min(rest.len());
@@ -254,7 +259,7 @@ impl<'a> Cursor<'a> {
         }
         let found = if line.is_empty() { "the end of the file".to_string() } else { quoted_excerpt(line) };
         Err(self.fail(&format!(
-            "found {found}, wanted $End{name}: more data than the section announces, or cut off"
+            "found {found}, expected $End{name}; the section is longer than announced, or the file is truncated"
         )))
     }
 
@@ -263,7 +268,9 @@ impl<'a> Cursor<'a> {
         let end = format!("$End{name}").into_bytes();
         let found = self.rest().windows(end.len()).position(|window| window == end);
         let Some(at) = found else {
-            return Err(self.fail(&format!("the section ${name} has no $End{name}: is the file cut off?")));
+            return Err(
+                self.fail(&format!("the section ${name} has no $End{name}; the file may be truncated"))
+            );
         };
         self.pos += at;
         self.end_section(name)

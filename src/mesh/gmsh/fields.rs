@@ -33,7 +33,7 @@ pub(super) fn read_element_data(
         return Ok(());
     }
     let warning = format!(
-        "the field \"{}\" has several time steps: the first is taken, later ones are left out; save the one that is meant",
+        "the field \"{}\" has several time steps; only the first is used. Save only the time step to be used",
         field.name
     );
     if !warnings.contains(&warning) {
@@ -61,7 +61,7 @@ fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
     let n_integers: u64 = cursor.number("the number of integers of a field")?;
     if n_integers < 3 {
         return Err(cursor.fail(&format!(
-            "{n_integers} integers of a field; at least 3 are needed: time step, components, elements"
+            "the field has {n_integers} integers; at least 3 are needed: time step, components, elements"
         )));
     }
     cursor.check_count(n_integers, 2, "integers")?;
@@ -75,9 +75,8 @@ fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
     cursor.end_line()?;
     let [_, n_components, n] = integers;
     if !(1..=MAX_COMPONENTS).contains(&n_components) {
-        return Err(
-            cursor.fail(&format!("a field of {n_components} components; allowed are 1 to {MAX_COMPONENTS}"))
-        );
+        return Err(cursor
+            .fail(&format!("the field has {n_components} components; 1 to {MAX_COMPONENTS} are allowed")));
     }
     Ok((name, n_components, n))
 }

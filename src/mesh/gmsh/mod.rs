@@ -74,13 +74,15 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
     while let Some(name) = cursor.next_section()? {
         match (name.as_str(), version) {
             ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
-            ("MeshFormat", Some(_)) => return Err(cursor.fail("a second $MeshFormat; a file has one")),
+            ("MeshFormat", Some(_)) => {
+                return Err(cursor.fail("the section $MeshFormat appears twice; a file must have one"));
+            }
             ("PhysicalNames", _) => read_physical_names(&mut cursor, &mut raw)?,
             (
                 "Nodes" | "ParametricNodes" | "Elements" | "Entities" | "PartitionedEntities" | "ElementData",
                 None,
             ) => {
-                return Err(cursor.fail("$MeshFormat must stand before this section"));
+                return Err(cursor.fail("$MeshFormat must come before this section"));
             }
             ("Nodes", Some(Version::V2)) => v2::read_nodes(&mut cursor, &mut raw, false)?,
             ("ParametricNodes", Some(Version::V2)) => v2::read_nodes(&mut cursor, &mut raw, true)?,
@@ -91,7 +93,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
             ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields, &mut warnings)?,
             ("PartitionedEntities", Some(Version::V4)) => {
                 return Err(cursor.fail(
-                    "the mesh is partitioned, which is not read; save it unpartitioned (in gmsh: Mesh > Unpartition)",
+                    "partitioned meshes are not supported; save the mesh unpartitioned (in gmsh: Mesh > Unpartition)",
                 ));
             }
             _ => {
@@ -120,7 +122,7 @@ fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     if text.starts_with(b"$NOD") {
         return Err(Error::input(format!(
-            "{source} is a .msh file of version 1; versions 2.2 and 4.1 are read: save it anew with `gmsh -save -format msh41`"
+            "{source} is a .msh file of version 1, but versions 2.2 and 4.1 are supported; save it again with `gmsh -save -format msh41`"
         )));
     }
     if !text.starts_with(b"$") {
@@ -139,7 +141,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         _ => {
             let found = quoted_excerpt(word.as_bytes());
             return Err(cursor.fail(&format!(
-                "version {found} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
+                "version {found} of the .msh format is not supported; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
             )));
         }
     };
@@ -148,7 +150,8 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "1" => true,
         other => {
             let found = quoted_excerpt(other.as_bytes());
-            return Err(cursor.fail(&format!("file type {found}; allowed are 0 (ASCII) and 1 (binary)")));
+            return Err(cursor
+                .fail(&format!("file type {found} is not supported; 0 (ASCII) and 1 (binary) are allowed")));
         }
     };
     let size = match (cursor.word("the data size, 8")?, version) {
@@ -156,7 +159,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         ("4", Version::V4) => 4,
         (other, _) => {
             let found = quoted_excerpt(other.as_bytes());
-            return Err(cursor.fail(&format!("data size {found}; allowed is 8")));
+            return Err(cursor.fail(&format!("data size {found} is not supported; it must be 8")));
         }
     };
     if binary {
@@ -175,7 +178,7 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     for _ in 0..n {
         let dim: usize = cursor.number("the dimension of a physical group")?;
         if dim > 3 {
-            return Err(cursor.fail(&format!("dimension {dim} of a physical group; allowed are 0 to 3")));
+            return Err(cursor.fail(&format!("a physical group has the dimension {dim}; 0 to 3 are allowed")));
         }
         let tag: i64 = cursor.number("the tag of a physical group")?;
         let name = cursor.quoted("the group's name")?;
@@ -190,7 +193,7 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
                 other.0,
                 other.1
             );
-            return Err(cursor.fail(&format!("{found}; each group needs its own")));
+            return Err(cursor.fail(&format!("{found}; each group needs its own tag and name")));
         }
         raw.names.insert((dim, tag), name);
     }

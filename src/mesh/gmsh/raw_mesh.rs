@@ -48,7 +48,7 @@ impl RawMesh {
     /// Starts the section of nodes and reserves memory for `n` nodes.
     pub(super) fn start_nodes(&mut self, cursor: &Cursor, n: usize) -> Result<()> {
         if std::mem::replace(&mut self.nodes_read, true) {
-            return Err(cursor.fail("the nodes stand twice in the file"));
+            return Err(cursor.fail("the section of nodes appears twice in the file"));
         }
         self.node_tags.reserve(n);
         self.points.reserve(n);
@@ -57,7 +57,7 @@ impl RawMesh {
 
     pub(super) fn start_elements(&mut self, cursor: &Cursor) -> Result<()> {
         if std::mem::replace(&mut self.elements_read, true) {
-            return Err(cursor.fail("the elements stand twice in the file"));
+            return Err(cursor.fail("the section of elements appears twice in the file"));
         }
         Ok(())
     }
@@ -84,8 +84,7 @@ impl RawMesh {
             let known: Vec<String> =
                 ElementKind::ALL.iter().map(|kind| format!("{} {}", kind.gmsh_code(), kind.name())).collect();
             cursor.fail(&format!(
-                "element type {code} is not read; allowed are the types of order 1 and 2 ({}): save the mesh with \
-                 Mesh.ElementOrder = 1 or 2",
+                "element type {code} is not supported. Supported are the types of order 1 and 2 ({}); save the mesh with Mesh.ElementOrder = 1 or 2",
                 known.join(", ")
             ))
         })
@@ -123,7 +122,7 @@ impl RawMesh {
         if self.has_entities && !self.undeclared.is_empty() {
             let (dim, tag) = self.undeclared[0];
             return Err(fail(format!(
-                "elements lie on the entity {tag} of dimension {dim}, which $Entities lacks"
+                "elements belong to the entity {tag} of dimension {dim}, which $Entities does not contain"
             )));
         }
         self.check_element_tags().map_err(&fail)?;
@@ -144,7 +143,9 @@ impl RawMesh {
         let mut seen = HashSet::with_capacity(n);
         for &tag in self.blocks.iter().flat_map(|block| &block.tags) {
             if !seen.insert(tag) {
-                return Err(format!("the element number {tag} stands twice; each element needs its own"));
+                return Err(format!(
+                    "the element number {tag} appears twice; each element needs its own number"
+                ));
             }
         }
         Ok(())
@@ -171,7 +172,10 @@ impl RawMesh {
                 block.tags.push(tag);
                 for &node in nodes {
                     block.nodes.push(index.find(node).ok_or_else(|| {
-                        format!("element {tag} ({}) names node {node}, which the file lacks", raw.kind.name())
+                        format!(
+                            "element {tag} ({}) refers to node {node}, which the file does not contain",
+                            raw.kind.name()
+                        )
                     })?);
                 }
                 check_distinct(nodes, tag, raw.kind)?;
@@ -201,7 +205,7 @@ fn check_distinct(nodes: &[u64], tag: u64, kind: ElementKind) -> std::result::Re
     for (i, node) in nodes.iter().enumerate() {
         if nodes[..i].contains(node) {
             return Err(format!(
-                "element {tag} ({}) names node {node} twice; collapsed elements are not allowed",
+                "element {tag} ({}) contains node {node} twice; collapsed elements are not allowed",
                 kind.name()
             ));
         }
@@ -218,7 +222,7 @@ enum NodeIndex {
 impl NodeIndex {
     fn new(tags: &[u64]) -> std::result::Result<Self, String> {
         let largest = tags.iter().copied().max().unwrap_or(0);
-        let twice = |tag: u64| format!("the node number {tag} stands twice; each node needs its own");
+        let twice = |tag: u64| format!("the node number {tag} appears twice; each node needs its own number");
         if largest < 4 * tags.len() as u64 + 64 {
             let mut table = vec![usize::MAX; largest as usize + 1];
             for (i, &tag) in tags.iter().enumerate() {
@@ -289,7 +293,7 @@ fn drop_unused_points(mesh: &mut Mesh, tags: &[u64]) {
     mesh.points.truncate(kept);
     mesh.blocks.iter_mut().flat_map(|block| &mut block.nodes).for_each(|node| *node = to[*node]);
     mesh.warnings.push(format!(
-        "{} nodes of {} that no element uses were left out (the first is node {})",
+        "{} nodes of {} were ignored, because no element uses them (first: node {})",
         used.len() - kept,
         mesh.source,
         tags[first]

@@ -40,16 +40,16 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     while left > 0 {
         let (tag, code, run) = if cursor.is_binary() {
             let code = cursor.nonnegative_int("an element type")?;
-            let run = cursor.nonnegative_int("the number of elements in a run")?;
+            let run = cursor.nonnegative_int("the number of elements in a block")?;
             (None, code, run)
         } else {
             let tag = cursor.nonnegative_int("an element number")?;
             (Some(tag), cursor.nonnegative_int("an element type")?, 1)
         };
         if run == 0 || run > left {
-            return Err(
-                cursor.fail(&format!("a run of {run} elements where {left} are left of the {n} announced"))
-            );
+            return Err(cursor.fail(&format!(
+                "a block of {run} elements exceeds the {left} that remain of the {n} announced"
+            )));
         }
         let n_tags = cursor.nonnegative_int("the number of tags")?;
         let kind = raw.kind(cursor, code)?;

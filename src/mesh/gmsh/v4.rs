@@ -27,7 +27,7 @@ pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
             }
             let set = raw.group_set_index(&physical);
             if raw.entities.insert((dim, tag), set).is_some() {
-                return Err(cursor.fail(&format!("the entity {tag} of dimension {dim} stands twice")));
+                return Err(cursor.fail(&format!("the entity {tag} of dimension {dim} appears twice")));
             }
         }
     }
@@ -56,7 +56,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
         let in_block = cursor.size("the number of nodes in a block")?;
         if !(0..=3).contains(&dim) || !(0..=1).contains(&parametric) {
             return Err(cursor.fail(&format!(
-                "a node block of dimension {dim} with the parametric mark {parametric}; allowed are 0 to 3 and 0 or 1"
+                "a node block has the dimension {dim} and the parametric flag {parametric}; allowed are 0 to 3, and 0 or 1"
             )));
         }
         let in_block = cursor.check_count(in_block, per_node, "nodes")?;
@@ -92,7 +92,9 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
         let code = cursor.nonnegative_int("an element type")?;
         let kind = raw.kind(cursor, code)?;
         if dim != kind.dim() as i64 {
-            return Err(cursor.fail(&format!("{} elements in a block of dimension {dim}", kind.name())));
+            return Err(
+                cursor.fail(&format!("{} elements appear in a block of dimension {dim}", kind.name()))
+            );
         }
         let in_block = cursor.size("the number of elements in a block")?;
         let bytes_each = (1 + kind.n_nodes() as u64) * cursor.size_bytes();
@@ -118,7 +120,7 @@ fn read_header(cursor: &mut Cursor, what: &str) -> Result<[u64; 4]> {
     let header = [
         cursor.size(&format!("the number of blocks of {what}"))?,
         cursor.size(&format!("the number of {what}"))?,
-        cursor.size(&format!("the least number of the {what}"))?,
+        cursor.size(&format!("the smallest number of the {what}"))?,
         cursor.size(&format!("the largest number of the {what}"))?,
     ];
     cursor.end_record()?;

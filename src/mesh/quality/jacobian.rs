@@ -198,25 +198,22 @@ fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
     let worst = match worst.inside {
         // All integration points are sound; only edges have zero length.
         inside if inside.scaled > MIN_SCALED_JACOBIAN => {
-            format!("an edge of element {} has no length", worst.tag)
+            format!("an edge of element {} has zero length", worst.tag)
         }
         Jacobian { value, scaled } => {
             let share = if scaled.is_finite() {
-                format!(", or {scaled:.3e} of the lengths of its edges")
+                format!(" ({scaled:.3e} relative to its edge lengths)")
             } else {
                 String::new()
             };
-            format!("the worst is that of element {}: {value:.3e}{share}", worst.tag)
+            format!("the worst is {value:.3e}{share}, of element {}", worst.tag)
         }
     };
-    let states = [(turned, "turned inside out or folded"), (bad.len() - turned, "collapsed")];
+    let states = [(turned, "inverted or folded"), (bad.len() - turned, "collapsed")];
     let states: Vec<String> =
         states.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     Error::input(format!(
-        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; {worst}. \
-         Mend the mesh (turned solids: reverse the node order, in gmsh \
-         `ReverseMesh`; folded or collapsed ones: move or refine nodes; curved ones: straighten or refine them, in gmsh \
-         `Mesh.HighOrderOptimize = 2`)",
+        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; {worst}. Fix the mesh (inverted: reverse the node order, in gmsh `ReverseMesh`; folded or collapsed: move or refine nodes; curved: straighten or refine, in gmsh `Mesh.HighOrderOptimize = 2`)",
         bad.len(),
         mesh.volume_cells().count(),
         mesh.source,

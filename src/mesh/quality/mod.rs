@@ -44,9 +44,7 @@ impl Quality {
         let all: usize = self.solids.iter().map(|(_, n)| n).sum();
         (self.folded_at_nodes > 0).then(|| {
             format!(
-                "{} of {all} solid elements are folded or flat at a node, though their Jacobian is positive at all \
-                 integration points; the worst is element {tag}, {least:.1e} of the lengths of its edges. They are computed \
-                 as they are, and stresses there are less accurate; better move the node, or straighten the edge",
+                "{} of {all} solid elements are folded or flat at a node, but their Jacobian is positive at all integration points (worst: element {tag}, {least:.1e} relative to its edge lengths). They are used as they are, but stresses there are less accurate. Move the node, or straighten the edge",
                 self.folded_at_nodes
             )
         })
@@ -57,20 +55,20 @@ impl Quality {
         let NonconformingFaces { split_quadrangles, mixed_orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
             let words = format!(
-                "{n} {what} (one at element {tag}): their displacements differ between the nodes; {mend}"
+                "{n} {what} (one at element {tag}). Displacements are discontinuous there between the nodes; {mend}"
             );
             (n > 0).then(|| warning(&words))
         };
         [
             told(
                 split_quadrangles,
-                "quadrangles of solids lie on triangles of others with the same nodes",
-                "put pyramids between hexahedra and tetrahedra",
+                "quadrilateral faces of solids meet triangles of other solids with the same nodes",
+                "insert pyramids between hexahedra and tetrahedra",
             ),
             told(
                 mixed_orders,
-                "faces of neighbouring solids have the same corners but not the same nodes between them",
-                "give all solids one order (in gmsh: `Mesh.ElementOrder`)",
+                "faces of neighbouring solids have the same corners but different mid-side nodes",
+                "use the same order for all solids (in gmsh: `Mesh.ElementOrder`)",
             ),
         ]
         .into_iter()
@@ -85,10 +83,10 @@ impl Quality {
             return None;
         }
         let places: Vec<String> = self.coincident_points.iter().take(3).map(format_point).collect();
-        let (verb, more) = (if n == 1 { "node lies" } else { "nodes lie" }, if n > 3 { ", .." } else { "" });
+        let (verb, more) =
+            (if n == 1 { "node coincides" } else { "nodes coincide" }, if n > 3 { ", .." } else { "" });
         Some(format!(
-            "{n} {verb} where another node lies already, at {}{more}: the elements there are not joined; merge the \
-             nodes unless a crack is meant (in gmsh: `Coherence Mesh`)",
+            "{n} {verb} with another node, at {}{more}. The elements there are not connected; merge the nodes unless they form a crack (in gmsh: `Coherence Mesh`)",
             places.join(", ")
         ))
     }
@@ -106,7 +104,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     let jacobians = check_jacobians(mesh)?;
     if let Some([a, b, c]) = face_of_three_solids(mesh) {
         return Err(Error::input(format!(
-            "the elements {}, {} and {} of {} share one face; solids may overlap nowhere",
+            "the elements {}, {} and {} of {} share one face; solids must not overlap",
             mesh.tag(a),
             mesh.tag(b),
             mesh.tag(c),
@@ -141,15 +139,12 @@ fn no_solids(mesh: &Mesh) -> Error {
     let plane = plane_of(&mesh.points).filter(|_| faces > 0).map_or_else(|| ": ".to_owned(), |axis| {
         let normal = ["1, 0, 0", "0, 1, 0", "0, 0, 1"][axis];
         format!(
-            ". All of them lie at one {}: a plane model is extruded by one element for plane strain (in the .geo: `Extrude {{{normal}}} \
-             {{ Surface{{:}}; Layers{{1}}; Recombine; }}`), with a physical group of its volume, which is held across the plane. Of a model with volumes ",
+            ". All have the same {}. For plane strain, extrude the plane model by one element (.geo: `Extrude {{{normal}}} {{ Surface{{:}}; Layers{{1}}; Recombine; }}`), and fix the physical group of its volume along that axis. If the model has volumes: ",
             ["x", "y", "z"][axis]
         )
     });
     Error::input(format!(
-        "{} has no solid elements{has}{plane}gmsh saves only what belongs to a physical group once there is one, so give the \
-         volume one too (in the .geo: `Physical Volume(\"body\") = {{1}};` with its number, or \
-         `Physical Volume(\"body\") = Volume{{:}};` for all) and mesh it with `gmsh -3`",
+        "{} has no solid elements{has}{plane}gmsh saves only elements in physical groups once a group exists. Give the volume a group (.geo: `Physical Volume(\"body\") = {{1}};` with its number, or `Physical Volume(\"body\") = Volume{{:}};` for all) and mesh it with `gmsh -3`",
         mesh.source
     ))
 }

@@ -162,7 +162,7 @@ impl MapFigure<'_> {
             }
             MapKind::Wear => {
                 let peak = self.draw_values(&mut canvas, &axes, state);
-                draw_caption(&mut canvas, "worn depth, both bodies");
+                draw_caption(&mut canvas, "wear depth, both bodies");
                 draw_bar(&mut canvas, MAP_AREA_PX, peak, &self.units.length);
             }
         }

@@ -14,7 +14,7 @@ pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
         if records.iter().any(|record| along.of(record) > 0.0) {
             panels.push(wear_volume_panel(records, along, units));
             panels.extend(load_panel(records, along, units));
-            panels.push(wear_panel(records, along, "Largest worn depth", |r| r.max_wear_depth, units));
+            panels.push(wear_panel(records, along, "Largest wear depth", |r| r.max_wear_depth, units));
         }
     }
     arrange_panels(&panels, PANEL, 2)
@@ -38,7 +38,7 @@ impl WearAbscissa {
     fn label(self, units: &Units) -> String {
         match self {
             Self::Cycles => "cycles".to_owned(),
-            Self::Distance => format!("distance slid, {}", units.length),
+            Self::Distance => format!("sliding distance, {}", units.length),
         }
     }
 }
@@ -102,18 +102,18 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
         [along.of(record), volume - error, volume + error]
     });
     let band = Band { series: 0, edges: edges.collect() };
-    let series = vec![Series { name: "worn volume".to_owned(), points }];
+    let series = vec![Series { name: "wear volume".to_owned(), points }];
     let last = records.last().map_or(0.0, |record| record.worn_volume_error);
     let title = if last > 0.0 {
         format!(
-            "Worn volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)",
+            "Wear volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)",
             four_digits(last),
             units.length
         )
     } else {
-        "Worn volume".to_owned()
+        "Wear volume".to_owned()
     };
-    let label = format!("Worn volume, {}^{{3}}", units.length);
+    let label = format!("Wear volume, {}^{{3}}", units.length);
     chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
@@ -130,8 +130,8 @@ fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -
     };
     let all = [
         series("mean", |jump| Some(jump.normal_force)),
-        series("+ end of the stroke", |jump| Some(jump.stroke_ends?[0].normal_force)),
-        series("\u{2212} end", |jump| Some(jump.stroke_ends?[1].normal_force)),
+        series("+ reversal point", |jump| Some(jump.stroke_ends?[0].normal_force)),
+        series("\u{2212} reversal point", |jump| Some(jump.stroke_ends?[1].normal_force)),
     ];
     let shown: Vec<Series> = all.into_iter().filter(|series| !series.points.is_empty()).collect();
     let label = format!("normal force, {}", units.force);

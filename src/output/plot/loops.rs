@@ -52,9 +52,9 @@ pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
         points: cycle.points.iter().chain(cycle.points.first()).copied().collect(),
     });
     let chart = Chart {
-        title: "Fretting loops and the energy they dissipate".to_owned(),
+        title: "Fretting loops and dissipated energy".to_owned(),
         labels: [
-            format!("shift along the stroke, {}", units.length),
+            format!("tangential displacement along the stroke, {}", units.length),
             format!("tangential force on body 1 along the stroke, {}", units.force),
         ],
         scales: [Scale::Linear, Scale::Linear],

@@ -156,9 +156,9 @@ window.orthowearView = (page) => {
     colourBar(context, [6, 50, 34, 560], most, name, zones);
     $("view-scale-out").textContent = String(factor());
     const notes = [];
-    if (!bodies.length) notes.push("No surfaces of bodies were written, or they are left out: only the contact frame is shown.");
-    if (flat && bodies.length) notes.push("Of half-spaces the surface under the frame is shown.");
-    notes.push("The rigid motion of body 2 is not part of its displacement. Drag to turn, wheel to zoom; or arrow keys, + and −.");
+    if (!bodies.length) notes.push("Only the contact frame is shown: no body surfaces were written, or they are omitted.");
+    if (flat && bodies.length) notes.push("Half-spaces are shown by their surface under the frame.");
+    notes.push("The rigid-body motion of body 2 is not part of its displacement. Rotate by dragging or with the arrow keys; zoom with the wheel, + and −.");
     $("view-note").textContent = notes.join(" ");
   }
   // Colours on bodies that are hidden would be an empty view.

@@ -93,8 +93,7 @@ fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh)
 pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
     let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));
-    let mend =
-        "give the closed surface mesh of one body, or a volume mesh, whose boundary surface is extracted";
+    let mend = "give a closed surface mesh of one body, or a volume mesh; the boundary surface of a volume mesh is extracted";
     let (mesh, notes) = r.accept(oriented, place, ["this mesh", mend])?;
     r.notes.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
     Some(mesh)

@@ -58,8 +58,7 @@ fn check_periodic(
         }
     }
     if periodic == [true; 2] && cells == [1, 1] {
-        let message = "one cell that is periodic in both directions carries a uniform pressure, which gives no \
-                       relative displacement";
+        let message = "a frame of one cell that is periodic in both directions carries only a uniform pressure, which causes no relative displacement";
         r.report("frame.cells", message, "one cell", "give the frame more cells along x or y");
     }
     let coupling = r.document.get("solver.coupling").map(|node| node.to_serde_json());
@@ -182,7 +181,7 @@ fn ellipsoid(
 ) -> Option<GapShape> {
     match (radii, semi_axes) {
         (Some(_), Some(_)) => {
-            let message = "an ellipsoid is given by `radii` or `semi_axes`, not both";
+            let message = "an ellipsoid has either `radii` or `semi_axes`, not both";
             r.refuse("gap.semi_axes", message, "together with `radii`", "remove one of the two")
         }
         (None, None) => {
@@ -233,7 +232,7 @@ fn heights(
         && *cells != shape
     {
         let message = format!(
-            "the file has {} lines of {} values, the frame {} x {} cells",
+            "the file has {} lines of {} values, but the frame has {} x {} cells",
             shape[0], shape[1], cells[0], cells[1]
         );
         return r.refuse(

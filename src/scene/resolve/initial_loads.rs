@@ -19,9 +19,7 @@ pub(super) fn friction_warnings(
         let loads = own_loads(body.as_ref()?);
         (!loads.is_empty()).then(|| {
             warning(&format!(
-                "body{} has loads of its own ({}), which act in full before contact: the deformation of the surface that they cause is no slip. \
-                 Stick zones, slip and tangential forces do not contain its effect. Load the contact through body 2 (approach, \
-                 normal_force, shift), or use `friction = false`",
+                "body{} has loads of its own ({}) that act in full before contact. The surface deformation that they cause does not count as slip. Stick zones, slip and tangential forces omit its effect. Load the contact through body 2 (approach, normal_force, shift), or use `friction = false`",
                 index + 1,
                 loads.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ")
             ))

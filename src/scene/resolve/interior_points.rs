@@ -45,7 +45,7 @@ fn check_name(r: &mut Resolver, key: &str, name: &str, before: &[InteriorPointRe
     let key = format!("{key}.name");
     let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(fits) {
-        let mend = "use letters a to z, digits, \"-\" and \"_\": it becomes part of file names";
+        let mend = "use letters a to z, digits, \"-\" and \"_\": the name becomes part of file names";
         return r.report(
             &key,
             format!("`name` = \"{name}\" cannot be used in a file name"),
@@ -90,9 +90,10 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodyPlan, frame
             format!("body {number} is a truncated half-space, in which interior points are not available"),
             format!("remove body{number}.truncated: the exact half-space supports interior points"),
         ),
-        BodyPlan::Rigid => {
-            (format!("`body` is {number}, which is rigid"), "name a body that deforms".to_owned())
-        }
+        BodyPlan::Rigid => (
+            format!("body {number} is rigid and has no stresses inside"),
+            "name a body that deforms".to_owned(),
+        ),
     };
     r.report(&key, message, "this body", mend);
 }
@@ -106,7 +107,7 @@ fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<
             &format!("{key}.to"),
             "`to` is the same point as `from`",
             "the same point",
-            "give the other end",
+            "give the other end point",
         );
     }
     let counts = match (inside.points, inside.across) {
@@ -130,7 +131,7 @@ fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<
             return r.refuse(&format!("{key}.points"), message, "one number", mend);
         }
         (PointCounts::Rectangle(_), None) => {
-            let message = "`points` are two numbers, but there is no `across`";
+            let message = "`points` has two numbers, but `across` is missing";
             let mend = "give the third corner, `across`, or one number of points for a line";
             return r.refuse(&format!("{key}.points"), message, "two numbers", mend);
         }

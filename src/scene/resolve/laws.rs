@@ -158,7 +158,7 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     if parts.iter().any(|(body, part)| body.as_fe().is_some() && *part > 0.0) {
         return;
     }
-    let message = "`move_mesh` needs a finite-element body that wears, but there is none";
+    let message = "`move_mesh` needs a finite-element body that wears, but no finite-element body wears";
     let mend = "remove it, or set `share` (the fraction of the wear depth assigned to body 1) so that the meshed body wears";
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
@@ -240,15 +240,14 @@ fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str
         return Some(());
     };
     let message = format!(
-        "{section}.law = \"frp\" would use one angle between fibre and contact surface, counted from the plane z = 0, \
-         but the contact frame is not such a plane: {what}"
+        "{section}.law = \"frp\" measures the angle between fibre and contact surface from the plane z = 0, but the contact frame is not parallel to that plane: {what}"
     );
     let help = format!(
         "give the angles to the contact surface, the same in all cells: {section}.fibre = {{ tilt = .., azimuth = .. }}; \
          or use law \"{}\"",
         if section == "wear" { "orthotropic" } else { "elliptic" }
     );
-    r.refuse(&format!("{section}.law"), message, "frame is not a plane z = 0", help)
+    r.refuse(&format!("{section}.law"), message, "frame is not parallel to z = 0", help)
 }
 
 /// Mean fibre direction of a meshed body under the frame; refused if the directions scatter too much.

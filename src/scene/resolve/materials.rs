@@ -48,7 +48,7 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     let stiffness = stiffness(material);
     if let Err(error) = &stiffness {
         let mend = if isotropic {
-            "E above 0 and nu between -1 and 0.5, both excluded"
+            "E must be above 0, and nu between -1 and 0.5 (both excluded)"
         } else {
             "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
         };
@@ -59,7 +59,7 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     let singular = stiffness.as_ref().ok().and_then(|stiffness| near_singularity(material, stiffness));
     if let Some(why) = &singular {
         let message = format!("the material `{name}`{} is nearly singular: {why}", material_users(r, name));
-        let mend = "give all moduli in the same unit, and Poisson's ratios farther from the bounds that a material must keep";
+        let mend = "give all moduli in the same unit, and Poisson's ratios farther from their limits";
         r.report(key, message, "nearly singular", mend);
     }
     let strength = material.strength_limit();
@@ -88,16 +88,16 @@ fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String
     let by_size = |a: &&(&str, f64), b: &&(&str, f64)| a.1.total_cmp(&b.1);
     let reason = match (moduli.iter().min_by(by_size), moduli.iter().max_by(by_size)) {
         (Some((small, least)), Some((large, most))) if *most > MAX_MODULUS_RATIO * least => {
-            format!("{small} = {least:e} is too small beside {large} = {most:e}")
+            format!("{small} = {least:e} is too small compared with {large} = {most:e}")
         }
         (Some(_), _) => {
             let ratios = if moduli.len() == 1 { "nu is" } else { "the Poisson's ratios are" };
-            format!("{ratios} too close to the bound of admissible materials")
+            format!("{ratios} too close to the limit of admissible values")
         }
-        _ => "some strain meets hardly any stress".to_owned(),
+        _ => "some strain causes almost no stress".to_owned(),
     };
     Some(format!(
-        "{reason}; the eigenvalues of its stiffness differ by a factor of more than {MAX_CONDITION:e}"
+        "{reason}; the eigenvalues of the stiffness matrix differ by a factor of more than {MAX_CONDITION:e}"
     ))
 }
 

@@ -222,7 +222,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let more = wrong.len().saturating_sub(MAX_LISTED_LINES);
     for (i, message) in wrong.iter().take(MAX_LISTED_LINES).enumerate() {
         let more = if i + 1 == MAX_LISTED_LINES && more > 0 {
-            format!(" (and {more} more lines)")
+            format!(" (and {more} more lines with errors)")
         } else {
             String::new()
         };

@@ -58,7 +58,7 @@ pub(super) fn resolve(
 
 fn check_fibre_or_layup(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
     if fibre && layup {
-        let mend = "give the fibre of each ply as its `angle`, and no `fibre`";
+        let mend = "remove `fibre`: each ply gives its fibre direction as `angle`";
         r.report(&format!("{key}.layup"), "`fibre` and `layup` are both given", "one of the two", mend);
     }
 }

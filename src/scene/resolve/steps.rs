@@ -27,8 +27,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
         r.notes.push(format!(
-            "step \"{}\" has neither approach nor normal_force: only loads of the bodies themselves can press them together \
-             (approach 0 is where the surfaces first touch)",
+            "step \"{}\" has neither approach nor normal_force (approach 0 is where the surfaces first touch). Only the bodies' own loads can press them together",
             steps[0].name
         ));
     }
@@ -136,7 +135,7 @@ fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
             r.notes.push(format!(
-                "two steps are named \"{name}\": results reported by step name are those of the last one"
+                "two steps are named \"{name}\": results reported by step name are those of the last of them"
             ));
         }
     }

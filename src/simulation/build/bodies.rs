@@ -72,7 +72,7 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
         }
         FramePlan::Mesh { body, points, center, azimuth, normal } => {
             let fe = plan.bodies[body].as_meshed().ok_or_else(|| SceneError {
-                error: Error::input("the frame takes the faces of a body that has no mesh"),
+                error: Error::input("the frame uses the faces of a body without a mesh"),
                 key: "frame.body".to_owned(),
             })?;
             let (mesh, side) = (&fe.mesh, SIDES[body]);
@@ -111,9 +111,7 @@ fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Resu
             ensure_faces_other_body(fe, &faces, &frame, body).at(&contact)?;
         }
         let error = Error::input(format!(
-            "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
-             the groups and the places of the two meshes, or take the frame from the body with the smaller faces \
-             (frame.body)",
+            "no face of `{}` of {} has nine tenths of its area opposite faces of `{}` of {}, seen along its normal: check the groups and the positions of the two meshes, or take the frame from the body with the smaller faces (frame.body)",
             plan.bodies[index].as_meshed().map_or("", |fe| fe.contact.as_str()),
             BODY_KEYS[index],
             fe.contact,
@@ -328,8 +326,7 @@ fn ensure_faces_other_body(
         return Ok(());
     }
     Err(Error::input(format!(
-        "none of the {} faces of `{}` looks towards {}: those of {} must look along {} (outward normal), for body 1 is \
-         below and body 2 above; name the group of the other side, or turn the mesh",
+        "none of the {} faces of `{}` is oriented towards {}: the outward normals of {} must point along {}, because body 1 is below and body 2 above; name the group on the other side, or rotate the mesh",
         faces.len(),
         fe.contact,
         BODY_KEYS[1 - index],

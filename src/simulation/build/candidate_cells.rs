@@ -49,7 +49,7 @@ pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<Omitte
     Some(OmittedWork::new(
         OmittableWork::OpenCells,
         format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
-        "their initial gap is wider than the approach: it is formed when contact comes there",
+        "their initial gap exceeds the approach; the flexibility is computed when the contact reaches them",
     ))
 }
 

@@ -57,7 +57,7 @@ const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
 /// Remedy if interior points do not fit into memory.
-const FEWER_POINTS: &str = "ask for fewer points (output.inside)";
+const FEWER_POINTS: &str = "request fewer points (output.inside)";
 
 /// Remaining memory of the plan for a body, after the frame and the `held` bytes of the bodies before it.
 pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {

@@ -43,7 +43,7 @@ use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces;
 
 /// Remedies for a half-space near field that is not accurate enough.
-const NEAR_FIELD_REMEDIES: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
+const NEAR_FIELD_REMEDIES: &str = "a finer mesh (mainly towards the edges of the supports), elements that represent bending better, or a smaller frame may help";
 
 /// A plan with the model and bodies for its load history.
 pub struct Simulation<'p> {
@@ -224,7 +224,7 @@ pub fn build_with<'p>(
 /// Message that the half-space near field of body `key` was tried and rejected.
 fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
     format!(
-        "the near field of {key} is that of its mesh and not of a half-space: {}; {NEAR_FIELD_REMEDIES}",
+        "the near field of {key} is computed with its mesh instead of a half-space: {}; {NEAR_FIELD_REMEDIES}",
         given_up.reason
     )
 }
@@ -232,8 +232,7 @@ fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
 /// Error for a rejected half-space near field that body `key` requests explicitly.
 fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError {
     let error = Error::input(format!(
-        "{key} asks for the near field of a half-space, whose correction by the mesh is not good enough: {}; {NEAR_FIELD_REMEDIES}, \"auto\" and \
-         \"mesh\" take the near field of the mesh",
+        "{key}.near_field = \"half-space\" is not possible, because the correction by the mesh is not accurate enough: {}; {NEAR_FIELD_REMEDIES}; \"auto\" and \"mesh\" use the near field of the mesh",
         given_up.reason
     ));
     SceneError { error, key: format!("{key}.near_field") }
@@ -246,8 +245,7 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
     // The error for concentrated loads exceeds that for uniform ones if the mesh carries most of the displacement.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         warning(&format!(
-            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: take a finer \
-             mesh where `orthowear refine` says, or elements that bend better (of second order, \"hex8-eas\")",
+            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or elements that represent bending better (second order, \"hex8-eas\")",
             100.0 * error
         ))
     })

@@ -72,12 +72,12 @@ fn choose_near_field(
     if plan.bodies[index].as_be().is_some() {
         if plan.solver.coupling == Coupling::Block {
             let error = Error::input(format!(
-                "{} is one of boundary elements, which the block system does not take: remove it, \"schur\" is the default",
+                "{} is a body of boundary elements, which the block system does not support: remove this key, the default is \"schur\"",
                 BODY_KEYS[index]
             ));
             return Err(SceneError { error, key: "solver.coupling".to_owned() });
         }
-        return Ok(NearFieldModel::Mesh("boundary elements have that of their mesh".to_owned()));
+        return Ok(NearFieldModel::Mesh("boundary elements use the near field of their mesh".to_owned()));
     }
     if fe.near_field == NearField::Mesh {
         return Ok(NearFieldModel::Mesh("near_field is \"mesh\"".to_owned()));
@@ -86,7 +86,7 @@ fn choose_near_field(
         (Ok(site), _) => Ok(NearFieldModel::HalfSpace(Box::new(site))),
         (Err(Unsuitable(why)), NearField::HalfSpace) => Err(SceneError {
             error: Error::input(format!(
-                "{} has no place for the near field of a half-space: {why}; take \"auto\" or \"mesh\"",
+                "{} does not allow the near field of a half-space: {why}; use \"auto\" or \"mesh\"",
                 BODY_KEYS[index]
             )),
             key: format!("{}.near_field", BODY_KEYS[index]),
@@ -108,7 +108,7 @@ pub(in crate::simulation) fn fit_half_space(
     let moves = mesh_motion::worn_bodies(plan).any(|(worn, ..)| worn == index);
     if plan.solver.coupling == Coupling::Block {
         return Ok(Err(Unsuitable(
-            "the block system takes the equations of meshes (solver.coupling)".to_owned(),
+            "the block system uses the equations of the meshes (solver.coupling)".to_owned(),
         )));
     }
     if plan.mesh_motion_threshold.is_some() && moves {

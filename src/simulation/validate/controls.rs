@@ -26,8 +26,7 @@ fn refuse_friction_on_unconstrained_be(
         return Ok(());
     }
     let error = Error::input(format!(
-        "{} of boundary elements floats by {}: with friction it must be held, for slip is counted from the state without contact, which its supports do \
-         not determine; support it (`fixed`, `symmetry`), make it one of finite elements (kind = \"fe\"), or leave out friction",
+        "{} is a boundary-element body with unconstrained rigid-body modes ({}), which friction does not allow: slip is measured from the state without contact, which the supports do not determine. Support the body (`fixed`, `symmetry`), use finite elements (kind = \"fe\"), or remove friction",
         BODY_KEYS[index],
         motions.names.join(", ")
     ));
@@ -56,7 +55,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     let Some((first, motions, _)) = floating.first() else { return Ok(()) };
     if plan.solver.coupling == Coupling::Block {
         let error = Error::input(format!(
-            "{} floats by {}; the block system takes held bodies only: use \"schur\", or support it",
+            "{} has unconstrained rigid-body modes ({}), but the block system needs fixed bodies: use \"schur\", or support the body",
             SIDES[*first].name(),
             motions.names.join(", ")
         ));
@@ -66,8 +65,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
         && have_common_motion(a, b, frame.size())
     {
         let error = Error::input(format!(
-            "both bodies float and can move together without force: body 1 by {}, body 2 by {}; fix more components of \
-             the supports of one of them",
+            "both bodies are unconstrained and can move together without force: body 1 by {}, body 2 by {}; fix more components in the supports of one of them",
             lower.names.join(", "),
             upper.names.join(", ")
         ));
@@ -77,12 +75,14 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     let free = unconstrained_translations(&all, frame.size());
     let who: Vec<String> = floating
         .iter()
-        .map(|(index, motions, _)| format!("{} floats by {}", SIDES[*index].name(), motions.names.join(", ")))
+        .map(|(index, motions, _)| {
+            format!("{} is unconstrained: {}", SIDES[*index].name(), motions.names.join(", "))
+        })
         .collect();
     plan.steps.iter().enumerate().try_for_each(|(index, step)| {
         if let Some(key) = rotation_key(step) {
             let error = Error::input(format!(
-                "step \"{}\" controls a rotation, which takes held bodies ({}): support it, or leave `{key}` out",
+                "step \"{}\" prescribes a rotation or a moment, which needs fixed bodies ({}): support the body, or remove `{key}`",
                 step.name,
                 who.join("; ")
             ));
@@ -90,8 +90,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
         }
         let Some((key, instead)) = displacement_along_free_direction(step, &free) else { return Ok(()) };
         let error = Error::input(format!(
-            "step \"{}\" prescribes a displacement along a direction in which nothing holds the body ({}): its place \
-             follows from its loads; {instead}, or support it along that direction",
+            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}), so that its position follows from its loads; {instead}, or support the body along this direction",
             step.name,
             who.join("; ")
         ));
@@ -124,8 +123,7 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
         for (axis, key, moment, lever) in loads {
             if moment != 0.0 && lever <= least {
                 let error = Error::input(format!(
-                    "step \"{}\" prescribes a moment about {axis}, but the centres of all cells lie on that axis: nothing \
-                     resists it; give the frame more cells across, or leave `{key}` out",
+                    "step \"{}\" prescribes a moment about {axis}, but the centres of all cells lie on this axis, so that nothing resists it; use a frame with more cells across, or remove `{key}`",
                     step.name
                 ));
                 return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
@@ -165,12 +163,18 @@ fn displacement_along_free_direction(
         free.iter().any(|free| free.dot(&direction).abs() > ROUNDING_SHARE * direction.norm())
     };
     if matches!(step.normal, Some(Normal::Approach(_))) && along(Vector3::z()) {
-        return Some(("approach", "prescribe `normal_force`, which is added to them, or leave it out"));
+        return Some((
+            "approach",
+            "prescribe `normal_force`, which is added to these loads, or remove the key",
+        ));
     }
     if let Some(Tangential::Shift([x, y])) = step.tangential
         && along(Vector3::new(x, y, 0.0))
     {
-        return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
+        return Some((
+            "shift",
+            "prescribe `tangential_force`, which is added to these loads, or remove the key",
+        ));
     }
     let (key, moved) = match &step.cycles.as_ref()?.motion {
         CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => ("cycles", closed.offsets()),
@@ -178,5 +182,5 @@ fn displacement_along_free_direction(
         CycleMotion::Sliding { angle } => ("sliding", vec![[angle.cos(), angle.sin()]]),
     };
     let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
-    moves.then_some((key, "move the other body's supports"))
+    moves.then_some((key, "move the supports of the other body"))
 }

@@ -170,8 +170,7 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
     (error > allowed).then(|| {
         let unit = &plan.units.length;
         warning(&format!(
-            "the frame is curved, and the motion of body 2 by {} {unit} to the first touch makes distances uncertain by about {} {unit}: mesh body 2 so that it \
-             nearly touches body 1",
+            "the frame is curved, and moving body 2 by {} {unit} to the first touch makes the gap uncertain by about {} {unit}: mesh body 2 so that it nearly touches body 1",
             format_short(closing_motion.abs()),
             format_short(error)
         ))
@@ -183,12 +182,12 @@ fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> S
     let unit = &plan.units.length;
     let normal = format_direction(&frame.axes.normal());
     let (direction, reason) = if closing_motion > 0.0 {
-        ("against", "where the surfaces first touch")
+        ("against", "to the first touch of the surfaces")
     } else {
-        ("along", "because the meshes overlap, to where the surfaces first touch")
+        ("along", "to the first touch of the surfaces, because the meshes overlap")
     };
     format!(
-        "gap.kind = \"mesh\": body 2 is moved by {} {unit} {direction} n = {normal}, {reason}; `approach` counts from there",
+        "gap.kind = \"mesh\": body 2 is moved by {} {unit} {direction} n = {normal} {reason}; `approach` is measured from there",
         format_number(format!("{:.3e}", closing_motion.abs()).parse().unwrap_or(closing_motion.abs()))
     )
 }
@@ -199,8 +198,7 @@ fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> 
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
     Some(warning(&format!(
-        "the nodes of the boundary element {} of {key} lie {} times the thickness of the body behind it apart: thin bodies come out far too stiff (constant, \
-         linear elements) or too soft; take elements of at most half of the thickness, or finite elements (kind = \"fe\")",
+        "the node spacing of the boundary element {} of {key} is {} times the thickness of the body there: thin bodies become far too stiff (constant, linear elements) or too soft; use elements of at most half of the thickness, or finite elements (kind = \"fe\")",
         face.tag,
         format_short(ratio)
     )))
@@ -221,7 +219,7 @@ fn check_cell_size(
         let auto =
             body.as_meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
         if let (NearFieldModel::Mesh(reason), true) = (near, auto) {
-            why.push_str(&format!("; {key} has no place for the near field of a half-space: {reason}"));
+            why.push_str(&format!("; {key} does not allow the near field of a half-space: {reason}"));
         }
     }
     if [0, 1].into_iter().any(is_half_space) {
@@ -282,9 +280,7 @@ fn coarse_faces_warning(
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
         warning(&format!(
-            "the contact faces of {key} are coarser than the cells of the frame: its nodes are {} {unit} apart, the mean side of a cell is {} {unit} ({} of the \
-             area per node). Pressures peak along these faces, up to several times too high where {key} is softer than {partner}, and parts of the contact may \
-             open; {}{why}",
+            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} ({} of the area per node). Pressures peak along these faces, up to several times too high if {key} is softer than {partner}, and parts of the contact may open; {}{why}",
             format_number(face.sqrt()),
             format_number(cell.sqrt()),
             format_short(ratio),
@@ -310,8 +306,7 @@ fn refuse_far_finer_cells(
     }
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let error = Error::input(format!(
-        "the cells of the frame are far finer than the contact faces of {key}, which has the near field of its mesh: nodes are {} {unit} apart, the mean side \
-         of a cell is {} {unit}, and pressures would be several times too high along these faces; {}, or allow this with {key}.near_field = \"mesh\"{why}",
+        "the cells of the frame are far smaller than the contact faces of {key}, which has the near field of its mesh: node spacing {} {unit}, mean cell side {} {unit}. Pressures along these faces would be several times too high; {}, or allow this with {key}.near_field = \"mesh\"{why}",
         format_number(face.sqrt()),
         format_number(frame.mean_cell_area().sqrt()),
         coarse_faces_remedy(plan, frame, (index, face))
@@ -323,7 +318,7 @@ fn refuse_far_finer_cells(
 fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize, f64)) -> String {
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let side = format_number((face * MIN_CELL_AREA_RATIO).sqrt());
-    let smaller = format!("take smaller faces of {key} under the contact");
+    let smaller = format!("use smaller faces of {key} under the contact");
     match plan.frame {
         FramePlan::Mesh { .. } => format!("{smaller}, or its faces as cells (frame.body = {})", index + 1),
         FramePlan::Grid { .. } => {
@@ -331,7 +326,7 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
             let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
             let cells = at_most(frame, frame.mean_cell_area() / face, MIN_CELL_AREA_RATIO);
             let cells =
-                if cells.is_empty() { cells } else { format!(", cells of at least {side} {unit}{cells}") };
+                if cells.is_empty() { cells } else { format!(", or cells of at least {side} {unit}{cells}") };
             format!("{smaller}{cells}{half_space}")
         }
     }
@@ -345,8 +340,7 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
         && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach;
     counts.then(|| {
         format!(
-            "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap does \
-             not count; take it from the meshes (gap.kind = \"mesh\") unless it stands for them",
+            "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap neglects; use the gap of the meshes (gap.kind = \"mesh\"), unless the given gap already includes these heights",
             format_number(high - low),
             plan.units.length
         )
@@ -360,12 +354,12 @@ fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> 
     let group = plan.bodies[body].as_meshed().map_or("", |fe| fe.contact.as_str());
     let other = BODY_KEYS[1 - body];
     let why = match plan.bodies[1 - body].as_meshed() {
-        Some(_) => format!("lie over faces of {other} with nine tenths of their area"),
-        None => format!("look at the plane of {other}"),
+        Some(_) => format!("have nine tenths of their area opposite faces of {other}"),
+        None => format!("face the plane of {other}"),
     };
     (frame.n_excluded > 0).then(|| {
         format!(
-            "{} of the {} {cells} of `{group}` do not {why}; they are left out of the frame and stay open",
+            "{} of the {} {cells} of `{group}` do not {why}; they are omitted from the frame and stay open",
             frame.n_excluded,
             frame.n_excluded + frame.n_cells(),
         )
@@ -391,9 +385,7 @@ fn refuse_fixed_contact_nodes(
         if count > 0 {
             let along = if frame.has_uniform_axes() { "z" } else { "the normal of the surface" };
             let error = Error::input(format!(
-                "the support on group `{}` holds {count} of the {} nodes under the frame along {along}; contact nodes \
-                 must be free along the normal: support another group, take a smaller frame, or leave that direction \
-                 out of `components`",
+                "the support on group `{}` fixes {count} of the {} nodes under the frame along {along}; contact nodes must be free along the normal: support another group, use a smaller frame, or remove this direction from `components`",
                 support.group,
                 map.nodes().len()
             ));
@@ -423,28 +415,25 @@ fn check_cell_area_ratio(
     let (cell, face) = (cell.sqrt(), face.sqrt());
     if ratio >= MIN_CELL_AREA_RATIO {
         let note = format!(
-            "a cell of the frame is only {ratio:.2} times the contact area of a node (mean side {} {unit}, nodes {} {unit} \
-             apart): tractions that alternate from cell to cell hardly move the mesh",
+            "the cells of the frame are small for the mesh: their area is {ratio:.2} times the contact area of a node (mean cell side {} {unit}, node spacing {} {unit}). The mesh hardly deforms under tractions that alternate from cell to cell",
             format_number(cell),
             format_number(face),
         );
         let mend = format!(
-            "take {nodes}cells of at least {} {unit}{}, or make one body a half-space{why}",
+            "use {nodes}cells of at least {} {unit}{}, or make one body a half-space{why}",
             format_number(face * SMOOTH_CELL_AREA_RATIO.sqrt()),
             at_most(frame, ratio, SMOOTH_CELL_AREA_RATIO)
         );
         return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
             warning(&format!(
-                "{note}, so that peak pressures are in doubt and need not converge (forces do); {mend}"
+                "{note}, so that peak pressures are not reliable and need not converge (forces do); {mend}"
             ))
         } else {
-            format!("{note} and may oscillate; {mend}")
+            format!("{note}, so that tractions may oscillate; {mend}")
         }));
     }
     let error = Error::input(format!(
-        "a cell of the frame is only {} times the contact area of a node of the finest body (mean side {} {unit}, nodes {} \
-         {unit} apart), so that tractions are not determined; take {nodes}cells of at least {} {unit}{}, refine a mesh or \
-         give it elements of order 2, or make one body a half-space{why}",
+        "the cells of the frame are too small for the meshes: their area is {} times the contact area of a node of the finest body (mean cell side {} {unit}, node spacing {} {unit}). The tractions are not determined; use {nodes}cells of at least {} {unit}{}, refine a mesh, use elements of order 2, or make one body a half-space{why}",
         format_short(ratio),
         format_number(cell),
         format_number(face),
@@ -495,7 +484,7 @@ fn region_fibre_warning(
     };
     let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
     Some(format!(
-        "region `{group}` of {} lies under the frame with another fibre than the body's; {} take the fibre of the body",
+        "region `{group}` of {} lies under the frame and has another fibre direction than the body; {} use the fibre of the body",
         BODY_KEYS[index],
         laws.join(" and ")
     ))

@@ -54,8 +54,7 @@ pub(in crate::simulation) fn reached_preload_warning(
 fn overlap_warning(plan: &Plan, overlap: f64) -> String {
     let unit = &plan.units.length;
     warning(&format!(
-        "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. Loads and pressures of an approach of this size come from the \
-         mesh, not from the bodies: take elements of second order, or matching nodes on both surfaces",
+        "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. At an approach of this size the mesh determines loads and pressures, not the shape of the bodies: use elements of second order, or matching nodes on both surfaces",
         format_short(overlap)
     ))
 }
@@ -143,9 +142,7 @@ pub(in crate::simulation) fn own_load_warning(
     let unit = &plan.units.length;
     let what = if overlap > 0.0 { "overlap" } else { "opening" };
     Some(warning(&format!(
-        "what loads and prescribed displacements of {key} do to its surface under the frame is uncertain by an estimated {} {unit}, \
-         {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet, and loads and pressures by as much or twice as much: take \
-         elements of second order, or smaller ones (`orthowear refine` says where)",
+        "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}, {:.1} % of the {what} of {} {unit} before contact. Contact loads and pressures err by one to two times this share; use elements of second order, or smaller ones (`orthowear refine` shows where)",
         format_short(error),
         100.0 * error / depth,
         format_short(depth)
@@ -171,19 +168,14 @@ fn faceting_warning(
     );
     let what = if bowed {
         format!(
-            "the flat contact faces of {key}, edges of {length} {unit}, are bowed in the gap by the curvature of the surface around \
-             them, which differs from node to node: up to {lost} {unit} are uncertain, {share:.1} % of the approach of {depth} {unit}, \
-             and loads and pressures with them"
+            "the gap corrects the flat contact faces of {key} (edges of {length} {unit}) for the curvature of the surface, which differs from node to node. The gap is uncertain by up to {lost} {unit}, {share:.1} % of the approach of {depth} {unit}; loads and pressures have errors of this size"
         )
     } else {
         format!(
-            "the contact faces of {key} are flat, with edges of {length} {unit} on a surface of radius {radius} {unit}, and cut off up \
-             to {lost} {unit} of it, {share:.1} % of the approach of {depth} {unit}; in the gap (gap.kind = \"mesh\") this is distance, \
-             and loads and pressures err by as much or twice as much"
+            "the flat contact faces of {key} (edges of {length} {unit}, surface radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach of {depth} {unit}. The gap is too large by this amount; loads and pressures err by one to two times this share"
         )
     };
     warning(&format!(
-        "{what}: take elements of second order, faces of at most {fine} {unit} there, or the gap of the shape itself (gap.kind = \
-         \"ellipsoid\", \"sphere\" or \"cylinder\", with its radii)"
+        "{what}. Use elements of second order, faces of at most {fine} {unit} there, or the exact shape (gap.kind = \"ellipsoid\", \"sphere\" or \"cylinder\")"
     ))
 }

@@ -47,12 +47,12 @@ impl BestParaboloid {
     fn describe(&self, unit: &str) -> String {
         let [larger, smaller] = self.curvatures;
         let shape = if smaller.abs() < CYLINDER_CURVATURE_RATIO * larger.abs() {
-            format!("the best cylinder has a radius of {} {unit}", format_short(1.0 / larger))
+            format!("the best-fit cylinder has a radius of {} {unit}", format_short(1.0 / larger))
         } else if (larger - smaller).abs() < SPHERE_CURVATURE_DIFFERENCE * larger.abs() {
-            format!("the best sphere has a radius of {} {unit}", format_short(2.0 / (larger + smaller)))
+            format!("the best-fit sphere has a radius of {} {unit}", format_short(2.0 / (larger + smaller)))
         } else {
             format!(
-                "the best ellipsoid has radii of {} and {} {unit}",
+                "the best-fit ellipsoid has radii of {} and {} {unit}",
                 format_short(1.0 / larger),
                 format_short(1.0 / smaller)
             )
@@ -69,25 +69,25 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
     let rms = mean_square(frame, gap.iter().map(|g| g - mean)).sqrt();
     let mut notes = Vec::new();
     let shape = best_paraboloid(frame, gap).filter(|shape| shape.is_seen(highest));
-    let described = shape.as_ref().map_or_else(|| "no sphere fits".to_owned(), |shape| shape.describe(unit));
+    let described = shape
+        .as_ref()
+        .map_or_else(|| "no sphere, cylinder or ellipsoid fits".to_owned(), |shape| shape.describe(unit));
     notes.push(format!(
-        "gap.kind = \"heights\": 0 to {} {unit} under the frame, {} {unit} about their mean (root mean square); {described}",
+        "gap.kind = \"heights\": the heights under the frame are 0 to {} {unit}, with a root mean square deviation of {} {unit} from their mean; {described}",
         format_short(highest),
         format_short(rms)
     ));
     let slope = steepest_slope(frame, gap);
     if slope > MAX_SLOPE {
         notes.push(warning(&format!(
-            "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells. Unless this is the edge of a punch, pressures there are wrong: \
-             check the unit of the file ({unit} is expected), and missing or misread values",
+            "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells. Unless this is the edge of a punch, pressures there are wrong: check the file for a wrong unit ({unit} is expected) and for missing or misread values",
             format_short(slope)
         )));
     }
     let repeats = frame.is_periodic();
     if !repeats && shape.is_some_and(|shape| shape.curvatures.iter().sum::<f64>() < 0.0) {
         notes.push(warning(
-            "the heights of the gap are largest in the middle, so that the bodies touch at the edge of the frame first. Heights are distances, large where the \
-             surfaces are far apart: change the sign if the map is one of the height of body 2's surface",
+            "the heights of the gap are largest in the middle, so that the bodies first touch at the edge of the frame. Heights are distances between the surfaces: change their sign if the map contains the height of the surface of body 2",
         ));
     }
     notes
@@ -176,8 +176,11 @@ mod tests {
             assert!((found.curvatures[0] * 20.0 - 1.0).abs() < 1e-8 && found.is_seen(0.04));
             assert!(cells[1] == 1 || (found.curvatures[1] * 50.0 - 1.0).abs() < 1e-8);
             assert!(found.deviation < 1e-12, "{}", found.deviation);
-            let words =
-                if cells[1] == 1 { "best cylinder has a radius of 20 mm" } else { "radii of 20 and 50 mm" };
+            let words = if cells[1] == 1 {
+                "best-fit cylinder has a radius of 20 mm"
+            } else {
+                "radii of 20 and 50 mm"
+            };
             assert!(found.describe("mm").contains(words), "{}", found.describe("mm"));
             let inverted = best_paraboloid(&frame, &of(&|x, y| -(x * x + y * y) / 100.0)).unwrap();
             assert!((inverted.curvatures[0] * 50.0 + 1.0).abs() < 1e-8 && inverted.is_seen(0.02));

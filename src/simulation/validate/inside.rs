@@ -41,8 +41,7 @@ fn below(
     for (name, corner) in request.corners() {
         if let Some((_, height)) = first_point_above_surface(request.side, frame, &[corner]).at(key)? {
             let error = Error::input(format!(
-                "the corner {} of \"{}\" lies {} {} outside of {}, a half-space whose surface is the plane of the frame: its points are {} \
-                 that plane",
+                "the corner {} of \"{}\" lies {} {} outside of {}, a half-space bounded by the plane of the frame: its points are {} this plane",
                 format_point(&corner.into()),
                 request.name,
                 format_number(height),
@@ -64,7 +63,7 @@ fn refuse_outside_point(
     let corners = request.corners();
     let corner = corners.iter().find(|(_, corner)| corner == point);
     let error = Error::input(format!(
-        "the point {} ({}) of \"{}\" lies outside of the surface of {}: move `from`, `to` or `across`, or end them on the surface",
+        "the point {} ({}) of \"{}\" lies outside of {}: move `from`, `to` or `across` inside or onto the surface",
         format_point(&<[f64; 3]>::from(*point)),
         plan.units.length,
         request.name,

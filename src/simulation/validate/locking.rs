@@ -90,9 +90,9 @@ impl Locking {
         let (ratio, material) = &self.worst;
         let kinds: Vec<&str> = self.kinds.iter().copied().collect();
         let mend = if self.only_hexahedra {
-            format!("set {key}.element = \"hex8-bbar\", or take a mesh of second order")
+            format!("set {key}.element = \"hex8-bbar\", or use a mesh of second order")
         } else {
-            "take a mesh of second order (gmsh: -order 2), or of hexahedra with element = \"hex8-bbar\""
+            "use a mesh of second order (gmsh: -order 2), or one of hexahedra with element = \"hex8-bbar\""
                 .to_owned()
         };
         let excess = if self.only_enhanced {
@@ -101,8 +101,7 @@ impl Locking {
             "loads of a block under a sphere were 8 % too large at nu = 0.45, 31 % at 0.49, 154 % at 0.499"
         };
         format!(
-            "{} elements ({}) of {key} lock, so that the body is too stiff: the material `{material}` hardly changes its volume, as \
-             little as an isotropic one with nu = {} ({excess}); {mend}",
+            "{} elements ({}) of {key} lock, so that the body is too stiff: the material `{material}` is nearly incompressible, like an isotropic material with nu = {} ({excess}); {mend}",
             self.elements,
             kinds.join(", "),
             format_number(*ratio),

@@ -220,8 +220,7 @@ pub(super) fn refuse_closed_contact(
         None => return Ok(()),
     };
     let error = Error::input(format!(
-        "{what} body 2 along n = {}, across the plane of symmetry {} at which the contact ends: with its images the contact closes around \
-         body 2, and an interference or clearance all round is not available; take a model without that plane and set frame.normal",
+        "{what} body 2 along n = {}, across the symmetry plane {} at which the contact ends. The mirrored contact closes around body 2, and an interference or clearance all around is not available; use a model without this plane and set frame.normal",
         format_direction(&n),
         plane.name()
     ));
@@ -249,8 +248,7 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
     for component in (0..3).filter(|&c| bounds(c)) {
         if let Some((step, key, what)) = first_step_across(plan, &frame.axes, component) {
             let error = Error::input(format!(
-                "step \"{}\" {what} across the plane of symmetry under the contact whose normal is {}: a part of the model cannot stand \
-                 for the whole; leave out the part of `{key}` across, or take a full model",
+                "step \"{}\" {what} across the symmetry plane at the contact with its normal along {}: the symmetric model cannot represent this. Remove the part of `{key}` that violates the symmetry, or use a full model",
                 plan.steps[step].name, AXIS_NAMES[component]
             ));
             return Err(SceneError { error, key: step_key(&plan.steps, step, key) });
@@ -264,8 +262,7 @@ pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) 
             && breaks_friction_symmetry(plan, &normal(&frame.axes));
         if level || frame.symmetry_planes.iter().flatten().enumerate().any(oblique) {
             let error = Error::input(format!(
-                "the axes of the friction ellipse are oblique to the plane of symmetry under the contact whose normal is {}: friction is \
-                 then not symmetric about it; turn an axis of the law (or the fibre that it follows) into the plane, or take a full model",
+                "the axes of the friction ellipse are oblique to the symmetry plane at the contact (normal along {}), so that friction is not symmetric about it. Rotate an axis of the law (or its fibre) into the plane, or use a full model",
                 AXIS_NAMES[component]
             ));
             return Err(SceneError { error, key: "friction".to_owned() });
@@ -281,12 +278,10 @@ fn refuse_unmatched_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Re
             let (has, lacks, name) = (BODY_KEYS[own], BODY_KEYS[other], plane.name());
             let message = match partner(&plan.bodies[other], &planes[other], plane) {
                 OppositePlane::Missing if plane.is_symmetry => format!(
-                    "{has} has the plane of symmetry {name} under the contact, {lacks} has none there: tractions across it are then \
-                     undetermined; make {lacks} a meshed body with `symmetry` in this plane, or take a full model"
+                    "{has} has the symmetry plane {name} at the contact, but {lacks} has none there, so that tractions across it are undetermined; make {lacks} a meshed body with `symmetry` in this plane, or use a full model"
                 ),
                 OppositePlane::OtherDisplacement => format!(
-                    "the plane {name} of {has} under the contact and {} move past one another along its normal: tractions across it are \
-                     then undetermined; prescribe the same displacement, or take frame.points = \"faces\" or a full model",
+                    "the plane {name} of {has} at the contact and {} move relative to each other along its normal, so that tractions across it are undetermined; prescribe the same displacement, or use frame.points = \"faces\" or a full model",
                     SIDES[other].name()
                 ),
                 OppositePlane::Missing | OppositePlane::SameDisplacement(_) => continue,
@@ -346,12 +341,12 @@ fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static 
         _ => {}
     }
     match step.tilt {
-        Some(Tilt::Rotation([x, y])) if turns(x, y, 0.0) => return Some(("rotation", "turns body 2")),
+        Some(Tilt::Rotation([x, y])) if turns(x, y, 0.0) => return Some(("rotation", "rotates body 2")),
         Some(Tilt::Moment([x, y])) if turns(x, y, 0.0) => return Some(("moment", "prescribes a moment")),
         _ => {}
     }
     match step.spin {
-        Some(Spin::Twist(angle)) if turns(0.0, 0.0, angle) => return Some(("twist", "turns body 2")),
+        Some(Spin::Twist(angle)) if turns(0.0, 0.0, angle) => return Some(("twist", "rotates body 2")),
         Some(Spin::Moment(moment)) if turns(0.0, 0.0, moment) => {
             return Some(("spin_moment", "prescribes a moment"));
         }

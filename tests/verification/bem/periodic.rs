@@ -417,7 +417,7 @@ fn nonsense_is_refused() {
     refused([1, 1], [1.0, 1.0], [true, true], "one cell");
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
-    refused([4, 4], [1.0, 1e-4], [false, true], "more even");
+    refused([4, 4], [1.0, 1e-4], [false, true], "more equal");
     // Longer than 2π 2^19 / 35 = 94 119 cells across, for a material whose kernel decays at most as fast as isotropic ones.
-    refused([4, 400], [1e-3, 0.9], [false, true], "take a shorter period or wider cells");
+    refused([4, 400], [1e-3, 0.9], [false, true], "use a shorter period or wider cells");
 }

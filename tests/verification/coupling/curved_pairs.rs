@@ -270,5 +270,5 @@ fn the_nearest_of_two_sheets() {
     assert!(near.mean_heights(&frame, &jaw).iter().all(|h| (h - 0.2).abs() < 1e-14));
     let grid = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
     let error = FaceMap::new(&grid, &clamp, &two, Side::Upper).unwrap_err();
-    assert!(error.message().contains("one sheet"), "{error}");
+    assert!(error.message().contains("one layer"), "{error}");
 }

@@ -420,7 +420,7 @@ fn contradictions_are_refused() {
         for (control, key) in controls {
             let (found, message) = refused(frame, &[(SHIFT, control)]);
             assert_eq!(found, key, "{frame}: {message}");
-            assert!(message.contains("normal is y"), "{frame}: {message}");
+            assert!(message.contains("normal along y"), "{frame}: {message}");
         }
         let (key, message) = refused(frame, &[(COULOMB, oblique)]);
         assert!(key == "friction" && message.contains("oblique"), "{frame}, {key}: {message}");
@@ -431,7 +431,7 @@ fn contradictions_are_refused() {
     let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.001] }]";
     let base = ("group = \"low2\" }", "group = \"low2\", components = [\"x\", \"z\"] }");
     let (key, message) = refused(FRAMES[0], &[(SYMMETRY, moved), base]);
-    assert!(key == "body1.displaced.0" && message.contains("past one another"), "{key}: {message}");
+    assert!(key == "body1.displaced.0" && message.contains("relative to each other"), "{key}: {message}");
 }
 
 /// Truth: loads, motions and friction that are symmetric about the plane are accepted, on all kinds of frames that end at it.

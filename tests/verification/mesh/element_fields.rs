@@ -108,11 +108,11 @@ fn damaged_fields_are_refused() {
         words.iter().for_each(|word| assert!(message.contains(word), "lacks {word}: {message}"));
     };
     refused("3\n0\n3\n2\n7", "3\n0\n3\n900\n7", &["line 12", "900 values are announced"]);
-    refused("3\n0\n3\n2\n7", "3\n0\n3\n1\n7", &["line 14", "wanted $EndElementData"]);
+    refused("3\n0\n3\n2\n7", "3\n0\n3\n1\n7", &["line 14", "expected $EndElementData"]);
     refused("3\n0\n3\n2\n7", "3\n0\n12\n2\n7", &["line 12", "12 components"]);
     refused("3\n0\n3\n2\n7", "2\n0\n3\n", &["line 9", "at least 3"]);
     refused("\"f\"", "f", &["line 6", "quotation marks"]);
     refused("8 0 1 0", "8 0 one 0", &["line 14", "\"one\""]);
     let early = read(&format!("{sound}{head}")).expect_err("a refusal");
-    assert!(early.contains("$MeshFormat must stand before"), "{early}");
+    assert!(early.contains("$MeshFormat must come before"), "{early}");
 }

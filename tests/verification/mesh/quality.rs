@@ -104,11 +104,11 @@ fn inverted_and_collapsed_elements_are_named() {
 
     let mut folded = cube.clone();
     folded.points[0] = [0.5, 0.5, 0.5];
-    named(&folded, &[&tag, "1 turned inside out or folded", "1 of 8 solid"]);
+    named(&folded, &[&tag, "1 inverted or folded", "1 of 8 solid"]);
 
     let mut inverted = cube.clone();
     inverted.blocks[1].nodes[..8].rotate_left(4);
-    named(&inverted, &[&tag, "inside out", "ReverseMesh"]);
+    named(&inverted, &[&tag, "inverted", "ReverseMesh"]);
 
     let mut flat =
         GradedBlock { solids: BlockElements::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
@@ -187,7 +187,7 @@ fn faces_that_are_not_on_the_outside_are_refused() {
         "contakt",
         &["contakt", "Did you mean \"contact\"", "\"base\" (surfaces)", "\"block\" (volumes)"],
     );
-    refused(&mesh, "block", &["group of volumes", "surfaces are wanted", "\"contact\""]);
+    refused(&mesh, "block", &["group of volumes", "surfaces are needed", "\"contact\""]);
     refused(&mesh, "top", &["has no elements"]);
 
     let with_quad = |nodes: [usize; 4]| {
@@ -247,7 +247,7 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
         ((1, 1), 0)
     );
     assert!(
-        quality.warnings()[0].contains("WARNING: 1 quadrangles")
+        quality.warnings()[0].contains("WARNING: 1 quadrilateral faces")
             && quality.warnings()[0].contains("pyramids")
     );
     let pyramid = block(ElementKind::Pyramid5, vec![4, 5, 6, 7, 8], vec![2]);

@@ -65,7 +65,7 @@ fn any_coefficient_is_certified_or_refused() {
         let mut tilted = sphere_on_frp(30.0, 1.2, 16);
         tilted.friction = FrictionLaw::Coulomb { mu };
         let result = audited(&tilted, mu, &[indent(0.02), shift(0.008, 45.0)]);
-        let told = result.warnings.iter().any(|note| note.contains("several answers"));
+        let told = result.warnings.iter().any(|note| note.contains("several solutions"));
         assert_eq!(told, mu >= 1.0);
         assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
     }

@@ -93,7 +93,10 @@ fn tolerances_finer_than_contacts_are_solved() {
         let mut cycles = controlled(tolerance);
         cycles.cycles.as_mut().expect("cycles").count = 2.0;
         let run = reference_scene(0.0, 16, cycles);
-        let found = run.warnings.iter().any(|warning| warning.contains("finer than contacts are solved"));
+        let found = run
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("too small for the accuracy of the contact solution"));
         assert_eq!(found, warned, "{:?}", run.warnings);
     }
 }

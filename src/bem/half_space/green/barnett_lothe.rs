@@ -76,9 +76,7 @@ impl BarnettLothe {
             coarse = fine;
         }
         Err(Error::input(format!(
-            "the Barnett-Lothe integrals of the half-space do not converge with {} points: the ratio of the \
-             largest to the smallest stiffness is {:.3e}; ratios up to about 1e6 are supported, use a less extreme \
-             material",
+            "the Barnett-Lothe integrals of the half-space do not converge with {} points: the ratio of the largest to the smallest stiffness is {:.3e}. Ratios up to about 1e6 are supported; use a material with a smaller ratio",
             POINTS[1],
             condition(stiffness)
         )))

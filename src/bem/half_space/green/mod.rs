@@ -272,9 +272,7 @@ pub(super) fn assemble(even: &[f64; 6], odd: &[f64; 3]) -> Matrix3<f64> {
 
 fn no_decay(tail: f64) -> Error {
     Error::input(format!(
-        "the Fourier series of the half-space's Green's function has only decayed to {tail:.1e} after {} \
-         harmonics, {TAIL_AT_LIMIT:e} is needed; ratios of the Young's moduli up to about 1e5 are supported, use a \
-         less extreme material",
+        "the Fourier series of the half-space's Green's function has only decayed to {tail:.1e} after {} harmonics, but {TAIL_AT_LIMIT:e} is required. Ratios of the Young's moduli up to about 1e5 are supported; use a material with a smaller ratio",
         DIRECTIONS[1]
     ))
 }

@@ -240,8 +240,7 @@ pub(in crate::bem::half_space) fn validate_grid(
     let compliance = green.max_coefficient();
     if !(spacing.into_iter().all(moderate) && moderate(compliance)) {
         return Err(Error::input(format!(
-            "the cells of the contact frame have the sides {:.3e} x {:.3e}, and the half-spaces a compliance of {compliance:.2e} (displacement \
-             by pressure and length): what is computed lies between {:e} and {:e}; choose units in which these are closer to 1",
+            "the cells of the contact frame have the sides {:.3e} x {:.3e}, and the half-spaces have a compliance of {compliance:.2e} (displacement per pressure and length). These numbers must lie between {:e} and {:e}; choose units in which they are closer to 1",
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }

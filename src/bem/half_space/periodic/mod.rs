@@ -188,20 +188,20 @@ fn validate_periodicity(
     singularity_distance: f64,
 ) -> Result<()> {
     if periodic == [false; 2] {
-        return Err(Error::numerical("the frame is periodic in no direction: it takes the padded operator"));
+        return Err(Error::numerical(
+            "the frame is not periodic in any direction: it needs the padded operator",
+        ));
     }
     if periodic == [true; 2] && cells == [1, 1] {
         return Err(Error::input(
-            "a frame of one cell that is periodic in both directions bears a uniform load only, under which nothing \
-             deforms: give it more cells along x or y",
+            "a frame of one cell that is periodic in both directions carries only a uniform pressure, which causes no relative displacement; give it more cells along x or y",
         ));
     }
     let across = usize::from(periodic[0]);
     let ratio = spacing[across] / spacing[1 - across];
     if periodic != [true; 2] && cells[1 - across] > 1 && ratio.max(1.0 / ratio) > MAX_CELL_ASPECT_RATIO {
         return Err(Error::input(format!(
-            "the cells of the periodic frame have the sides {} x {}; with a ratio above {MAX_CELL_ASPECT_RATIO} their influence is not \
-             computed: choose half_width and cells for more even ones",
+            "the cells of the periodic frame have the sides {} x {}, but their ratio must not exceed {MAX_CELL_ASPECT_RATIO}; change half_width or cells so that the sides are more equal",
             spacing[0], spacing[1]
         )));
     }
@@ -209,7 +209,7 @@ fn validate_periodicity(
     let most = max_period_over_cell(singularity_distance);
     if periodic != [true; 2] && cells[1 - across] > 1 && length > most * width {
         return Err(Error::input(format!(
-            "the periodic frame is {length} long where it repeats itself, {:.0} times the width {width} of its cells across; the influence is computed up to {most:.0} times for these materials: take a shorter period or wider cells",
+            "the period of the frame is {length}, {:.0} times the width {width} of its cells in the other direction. For these materials at most {most:.0} times is supported; use a shorter period or wider cells",
             length / width
         )));
     }

@@ -100,7 +100,7 @@ impl CompressedFlexibility {
         validate_cells(centers, cells, areas)?;
         if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
-                "an operator cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
+                "an operator cannot be compressed with a tolerance of {tolerance:e}; the tolerance must lie between {:e} and {:e}",
                 TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }

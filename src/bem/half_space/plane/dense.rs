@@ -135,7 +135,7 @@ pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], area
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {
         return Err(Error::input(format!(
-            "the contact frame has {n} centres, {} cells and {} areas; as many of each are needed, at least one",
+            "the contact frame has {n} centres, {} cells and {} areas; these numbers must be equal and at least 1",
             cells.len(),
             areas.len()
         )));

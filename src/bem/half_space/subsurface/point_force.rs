@@ -191,7 +191,7 @@ mod tests {
         bytes[1000] ^= 1;
         std::fs::write(&path, bytes).unwrap();
         let (again, note) = PointForceField::load_or_compute(&stiffness, Some(&cache)).unwrap();
-        assert!(note.is_some_and(|note| note.contains("computed anew")));
+        assert!(note.is_some_and(|note| note.contains("computed again")));
         assert_eq!((again.error(), at(&again)), (made.error(), at(&made)));
         assert_eq!(std::fs::read(&path).unwrap(), whole);
         cache.write_list(&key, CACHE_EXTENSION, &[96.0, 0.0, 1.0]).unwrap();

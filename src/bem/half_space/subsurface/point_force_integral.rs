@@ -104,7 +104,7 @@ impl PointForceIntegral {
             return Ok(field);
         }
         Err(Error::numerical(format!(
-            "the field at {:?} does not converge: it lies {:.1e} of its distance from the force below the surface",
+            "the field at {:?} does not converge: the depth of this point is only {:.1e} of its distance from the force",
             x.as_slice(),
             -x.z / distance
         )))
