@@ -77,7 +77,8 @@ fn unquoted(cell: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// Truth: docs/scene.md: decimal commas beside semicolons, blanks or tabs are refused. Texts, units and dates in other columns may hold blanks.
+    /// Truth: docs/scene.md: decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in other
+    /// columns may hold blanks.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in

@@ -59,7 +59,7 @@ pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
 }
 
 impl Error {
-    /// Error in the user's input. The message states what was found, what is allowed, and the remedy.
+    /// Error in the user's input. The message states the invalid input, the allowed values, and the remedy.
     pub fn input(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Input, message: message.into(), context: Vec::new() }
     }

@@ -97,7 +97,7 @@ impl OmittedWork {
 mod tests {
     use super::*;
 
-    /// Truth: a set contains what was put into it, and `ALL` contains everything.
+    /// Truth: a set contains exactly the items from which it was built, and `ALL` contains everything.
     #[test]
     fn sets() {
         for (place, skip) in OmittableWork::ALL.into_iter().enumerate() {

@@ -14,7 +14,7 @@ fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, repor
         let class = py.import("orthowear.errors")?.getattr(class)?;
         let more = PyDict::new(py);
         more.set_item("exit_code", code)?;
-        more.set_item("mistakes", crate::convert::to_python(py, &mistakes)?)?;
+        more.set_item("mistakes", py.import("json")?.call_method1("loads", (mistakes.to_string(),))?)?;
         more.set_item("report", report)?;
         class.call((text,), Some(&more))
     })();

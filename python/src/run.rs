@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
 use orthowear::adaptive;
 use orthowear::cancel;
-use orthowear::error::{Error, Result};
+use orthowear::error::{Error, ErrorKind, Result};
 use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
 use orthowear::frame::ContactFrame;
 use orthowear::output::output_dir::OutputDir;
@@ -18,9 +18,12 @@ use orthowear::simulation::SceneError;
 use orthowear::simulation::job;
 use orthowear::simulation::resume::CheckpointSettings;
 use orthowear::simulation::segments::RunOptions;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::engine::{PAUSE, WorkerChannel};
 use crate::fields::Fields;
+use crate::{convert, errors};
 
 /// Messages of a run.
 pub enum Message {
@@ -49,7 +52,7 @@ struct FieldCollector<'a> {
 }
 
 impl FieldCollector<'_> {
-    /// Waits for a request of the entry. Returns false if the run is stopped or nobody can ask any more.
+    /// Waits for a request of the entry. Returns false if the run is stopped or no more requests can arrive.
     fn wait_for_request(&self, asks: &Receiver<()>) -> bool {
         loop {
             match asks.recv_timeout(PAUSE) {
@@ -121,4 +124,20 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
         }
     };
     RunOutput { summary, fields: watcher.fields, failure }
+}
+
+/// Summary and fields of a run, or the exception that ended it.
+pub fn to_python_result<'py>(
+    py: Python<'py>,
+    plan: &Plan,
+    ended: &RunOutput,
+) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
+    // A run that does not converge still has results.
+    if let Some(failure) =
+        ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
+    {
+        return Err(errors::scene_error(py, plan, failure));
+    }
+    let fields = ended.fields.as_ref().map(|fields| fields.to_python(py)).transpose()?;
+    Ok((convert::to_python(py, &ended.summary)?, fields))
 }

@@ -7,7 +7,6 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orthowear::adaptive::AccuracySearch;
 use orthowear::bem::half_space::SurfaceGreen;
 use orthowear::cli::{MaxMemory, parse_max_memory};
-use orthowear::error::ErrorKind;
 use orthowear::estimate::estimate;
 use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
@@ -20,7 +19,7 @@ use serde_json::json;
 
 use crate::engine::{BackgroundTask, run_in_background};
 use crate::flexibility::Flexibility;
-use crate::run::{Message, RunOutput, RunRequest, run};
+use crate::run::{Message, RunRequest, run, to_python_result};
 use crate::steps::Steps;
 use crate::{convert, errors};
 
@@ -209,20 +208,4 @@ impl Scene {
         let n = values.len() / 9;
         Ok(PyArray1::from_vec(py, values).reshape([n, 3, 3])?.into_any())
     }
-}
-
-/// Summary and fields of a run, or the exception that ended it.
-pub fn to_python_result<'py>(
-    py: Python<'py>,
-    plan: &Plan,
-    ended: &RunOutput,
-) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
-    // A run that does not converge still has results.
-    if let Some(failure) =
-        ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
-    {
-        return Err(errors::scene_error(py, plan, failure));
-    }
-    let fields = ended.fields.as_ref().map(|fields| fields.to_python(py)).transpose()?;
-    Ok((convert::to_python(py, &ended.summary)?, fields))
 }

@@ -9,8 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::engine::BackgroundTask;
-use crate::run::{Message, RunOutput, RunRequest, run};
-use crate::scene::to_python_result;
+use crate::run::{Message, RunOutput, RunRequest, run, to_python_result};
 use crate::{convert, errors};
 
 /// Record and fields of an entry.

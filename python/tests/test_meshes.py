@@ -303,7 +303,7 @@ def test_refusals_of_meshio():
 
 
 def test_refusals_of_gmsh(gmsh):
-    """Truth: the message names what is missing and how to make it."""
+    """Truth: the message names the missing part and the call that creates it."""
     gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
     gmsh.model.occ.synchronize()
     with pytest.raises(orthowear.InputError, match=r"body1\.mesh: the current model of gmsh has no mesh: call .*generate"):

@@ -286,7 +286,7 @@ fn refinable_path(step: &Step) -> Option<ClosedPath> {
 }
 
 /// Cells along the sides of a frame over those along the shorter one, as in the scene. A single cell across a direction that is not
-/// periodic is as long as its side; the ratio of the sides then replaces that of the cells.
+/// periodic is as long as its side; the ratio of the sides then replaces the ratio of the cell numbers.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {

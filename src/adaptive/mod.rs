@@ -43,7 +43,7 @@ struct MeasuredRun {
     seconds: f64,
 }
 
-/// Relative error of the load of a punch over that of its area, due to the staircase approximation of its outline.
+/// Relative error of the load of a punch over the relative error of its area, due to the staircase approximation of its outline.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
 /// A run writes files if its predicted errors are at most this multiple of the allowed ones. Files that finer runs replace cost

@@ -135,7 +135,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             .iter()
             .filter(|value| value.name == name)
             .fold(0.0, |most: f64, value| most.max(value.scale));
-        // Wear of earlier steps hardly matters beside that at the end.
+        // Wear of earlier steps hardly matters compared with the wear at the end.
         let least = if name == WORN { 1.0 } else { LEAST };
         let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));

@@ -148,7 +148,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// Whether a table covers this square, whose side is at most half that of a face.
+    /// Whether a table covers this square, whose side is at most half the side of a face.
     fn covers(self, square: &FaceSquare) -> bool {
         let x = square.point([0.0; 2]);
         match self {

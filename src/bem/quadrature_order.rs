@@ -82,8 +82,8 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
 /// Number of sampled directions in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
-/// Minimum eigenvalue ratio of the form of an additional direction: relative to that of the axes, and as a share of the largest in
-/// all sampled directions.
+/// Minimum eigenvalue ratio of the form of an additional direction: relative to the largest ratio of the axes, and as a share of
+/// the largest ratio in all sampled directions.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
 const MIN_RATIO_SHARE: f64 = 0.5;
 

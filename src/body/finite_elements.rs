@@ -45,7 +45,7 @@ impl FeBody {
     }
 
     /// As [`Self::new`], with the cache and the memory of `resources`. If given, the mesh `worn` ([`super::worn_mesh::worn_mesh`])
-    /// provides the stiffness. The gap and the map to the cells remain those of the initial mesh.
+    /// provides the stiffness. The gap and the map to the cells still follow from the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].

@@ -21,7 +21,7 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest difference of a cell's axes from those of the plane (radians), and largest height of a cell over the frame size.
+/// Largest angle between the axes of a cell and the axes of the plane (radians), and largest height of a cell over the frame size.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Smallest depth of evaluation, over the cell size. The stress under uniform tractions is unbounded at the border of a cell.
@@ -230,7 +230,7 @@ impl PlaneCells {
         if let Some(grid) = frame.grid {
             let (spacing, periodic) = (grid.spacing, grid.periodic);
             let (cells, places) = match &frame.grid_indices {
-                // The period is that of the whole grid.
+                // A period spans the whole grid, so a periodic grid is not reduced to the bounding grid.
                 Some(places) if periodic == [false; 2] => {
                     let (cells, places) = bounding_grid(grid.cells, places);
                     (cells, Some(places))

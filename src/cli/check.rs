@@ -19,7 +19,7 @@ use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::{self, mesh_motion};
 
-/// Checks a scene with its meshes and prints what a run would do. Returns the exit code.
+/// Checks a scene with its meshes and prints the estimate of a run. Returns the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     plan.flexibility_cache = flexibility_cache(false)?;

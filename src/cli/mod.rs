@@ -53,7 +53,7 @@ enum Command {
     Compare(CompareArgs),
     /// Runs a parameter study: all combinations of given values, with a table of the results.
     Study(study::StudyArgs),
-    /// Validates a scene and its meshes; prints what a run would compute and skip, and its expected time and memory.
+    /// Validates a scene and its meshes; prints the work that a run computes and skips, and its expected time and memory.
     Check(SceneArgs),
     /// Estimates the discretisation error of the meshes from the first steps and writes gmsh size fields for better meshes.
     Refine(refine::RefineArgs),
@@ -107,7 +107,7 @@ struct RunArgs {
     /// Overrides `accuracy` of the scene.
     #[arg(long, value_name = "ERROR", value_parser = parse_relative_error)]
     accuracy: Option<f64>,
-    /// Resumes from the last checkpoint in the output directory; without a checkpoint the run starts anew.
+    /// Resumes from the last checkpoint in the output directory; without a checkpoint the run starts from the beginning.
     #[arg(long)]
     resume: bool,
     /// Prints errors only.

@@ -247,7 +247,7 @@ fn write_fields(
     Ok(text)
 }
 
-/// Options that prevent gmsh from mixing the sizes of the .geo with those of the field.
+/// Options that prevent gmsh from mixing the sizes of the .geo file with the sizes of the field.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
-use crate::scene::diagnostic::Location;
+use crate::scene::document::Location;
 use crate::scene::{Diagnostic, Diagnostics};
 
 /// Maximum number of diagnostics shown.

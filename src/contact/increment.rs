@@ -155,8 +155,8 @@ impl Increment<'_> {
         cells
     }
 
-    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed. Returns
-    /// those of these cells in which the bodies overlap or that carry pressure, in ascending order.
+    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed. Returns the
+    /// subset of these cells in which the bodies overlap or that carry pressure, in ascending order.
     ///
     /// # Errors
     /// If the equations of a body cannot be solved.

@@ -19,7 +19,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::block_rows::{BodyRows, LoadTerms};
+use super::block_rows::{BlockScales, BodyRows, LoadTerms};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
@@ -39,15 +39,6 @@ pub struct BlockSystem {
     scales: BlockScales,
     lu: SparseLu,
     work: Mutex<BlockWorkspace>,
-}
-
-/// Scales of lengths and stresses (docs/theory-coupling.md).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct BlockScales {
-    /// E0, MPa.
-    pub modulus: f64,
-    /// l0, mm.
-    pub length: f64,
 }
 
 struct BlockWorkspace {

@@ -4,7 +4,6 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::block::BlockScales;
 use crate::bem::half_space::DenseFlexibility;
 use crate::body::half_space::half_space_matrix;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
@@ -12,6 +11,15 @@ use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::sparse::SymmetricSparse;
+
+/// Scales of lengths and stresses (docs/theory-coupling.md).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockScales {
+    /// E0, MPa.
+    pub modulus: f64,
+    /// l0, mm.
+    pub length: f64,
+}
 
 /// Terms that a right-hand side includes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,5 @@
 //! Kinds of mesh cells: dimension, nodes, faces, codes of gmsh and VTK.
 
-use super::reference_tables;
-
 /// Kind of a mesh cell, with gmsh's node order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
@@ -119,40 +117,8 @@ impl ElementKind {
         self.facts().vtk
     }
 
-    /// Node order of VTK: node `i` of the VTK cell is node `vtk_order()[i]` here (13 entries for the 14-node pyramid).
-    pub fn vtk_order(self) -> &'static [usize] {
-        match self {
-            Self::Tet10 => reference_tables::TET10_VTK,
-            Self::Hex20 => reference_tables::HEX20_VTK,
-            Self::Hex27 => reference_tables::HEX27_VTK,
-            Self::Wedge15 => reference_tables::WEDGE15_VTK,
-            Self::Wedge18 => reference_tables::WEDGE18_VTK,
-            Self::Pyramid13 | Self::Pyramid14 => reference_tables::PYRAMID13_VTK,
-            _ => &reference_tables::IDENTITY[..self.n_nodes()],
-        }
-    }
-
     /// Name in lower case with the number of nodes ("hex8").
     pub const fn name(self) -> &'static str {
         self.facts().name
-    }
-
-    /// Faces of a solid: the kind of each face and its nodes in the solid, in gmsh's order. Normals point outward for a positive
-    /// Jacobian. Empty for points, lines and surfaces.
-    pub const fn local_faces(self) -> &'static [(ElementKind, &'static [usize])] {
-        match self {
-            Self::Tet4 => reference_tables::TET4_FACES,
-            Self::Tet10 => reference_tables::TET10_FACES,
-            Self::Hex8 => reference_tables::HEX8_FACES,
-            Self::Hex20 => reference_tables::HEX20_FACES,
-            Self::Hex27 => reference_tables::HEX27_FACES,
-            Self::Wedge6 => reference_tables::WEDGE6_FACES,
-            Self::Wedge15 => reference_tables::WEDGE15_FACES,
-            Self::Wedge18 => reference_tables::WEDGE18_FACES,
-            Self::Pyramid5 => reference_tables::PYRAMID5_FACES,
-            Self::Pyramid13 => reference_tables::PYRAMID13_FACES,
-            Self::Pyramid14 => reference_tables::PYRAMID14_FACES,
-            _ => &[],
-        }
     }
 }

@@ -5,7 +5,6 @@
 //! # Source
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 
-use super::Pyramid14;
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
@@ -13,7 +12,21 @@ use super::shape::DualShapeFunctions;
 pub struct Pyramid13;
 
 impl DualShapeFunctions<13> for Pyramid13 {
-    const NODES: [[f64; 3]; 13] = *Pyramid14::NODES.first_chunk().unwrap();
+    const NODES: [[f64; 3]; 13] = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, -1.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [-0.5, -0.5, 0.5],
+        [1.0, 0.0, 0.0],
+        [0.5, -0.5, 0.5],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.5, 0.5],
+        [-0.5, 0.5, 0.5],
+    ];
 
     /// Shape functions; [`super::Pyramid14`] corrects them with its bubble.
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {

@@ -10,22 +10,13 @@ use super::shape::{DualShapeFunctions, ShapeFunctions};
 pub struct Pyramid14;
 
 impl DualShapeFunctions<14> for Pyramid14 {
-    const NODES: [[f64; 3]; 14] = [
-        [-1.0, -1.0, 0.0],
-        [1.0, -1.0, 0.0],
-        [1.0, 1.0, 0.0],
-        [-1.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.0, -1.0, 0.0],
-        [-1.0, 0.0, 0.0],
-        [-0.5, -0.5, 0.5],
-        [1.0, 0.0, 0.0],
-        [0.5, -0.5, 0.5],
-        [0.0, 1.0, 0.0],
-        [0.5, 0.5, 0.5],
-        [-0.5, 0.5, 0.5],
-        [0.0, 0.0, 0.0],
-    ];
+    const NODES: [[f64; 3]; 14] = {
+        // The last node is the middle of the base.
+        let mut nodes = [[0.0; 3]; 14];
+        let (thirteen, _) = nodes.split_at_mut(13);
+        thirteen.copy_from_slice(&<Pyramid13 as DualShapeFunctions<13>>::NODES);
+        nodes
+    };
 
     fn dual_values(xi: [Dual; 3]) -> [Dual; 14] {
         let [x, y, z] = xi;

@@ -1,4 +1,4 @@
-//! Estimates what a run of a plan computes, omits and requires, without running it.
+//! Estimates the work, the omitted work and the required resources of a run of a plan, without running it.
 //!
 //! [`estimate`] returns the memory and time of the run ([`RunEstimate`]) and of its bodies ([`BodyEstimate`]). Times are numbers of
 //! operations divided by typical rates, or times typical costs: the constants of this module.
@@ -155,7 +155,12 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
         omitted_factorisation(index, bodies[index].cached == CacheContent::FlexibilityAndFactor)
     }));
     let making: f64 = bodies.iter().map(|body| body.seconds).sum();
-    let solving = time::of_steps(plan, &frame, (&near, &bodies), &skipped);
+    let solving = time::of_steps(
+        plan,
+        &frame,
+        (&near, bodies.each_ref().map(|body| body.seconds_per_product)),
+        &skipped,
+    );
     let seconds = making + solving + time::inside(plan, n_contact_problems);
     let (n_cells, frame_axes) = (frame.n_cells(), frame.axes);
     Ok(RunEstimate { n_cells, frame_axes, bodies, n_contact_problems, skipped, memory_bytes, seconds })

@@ -1,6 +1,5 @@
 //! Estimated time of contact problems and of points inside bodies.
 
-use crate::estimate::BodyEstimate;
 use crate::evolution::step::Step;
 use crate::frame::ContactFrame;
 use crate::mesh::faces::outer_faces;
@@ -32,7 +31,7 @@ const PRESSURES: f64 = 0.3;
 pub(super) fn of_steps(
     plan: &Plan,
     frame: &ContactFrame,
-    (near, bodies): (&[NearFieldModel; 2], &[BodyEstimate; 2]),
+    (near, seconds_per_product): (&[NearFieldModel; 2], [f64; 2]),
     ledger: &[OmittedWork],
 ) -> f64 {
     let skips = |skip: OmittableWork| ledger.iter().any(|entry| entry.skip == Some(skip));
@@ -45,7 +44,7 @@ pub(super) fn of_steps(
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
         false => 8.0 * n.sqrt(),
     };
-    let [first, second] = [0, 1].map(|index| bodies[index].seconds_per_product);
+    let [first, second] = seconds_per_product;
     let product = if skips(OmittableWork::SecondHalfSpace) { first.max(second) } else { first + second };
     let product = if skips(OmittableWork::DistantCells) { WINDOW * product } else { product };
     let of_step = |step: &Step| {

@@ -154,7 +154,7 @@ impl LoadPath {
                 (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
                 TangentialControl::Shift
             }
-            // Reported forces and moments act on body 1, those of the solver on body 2.
+            // Reported forces and moments act on body 1, forces and moments in the solver on body 2.
             Tangential::Force(force) => {
                 TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
             }

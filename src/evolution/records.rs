@@ -112,7 +112,7 @@ pub struct IncrementRecord {
     pub dissipation: f64,
     /// Independent checks; for a jump, the worst of its stages.
     pub certificate: Certificate,
-    /// Method of the contact solver, with those that it replaced; for a jump, that of the last stage.
+    /// Method of the contact solver, with the methods that it replaced; for a jump, the method of the last stage.
     pub method: String,
     /// Iterations of the contact solver.
     pub iterations: usize,
@@ -134,7 +134,7 @@ pub struct IncrementRecord {
 }
 
 impl IncrementRecord {
-    /// Replaces the resultants of the record by those of a path point.
+    /// Replaces the resultants of the record by the resultants of a path point.
     pub fn with_resultants(self, values: &Resultants) -> Self {
         Self {
             shift: values.shift,

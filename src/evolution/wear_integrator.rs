@@ -47,7 +47,7 @@ struct Scheme {
     stages: &'static [StageWeights],
     /// Weight of the rate at the start of the jump.
     start_weight: f64,
-    /// Weights of the jump less those of the embedded quadrature, over ΔN, for the rates at the start and in the stages.
+    /// Weights of the jump minus the weights of the embedded quadrature, over ΔN, for the rates at the start and in the stages.
     error_weights: &'static [f64],
 }
 

@@ -18,7 +18,7 @@ use crate::mesh::{CellRef, Mesh};
 /// Elements computed in parallel before they are added; limits the memory of their stiffnesses (14 MB for hex27).
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// Data for the stiffness of an element besides its nodes.
+/// Data for the stiffness of an element in addition to its nodes.
 #[derive(Clone, Copy)]
 pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
@@ -120,7 +120,7 @@ fn later_neighbours(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usiz
     graph.neighbours(node).iter().copied().filter(move |&other| other > node)
 }
 
-/// Zero matrix with the sparsity pattern that couples the free dofs of each node with those of its neighbours.
+/// Zero matrix with the sparsity pattern that couples the free dofs of each node with the free dofs of its neighbours.
 fn pattern(dofs: &DofMap, graph: &NodeGraph) -> SymmetricSparse {
     let mut offsets = Vec::with_capacity(dofs.n_free() + 1);
     offsets.push(0);

@@ -82,8 +82,7 @@ impl FeModel {
     }
 
     /// Forces K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs, mm,
-    /// `[n_columns, n_prescribed]`. The dofs are those of [`Self::prescribed_dofs`]; g replaces the values that the model
-    /// prescribes.
+    /// `[n_columns, n_prescribed]`. [`Self::prescribed_dofs`] lists the dofs; g replaces the values that the model prescribes.
     ///
     /// # Errors
     /// If memory does not suffice.

@@ -12,13 +12,11 @@ use super::analysis::{SymbolicAnalysis, flexibility_bytes};
 use super::condensation_method::CondensationMethod;
 use super::flexibility_cache::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
 use super::model::FeModel;
-use crate::error::Result;
+use crate::error::{Context, Result};
 use crate::linalg::cholesky::{CholeskyFactor, SymmetricSolver};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
-
-use self::solve::solve_in_place;
 
 /// Cache and memory that a condensation may use.
 #[derive(Debug, Clone, Copy)]
@@ -83,6 +81,63 @@ struct CondensationResult {
     solver_bytes: usize,
     residual: f64,
     origin: FlexibilityOrigin,
+}
+
+impl FeModel {
+    /// Factorises K and computes the flexibility of `contact_nodes` (mesh node indices).
+    ///
+    /// # Errors
+    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, or the machine has too little memory.
+    pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
+        self.condense_with(contact_nodes, &CondensationResources::default())
+    }
+
+    /// As [`Self::condense`], within a memory limit. The flexibility is read from the cache if it is there, and is otherwise
+    /// computed and stored.
+    ///
+    /// # Errors
+    /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
+    pub fn condense_with(
+        self,
+        contact_nodes: &[usize],
+        resources: &CondensationResources,
+    ) -> Result<CondensedBody> {
+        self.check_contact_nodes(contact_nodes).context(|| self.name().to_owned())?;
+        let CondensationResources { cache, cache_contents, memory } = *resources;
+        let name = self.name().to_owned();
+        match cache {
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, cache_contents)),
+            None => {
+                let analysis = self.analyse(contact_nodes)?;
+                CondensedBody::new(self, analysis, memory)
+            }
+        }
+        .context(|| name)
+    }
+
+    /// Cache key of the flexibility of `contact_nodes` computed by `method`.
+    pub fn cache_key(&self, contact_nodes: &[usize], method: CondensationMethod) -> CacheKey {
+        CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
+    }
+
+    /// Bytes that a factorisation takes, from the cache entry of the flexibility of `contact_nodes` by `method`. Only the head and
+    /// the size of the entry are checked. `None` if there is no entry.
+    pub fn cached_factorisation_bytes(
+        &self,
+        contact_nodes: &[usize],
+        method: CondensationMethod,
+        cache: &FlexibilityCache,
+    ) -> Option<usize> {
+        cache.peek_factorisation_bytes(
+            &self.cache_key(contact_nodes, method),
+            self.contact_rows(contact_nodes).len(),
+        )
+    }
+
+    /// Whether the cache has the factor for the recovery of fields.
+    pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
+        cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
+    }
 }
 
 impl CondensedBody {
@@ -343,4 +398,12 @@ fn expand_to_contact_dofs(
         }
     }
     Ok(full)
+}
+
+/// Replaces forces on the free dofs, `[n_free]`, by their displacements. Unconstrained bodies use the generalised inverse.
+fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
+    match model.generalised_inverse() {
+        Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
+        None => solver.solve_in_place(rhs, 1),
+    }
 }

@@ -4,7 +4,9 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::element_rules::{ElementVisitor, RuleSet, SolidElement, visit_element};
 use super::enhanced_strain::{EnhancedStrain, map_gauss_points};
-use super::integration_points::{ElementDefect, MappedPoint, ReferencePoint, map_point};
+use super::integration_points::{
+    ElementDefect, ElementState, MappedPoint, PointStress, ReferencePoint, map_point, unit_strain,
+};
 use super::mean_dilatation::MeanDilatation;
 use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
@@ -14,36 +16,6 @@ use crate::quadrature::RulePoint;
 pub(super) fn packed_len(kind: ElementKind) -> usize {
     let n = 3 * kind.n_nodes();
     n * (n + 1) / 2
-}
-
-/// Stress at an integration point.
-pub(super) struct PointStress {
-    /// Shape functions at the point, `[n_nodes]`.
-    pub values: Vec<f64>,
-    /// Integration weight times det J.
-    pub volume: f64,
-    /// Stress in Voigt order.
-    pub stress: Vector6<f64>,
-}
-
-/// Stress, strain energy and nodal forces of an element for given displacements.
-pub(super) struct ElementState {
-    /// Stress at the integration points.
-    pub points: Vec<PointStress>,
-    /// Strain energy.
-    pub energy: f64,
-    /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`.
-    pub forces: Vec<[f64; 3]>,
-}
-
-/// Voigt entries (row, value) of the strain due to a unit displacement along `component` of a node. `g` is the gradient of the
-/// node's shape function.
-pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
-    match component {
-        0 => [(0, g[0]), (4, g[2]), (5, g[1])],
-        1 => [(1, g[1]), (3, g[2]), (5, g[0])],
-        _ => [(2, g[2]), (3, g[1]), (4, g[0])],
-    }
 }
 
 /// Strain at a point for the nodal displacements `u`.

@@ -1,17 +1,18 @@
 //! Nine enhanced strain modes of the 8-node hexahedron, condensed in the element.
 //!
 //! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ). M is linear in ξ with zero mean, so ∫ G dV = j0 T0 ∫ M dξ = 0. Constant
-//! stresses then do no work on the modes, and the patch test holds on any hexahedron. The modes are those of Wilson's incompatible
-//! displacements 1 - ξ². With H = ∫ Gᵀ C G dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed stiffness is
-//! K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
+//! stresses then do no work on the modes, and the patch test holds on any hexahedron. The modes are the strains of Wilson's
+//! incompatible displacements 1 - ξ². With H = ∫ Gᵀ C G dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed
+//! stiffness is K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
 //!
 //! # Source
 //! Simo and Rifai (1990), Int. J. Numer. Meth. Engng 29, eqs. 3.6-3.15; Taylor, Beresford and Wilson (1976).
 
 use nalgebra::{Cholesky, Const, Matrix3, Matrix6, SMatrix, SVector};
 
-use super::element_kernels::unit_strain;
-use super::integration_points::{ElementDefect, MappedPoint, ReferencePoint, jacobian, map_point};
+use super::integration_points::{
+    ElementDefect, MappedPoint, ReferencePoint, jacobian, map_point, unit_strain,
+};
 use crate::element::{Hex8, ShapeFunctions};
 use crate::material::VOIGT;
 

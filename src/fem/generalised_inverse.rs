@@ -93,7 +93,7 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Replaces the block of K⁺ for some dofs by that of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None` where prescribed).
+    /// Replaces the block of K⁺ for some dofs by the block of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None` where prescribed).
     ///
     /// # Errors
     /// Errors of `inverse`.

@@ -1,6 +1,6 @@
 //! Integration points of the elements, and the map from the reference cell to the body.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector6};
 
 use crate::element::ShapeFunctions;
 use crate::quadrature::RulePoint;
@@ -26,6 +26,36 @@ pub(super) struct MappedPoint<const N: usize> {
     pub volume: f64,
     /// Derivatives of the shape functions with respect to x, y, z.
     pub gradients: [[f64; 3]; N],
+}
+
+/// Stress at an integration point.
+pub(super) struct PointStress {
+    /// Shape functions at the point, `[n_nodes]`.
+    pub values: Vec<f64>,
+    /// Integration weight times det J.
+    pub volume: f64,
+    /// Stress in Voigt order.
+    pub stress: Vector6<f64>,
+}
+
+/// Stress, strain energy and nodal forces of an element for given displacements.
+pub(super) struct ElementState {
+    /// Stress at the integration points.
+    pub points: Vec<PointStress>,
+    /// Strain energy.
+    pub energy: f64,
+    /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`.
+    pub forces: Vec<[f64; 3]>,
+}
+
+/// Voigt entries (row, value) of the strain due to a unit displacement along `component` of a node. `g` is the gradient of the
+/// node's shape function.
+pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
+    match component {
+        0 => [(0, g[0]), (4, g[2]), (5, g[1])],
+        1 => [(1, g[1]), (3, g[2]), (5, g[0])],
+        _ => [(2, g[2]), (3, g[1]), (4, g[0])],
+    }
 }
 
 /// Defect of an element that has no valid stiffness.

@@ -8,8 +8,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::element_kernels::{ElementState, unit_strain};
-use super::integration_points::MappedPoint;
+use super::integration_points::{ElementState, MappedPoint, unit_strain};
 
 /// Change of each normal strain at an integration point due to the mean dilatation, by node and component.
 type NormalStrainCorrection = [[f64; 3]; 8];

@@ -4,14 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::analysis::SymbolicAnalysis;
 use super::assembly::{ElementContext, assemble, n_stiffness_entries};
-use super::condensation_method::CondensationMethod;
-use super::condensed::{CondensationResources, CondensedBody};
 use super::dof_map::DofMap;
 use super::element_materials::{ElementMaterials, node_graph};
 use super::element_rules::RuleSet;
-use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use super::foundation::{self, FoundationFace};
 use super::generalised_inverse::GeneralisedInverse;
 use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
@@ -20,7 +16,7 @@ use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::ordering::{NodeGraph, nested_dissection};
+use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
@@ -208,51 +204,6 @@ impl FeModel {
         self.dof_map.expand(free)
     }
 
-    /// Orders the unknowns with those of `contact_nodes` last and computes the structure of the factor, which gives its cost.
-    ///
-    /// # Errors
-    /// If a contact node is given twice or belongs to no solid; if memory does not suffice.
-    pub fn analyse(&self, contact_nodes: &[usize]) -> Result<SymbolicAnalysis> {
-        self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let order = nested_dissection(&self.graph, &self.dof_map.solid_nodes, contact_nodes)
-            .context(|| self.name.clone())?
-            .into_iter()
-            .flat_map(|node| (3 * node..3 * node + 3).filter_map(|dof| self.dof_map.row(dof)))
-            .collect();
-        SymbolicAnalysis::new(self, contact_nodes, order).context(|| self.name.clone())
-    }
-
-    /// Factorises K and computes the flexibility of `contact_nodes` (mesh node indices).
-    ///
-    /// # Errors
-    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, or the machine has too little memory.
-    pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
-        self.condense_with(contact_nodes, &CondensationResources::default())
-    }
-
-    /// As [`Self::condense`], within a memory limit. The flexibility is read from the cache if it is there, and is otherwise
-    /// computed and stored.
-    ///
-    /// # Errors
-    /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
-    pub fn condense_with(
-        self,
-        contact_nodes: &[usize],
-        resources: &CondensationResources,
-    ) -> Result<CondensedBody> {
-        self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let CondensationResources { cache, cache_contents, memory } = *resources;
-        let name = self.name.clone();
-        match cache {
-            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, cache_contents)),
-            None => {
-                let analysis = self.analyse(contact_nodes)?;
-                CondensedBody::new(self, analysis, memory)
-            }
-        }
-        .context(|| name)
-    }
-
     /// Peak memory of the assembly, bytes: mesh, elements, matrix and workspace.
     pub fn assembly_bytes(&self) -> usize {
         assembly_bytes(self.n_free(), self.stiffness.n_stored())
@@ -261,30 +212,6 @@ impl FeModel {
     /// Memory of the assembled body, bytes: mesh, elements, matrix.
     pub fn resident_bytes(&self) -> usize {
         RESIDENT_BYTES_PER_DOF * self.n_free() + 16 * self.stiffness.n_stored()
-    }
-
-    /// Cache key of the flexibility of `contact_nodes` computed by `method`.
-    pub fn cache_key(&self, contact_nodes: &[usize], method: CondensationMethod) -> CacheKey {
-        CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes), method.name())
-    }
-
-    /// Bytes that a factorisation takes, from the cache entry of the flexibility of `contact_nodes` by `method`. Only the head and
-    /// the size of the entry are checked. `None` if there is no entry.
-    pub fn cached_factorisation_bytes(
-        &self,
-        contact_nodes: &[usize],
-        method: CondensationMethod,
-        cache: &FlexibilityCache,
-    ) -> Option<usize> {
-        cache.peek_factorisation_bytes(
-            &self.cache_key(contact_nodes, method),
-            self.contact_rows(contact_nodes).len(),
-        )
-    }
-
-    /// Whether the cache has the factor for the recovery of fields.
-    pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
-        cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
     }
 
     /// Number of nodes of the solids.
@@ -298,7 +225,7 @@ impl FeModel {
         dofs.filter_map(|dof| self.dof_map.row(dof)).collect()
     }
 
-    fn check_contact_nodes(&self, contact_nodes: &[usize]) -> Result<()> {
+    pub(super) fn check_contact_nodes(&self, contact_nodes: &[usize]) -> Result<()> {
         let mut seen = vec![false; self.mesh.n_points()];
         for &node in contact_nodes {
             if !self.dof_map.is_solid_node.get(node).copied().unwrap_or(false) {
@@ -345,6 +272,10 @@ impl FeModel {
 
     pub(super) fn generalised_inverse(&self) -> Option<&GeneralisedInverse> {
         self.generalised_inverse.as_ref()
+    }
+
+    pub(super) fn graph(&self) -> &NodeGraph {
+        &self.graph
     }
 
     pub(super) fn dof_map(&self) -> &DofMap {

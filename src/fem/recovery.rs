@@ -12,7 +12,8 @@ mod surface_stress;
 use rayon::prelude::*;
 
 use super::assembly::ElementContext;
-use super::element_kernels::{ElementState, element_state};
+use super::element_kernels::element_state;
+use super::integration_points::ElementState;
 use super::model::FeModel;
 use crate::error::Result;
 

@@ -12,7 +12,7 @@ use crate::flexibility::per_cell::PerCell;
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {
     cell: usize,
-    /// P: orthogonal projector on the components in the planes. Its normal row and column equal those of the identity.
+    /// P: orthogonal projector on the components in the planes. Its normal row and column are the unit vector of the normal.
     projector: Matrix3<f64>,
     /// I - P.
     across: Matrix3<f64>,

@@ -5,6 +5,7 @@
 //! curvatures at its ends. If their signs differ, it is not corrected, so that creases between plane faces stay.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
@@ -13,9 +14,8 @@ use super::ContactFrame;
 use super::cell_coverage::FacetIndex;
 use super::faces::vector_area;
 use super::facets::is_quadratic;
-use super::initial_contact::MeshedSurface;
 use crate::element::ElementKind::{self, Quad8, Tri6};
-use crate::geometry::{Point, Triad};
+use crate::geometry::{Point, Side, Triad};
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
@@ -121,6 +121,21 @@ fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     let along = normal.dot(bow);
     // Beyond 60 degrees between offset and normal, the plain component is used.
     if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
+}
+
+/// Meshed surface of a body under a frame.
+#[derive(Debug, Clone)]
+pub struct MeshedSurface {
+    /// The body's mesh.
+    pub mesh: Arc<Mesh>,
+    /// Contact faces of the body, oriented outward.
+    pub faces: Vec<SurfaceFace>,
+    /// Side of the body.
+    pub side: Side,
+    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    pub mean_heights: Vec<f64>,
+    /// Whether the gap includes the curvature correction of flat faces ([`MeshedSurface::curved_heights`]).
+    pub curved_gap: bool,
 }
 
 impl MeshedSurface {

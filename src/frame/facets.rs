@@ -2,7 +2,7 @@
 //!
 //! A second-order face with middle nodes in the middle of its edges is one facet. A curved one is divided at its middle nodes into
 //! four. The facets only map points of the cell to points of the face. On curved faces this has an error of the order of the
-//! squared face size. The shape functions remain those of the whole face.
+//! squared face size. The shape functions still belong to the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};

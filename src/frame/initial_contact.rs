@@ -1,22 +1,18 @@
-//! First touch of two surfaces: their smallest pointwise distance, not that of cell averages.
+//! First touch of two surfaces: their smallest pointwise distance, not the smallest cell average.
 //!
 //! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners and midpoints. A
 //! search finds the minimum where the distance may be smaller in between, as between curved faces.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
+use super::ContactFrame;
 use super::cell_coverage::FacetIndex;
 use super::clip::{Polygon, area_and_centroid, intersect, twice_signed_area};
-use super::face_curvature::{edge_midpoint_offsets, quadratic_kind};
+use super::face_curvature::{MeshedSurface, edge_midpoint_offsets, quadratic_kind};
 use super::facets::is_quadratic;
 use super::shape_integrals::ProjectedFacet;
-use super::{ContactFrame, Side};
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::{Point, bounds};
-use crate::mesh::Mesh;
-use crate::mesh::faces::SurfaceFace;
 
 /// Maximum number of step halvings of a search, from the size of a polygon.
 const MAX_STEP_HALVINGS: usize = 16;
@@ -26,21 +22,6 @@ const MAX_SEARCH_ROUNDS: usize = 200;
 
 /// A point outside an edge by less than this share of the region's size counts as on the edge.
 const INSIDE_TOLERANCE: f64 = 1e-12;
-
-/// Meshed surface of a body under a frame.
-#[derive(Debug, Clone)]
-pub struct MeshedSurface {
-    /// The body's mesh.
-    pub mesh: Arc<Mesh>,
-    /// Contact faces of the body, oriented outward.
-    pub faces: Vec<SurfaceFace>,
-    /// Side of the body.
-    pub side: Side,
-    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
-    pub mean_heights: Vec<f64>,
-    /// Whether the gap includes the curvature correction of flat faces ([`MeshedSurface::curved_heights`]).
-    pub curved_gap: bool,
-}
 
 /// Faces of a body with curvature-corrected edges.
 struct CurvedSurface<'a> {

@@ -29,10 +29,10 @@ use crate::flexibility::per_cell::PerCell;
 use crate::geometry::{Point, Triad};
 
 pub use crate::geometry::Side;
-pub use face_curvature::{EdgeSagitta, edge_sagittas};
+pub use face_curvature::{EdgeSagitta, MeshedSurface, edge_sagittas};
 pub use face_map::FaceMap;
 pub use gap::{GapShape, InitialGap};
-pub use initial_contact::{MeshedSurface, first_touch};
+pub use initial_contact::first_touch;
 pub use outline::Outline;
 
 /// Cells whose normal has a smaller component along the frame's n count as perpendicular to its plane.
@@ -78,8 +78,8 @@ pub struct ContactFrame {
     pub grid_indices: Option<Vec<usize>>,
     /// Number of excluded cells ([`ContactFrame::retain_cells`]).
     pub n_excluded: usize,
-    /// Candidate cells, which may come into contact, `[N]`; `None` stands for all cells. Bodies form their flexibility on these,
-    /// and on other cells when contact reaches them.
+    /// Candidate cells, which may come into contact, `[N]`; `None` means all cells. Bodies form their flexibility on these, and on
+    /// other cells when contact reaches them.
     pub candidates: Option<Vec<bool>>,
     /// Global axes x, y, z that are normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
@@ -158,7 +158,7 @@ impl ContactFrame {
     pub fn edge_cells(&self) -> Vec<bool> {
         let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),
-            // Edges of the grid count; those of an outline do not.
+            // Edges of the grid count; edges of an outline do not.
             (Some(grid), Some(places)) => {
                 let all = grid.edge_cells();
                 places.iter().map(|&place| all[place]).collect()

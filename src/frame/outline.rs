@@ -269,7 +269,7 @@ mod tests {
         let letter = Outline::Polygon { vertices };
         assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02 && letter.area() == 4.75);
         assert_eq!(letter.extent(), [[-1.0, 1.5], [-1.0, 1.5]]);
-        // The extent of an ellipse equals that of points on it.
+        // The extent of an ellipse equals the extent of points on it.
         let [x, y] = ellipse.extent();
         let on = (0..1000).map(|i| {
             let (s, c) = (f64::from(i) * std::f64::consts::TAU / 1000.0).sin_cos();

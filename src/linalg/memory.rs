@@ -80,7 +80,7 @@ impl MemoryLimit {
         self.bytes.map(|bytes| bytes.saturating_sub(self.reserved))
     }
 
-    /// Checks that `bytes` for `what` fit into the remaining memory. `mend` states what the user can change.
+    /// Checks that `bytes` for `what` fit into the remaining memory. `mend` states the remedy for the user.
     ///
     /// # Errors
     /// If `bytes` do not fit (kind `Resources`).
@@ -240,7 +240,7 @@ mod tests {
     use super::*;
     use crate::error::ErrorKind;
 
-    /// Truth: docs/DESIGN.md: the message contains the required bytes, the available bytes and what the user can change.
+    /// Truth: docs/DESIGN.md: the message contains the required bytes, the available bytes and the remedy for the user.
     #[test]
     fn refusals_have_the_numbers() {
         let limit = MemoryLimit::of_scene(3 << 20).after_reserving(1 << 20);

@@ -130,7 +130,7 @@ impl SparseLu {
 mod tests {
     use super::*;
 
-    /// Truth: a matrix of 20 rows with an empty row or column is singular. The error kind must not be lack of memory.
+    /// Truth: a matrix of 20 rows with an empty row or column is singular. The error kind is `Numerical`, not `Resources`.
     #[test]
     fn empty_rows_are_no_lack_of_memory() {
         let n = 20_usize;

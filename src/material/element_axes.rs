@@ -5,7 +5,7 @@ use std::collections::hash_map::Entry;
 
 use nalgebra::Matrix3;
 
-use super::orientation::axes_from_directions;
+use super::directions::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 

@@ -1,6 +1,7 @@
 //! Elastic materials: [`Stiffness`] tensors of any anisotropy, material axes of elements ([`Orientation`]), and materials of
 //! regions ([`RegionMaterial`]). The Voigt order is always 11, 22, 33, 23, 13, 12, with engineering shear strains.
 
+mod directions;
 mod element_axes;
 mod orientation;
 mod region_material;
@@ -11,8 +12,9 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::error::{Error, Result};
 
+pub use directions::{axes_from_directions, centroid};
 pub use element_axes::ElementAxes;
-pub use orientation::{Orientation, axes_from_directions, centroid};
+pub use orientation::Orientation;
 pub use region_material::{PlacedMaterial, Ply, RegionMaterial};
 pub use winding::{Winding, WoundLayer};
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::orientation::{centroid, unit_vector};
+use super::directions::{centroid, unit_vector};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 

@@ -349,8 +349,8 @@ mod tests {
         orient_outward(&mesh(points, triangles)).unwrap_err().to_string()
     }
 
-    /// Truth: the volume by the divergence theorem is that of the box, whether one side or all sides were turned. The volume of an
-    /// inner box is subtracted.
+    /// Truth: the divergence theorem gives the volume of the box, whether one side or all sides were turned. The volume of an inner
+    /// box is subtracted.
     #[test]
     fn normals_point_out_of_the_body() {
         let (points, triangles) = cube(0.0, 2.0, 0);

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::body::{BodyField, ElasticBody};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, Side};
 use crate::material::strength::von_mises;
@@ -13,7 +13,7 @@ use crate::output::body_peaks::BodyPeaks;
 use crate::output::cell_locator::{CellLocator, SurfacePoint};
 use crate::output::frame_fields::{FrameMesh, GLOBAL_COMPONENTS, to_global};
 use crate::output::surface_stress::SurfaceStress;
-use crate::output::volume::stress_array;
+use crate::output::volume::{check_field_size, stress_array};
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
 /// Body with field output.
@@ -222,22 +222,5 @@ fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) 
 fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
     for (point, u) in points.iter_mut().zip(displacement) {
         point.iter_mut().zip(u).for_each(|(x, u)| *x += u);
-    }
-}
-
-/// Checks that a field has the size of its points.
-pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
-    let found = field.displacement.len();
-    if found != n {
-        return Err(Error::numerical(format!(
-            "a body has {found} recovered displacements, but there are {n} {what}"
-        )));
-    }
-    let nodes = field.stress.iter().flat_map(|stress| &stress.points.mesh_nodes);
-    match nodes.max() {
-        Some(&node) if node >= n => Err(Error::numerical(format!(
-            "a body has a recovered stress at node {node}, but there are only {n} {what}"
-        ))),
-        _ => Ok(()),
     }
 }

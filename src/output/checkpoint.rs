@@ -79,7 +79,7 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes temporary files that killed runs left behind: those of checkpoints and of the file `other`.
+/// Removes temporary files of checkpoints and of the file `other` that killed runs left behind.
 pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {

@@ -213,7 +213,7 @@ impl<'a> FieldWriter<'a> {
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // Bodies that replace those of the scene, as in comparisons, may provide none.
+        // Bodies that replace the bodies of the scene, as in comparisons, may provide none.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;

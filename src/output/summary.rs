@@ -80,7 +80,7 @@ pub enum Status {
     Converged,
     /// A step did not converge or lost its physical meaning (see `reason`). The entries so far are valid.
     NotConverged,
-    /// The run could not continue: wrong input, lack of resources, or an unexpected failure.
+    /// The run could not continue: wrong input, insufficient resources, or an unexpected failure.
     #[default]
     Failed,
     /// A signal stopped the run.
@@ -290,7 +290,7 @@ fn pretty(value: &Value) -> String {
     serde_json::to_string_pretty(value).expect("a JSON value always serialises") + "\n"
 }
 
-/// Path of the first `null` in `value`. Absent fields are omitted, so a null stands for a number that is not finite.
+/// Path of the first `null` in `value`. Absent fields are omitted, so a null means a number that is not finite.
 fn first_null(value: &Value, path: &str) -> Option<String> {
     match value {
         Value::Null => Some(path.trim_start_matches('.').to_owned()),

@@ -1,11 +1,10 @@
 //! Volume of a meshed body as a grid: displacement, stress, failure indices, estimated error.
 
 use crate::body::{BodyField, StressField};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fem::ErrorEstimate;
 use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
-use crate::output::body_fields::check_field_size;
 use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
@@ -68,4 +67,21 @@ fn add_stress(grid: &mut UnstructuredGrid, field: &StressField) {
 fn add_error(grid: &mut UnstructuredGrid, error: &ErrorEstimate) {
     grid.cell_data.push(DataArray::scalar("error", error.cell_errors.clone()));
     grid.cell_data.push(DataArray::scalar("error_density", error.error_density()));
+}
+
+/// Checks that a field has the size of its points.
+pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
+    let found = field.displacement.len();
+    if found != n {
+        return Err(Error::numerical(format!(
+            "a body has {found} recovered displacements, but there are {n} {what}"
+        )));
+    }
+    let nodes = field.stress.iter().flat_map(|stress| &stress.points.mesh_nodes);
+    match nodes.max() {
+        Some(&node) if node >= n => Err(Error::numerical(format!(
+            "a body has a recovered stress at node {node}, but there are only {n} {what}"
+        ))),
+        _ => Ok(()),
+    }
 }

@@ -120,7 +120,7 @@ impl ResultDirectory {
         self.names.iter().filter(named).filter(counted).cloned().collect()
     }
 
-    /// Files that the summary lists but the directory lacks.
+    /// Files that the summary lists but the directory does not contain.
     pub(super) fn missing(&self) -> Vec<String> {
         let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
         own.filter(|name| !self.has(name)).map(str::to_owned).collect()

@@ -71,7 +71,7 @@ pub(super) fn with_unit(units: &Units, key: &str, value: &Value) -> String {
     }
 }
 
-/// Describes what a step of a scene prescribes.
+/// Describes the values that a step of a scene prescribes.
 pub(super) fn describe_step(units: &Units, step: &Value) -> String {
     let Some(fields) = step.as_object() else { return to_line(step) };
     let part = |(key, value): (&String, &Value)| match value {

@@ -1,21 +1,9 @@
 //! Diagnostics: errors in a scene with their locations.
 
 use std::fmt;
-use std::ops::Range;
 
-use super::document::Document;
+use super::document::{Document, Location};
 use crate::error::Error;
-
-/// Location of an error in the input.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Location {
-    /// Byte range in the text of the scene file.
-    File(Range<usize>),
-    /// Text of the command-line option `--set`.
-    SetOption(String),
-    /// The scene as a whole.
-    WholeScene,
-}
 
 /// Kinds of errors that the code distinguishes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,9 +23,9 @@ pub struct Diagnostic {
     pub kind: DiagnosticKind,
     /// Dotted key as in `--set` ("body1.fibre.tilt"); empty for the whole scene.
     pub key: String,
-    /// What was found and why it is wrong.
+    /// The error and its reason.
     pub message: String,
-    /// Short label beside the excerpt.
+    /// Short label next to the excerpt.
     pub label: String,
     /// Allowed values and how to fix the error.
     pub help: String,
@@ -46,7 +34,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Error at `key` of `document`, with a message that states what was found.
+    /// Error at `key` of `document`, with a message that states the error.
     pub fn at(document: &Document, key: &str, message: impl Into<String>) -> Self {
         Self {
             kind: DiagnosticKind::Other,
@@ -64,7 +52,7 @@ impl Diagnostic {
         self
     }
 
-    /// Sets the label beside the excerpt.
+    /// Sets the label next to the excerpt.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self

@@ -8,7 +8,16 @@ use sha2::{Digest, Sha256};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::Location;
+/// Location of an error in the input.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Location {
+    /// Byte range in the text of the scene file.
+    File(Range<usize>),
+    /// Text of the command-line option `--set`.
+    SetOption(String),
+    /// The scene as a whole.
+    WholeScene,
+}
 
 /// Location of a value in the input.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -152,7 +161,7 @@ impl Document {
         }
     }
 
-    /// Location from the start of a key to the end of its value if both are on one line, otherwise that of the key alone.
+    /// Location from the start of a key to the end of its value if both are on one line, otherwise location of the key alone.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -280,7 +289,7 @@ pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> 
     segment.parse().ok().or_else(|| index_of_name(items, segment))
 }
 
-/// Index of the last element with this `name` in a list of tables; results reported by name are those of the last one.
+/// Index of the last element with this `name` in a list of tables; results reported by name belong to the last one.
 pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
     items.iter().rposition(|item| name_of(item) == Some(name))
 }

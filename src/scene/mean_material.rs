@@ -103,7 +103,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Weighted mean of directions without sense; its sense is that of the first one.
+/// Weighted mean of directions without sense; it has the sense of the first direction.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {

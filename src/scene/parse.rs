@@ -6,10 +6,10 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::{Diagnostic, DiagnosticKind, Diagnostics, Location};
+use super::diagnostic::{Diagnostic, DiagnosticKind, Diagnostics};
 use super::document::{
-    Document, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, index_of_name, key_segments,
-    name_of, node_from_toml, table_from_toml,
+    Document, Location, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, index_of_name,
+    key_segments, name_of, node_from_toml, table_from_toml,
 };
 use crate::scene::suggest::quoted_list;
 

@@ -67,7 +67,7 @@ pub struct Plan {
     pub compare: ComparePlan,
     /// Points inside bodies at which displacement and stress are written.
     pub interior_requests: Vec<InteriorPointRequest>,
-    /// Required accuracy; `None` if cells, increments and jumps are those of the scene.
+    /// Required accuracy; `None` if the scene fixes cells, increments and jumps.
     pub accuracy: Option<AccuracyPlan>,
     /// Interval, in increments, at which a monotone step writes fields to files.
     pub fields_every: usize,
@@ -202,7 +202,7 @@ pub struct MeshedBodyPlan {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Body force per volume.
     pub body_force: [f64; 3],
-    /// Material of each volume group; `None` stands for the elements outside all named regions.
+    /// Material of each volume group; `None` means the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Element formulation; `None` for the default of the mesh.
     pub element: Option<Element>,

@@ -359,7 +359,7 @@ fn number_branch(branches: &[Json]) -> Option<&Json> {
 
 /// The words that the branches allow.
 fn branch_words(branches: &[Json]) -> Vec<&str> {
-    // Words that are allowed beside a number are nested in a `oneOf` of their own.
+    // Words that are allowed instead of a number are nested in a `oneOf` of their own.
     let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
         Some(inner) => inner.as_slice(),
         None => std::slice::from_ref(branch),

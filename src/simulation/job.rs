@@ -3,7 +3,7 @@
 use crate::output::summary::Summary;
 use crate::scene::Plan;
 
-/// Stack size of computing threads, bytes. It equals that of a main thread.
+/// Stack size of computing threads, bytes. It equals the stack size of a main thread.
 pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
 /// Initial summary of a run of `plan`.

@@ -111,7 +111,7 @@ pub struct StiffnessUpdate {
 }
 
 impl Simulation<'_> {
-    /// Keeps what a simulation with moved meshes needs to continue from `snapshot`; bodies and operators are dropped.
+    /// Keeps the data with which a simulation with moved meshes continues from `snapshot`; bodies and operators are dropped.
     pub fn into_stiffness_update(self, snapshot: RunCheckpoint) -> StiffnessUpdate {
         StiffnessUpdate { previous: PreviousModel::of(self.model()), snapshot }
     }

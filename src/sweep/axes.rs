@@ -5,8 +5,10 @@ use std::collections::BTreeSet;
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue, key_segments};
 use crate::sweep::range;
-use crate::sweep::read::MOST_RUNS;
 use crate::sweep::spec::{AxisKeys, SampleKeys, StudyFile};
+
+/// Maximum number of runs of a study.
+pub(super) const MOST_RUNS: usize = 10_000;
 
 /// An axis: keys of the scene, and the values that they take together.
 #[derive(Debug, Clone)]

@@ -11,14 +11,12 @@ use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
 use crate::scene::{self, Diagnostic, Diagnostics, MeshCache, parse, schema_check};
-use crate::sweep::axes::{Axis, axes};
+use crate::sweep::axes::{Axis, MOST_RUNS, axes};
 use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::require::{Requirement, combinations};
 use crate::sweep::scenes::SceneReader;
 use crate::sweep::spec::StudyFile;
 
-/// Maximum number of runs of a study.
-pub(super) const MOST_RUNS: usize = 10_000;
 /// Maximum number of combinations before `require` omits some of them.
 const MOST_COMBINATIONS: usize = 1_000_000;
 /// Maximum length of a folder name, bytes.

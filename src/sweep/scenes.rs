@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::evolution::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
-use crate::scene::diagnostic::Location;
+use crate::scene::document::Location;
 use crate::scene::plan::Plan;
 use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document, MeshCache};
 use crate::sweep::axes::Axis;

@@ -23,7 +23,7 @@ pub struct StudyFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyKeys {
-    /// Title, shown with the results; default: that of the scene.
+    /// Title, shown with the results; default: the title of the scene.
     #[serde(default)]
     pub title: String,
     /// Scene file, relative to the study file.

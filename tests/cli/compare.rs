@@ -245,7 +245,11 @@ fn descriptions_that_do_not_fit_are_named() {
             0,
             "BE-rigid: body1 as a boundary-element body can be fixed and loaded on surfaces only",
         ),
-        (&["body1.near_field=\"auto\"", "frame.cells=[12, 12]"], 0, "BE-rigid: the cells of the frame are too small for the meshes"),
+        (
+            &["body1.near_field=\"auto\"", "frame.cells=[12, 12]"],
+            0,
+            "BE-rigid: the cells of the frame are too small for the meshes",
+        ),
     ] {
         let sets = settings.iter().flat_map(|setting| ["--set", setting]);
         let arguments = ["compare", "scene.toml", "--out", "c", "--set", "body1.near_field=\"mesh\""];

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use orthowear::linalg::memory::MemoryLimit;
-use orthowear::scene::diagnostic::Location;
+use orthowear::scene::document::Location;
 use orthowear::scene::document::{Document, TomlValue};
 use orthowear::scene::{self, MeshCache, Plan};
 

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::elements::BoundaryElements;
 use super::influence::Influence;
-use super::system::BoundaryValueProblem;
+use super::problem::BoundaryValueProblem;
 use crate::linalg::hierarchical::{
     BoundingBox, ClusterTree, CollocationKernel, CollocationLayout, ElementNumbering,
 };

@@ -1,8 +1,8 @@
 //! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
 //!
 //! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
-//! off-diagonal blocks, so translations stay stress-free to rounding. The columns of prescribed displacements and of boundary
-//! values are compressed together with those of the unknowns, but only their row sums are stored.
+//! off-diagonal blocks, so translations stay stress-free to rounding. The columns of prescribed displacements and boundary values
+//! are compressed together with the columns of the unknowns, but only their row sums are stored.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::collocation::{BoundaryKernel, SummedColumns, TreeOrder, influence, layout};
 use super::elements::BoundaryElements;
-use super::system::{BoundaryValueProblem, Domain};
+use super::problem::{BoundaryValueProblem, Domain, MAX_DENSE_UNKNOWNS};
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
@@ -71,7 +71,7 @@ pub struct CompressionReport {
     pub tolerance: f64,
     /// Largest number of matrix products for a right-hand side.
     pub iterations: usize,
-    /// Largest residual of the iteration, relative to that of the zero vector.
+    /// Largest residual of the iteration, relative to the residual of the zero vector.
     pub residual: f64,
     /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,
@@ -267,10 +267,7 @@ impl CompressedEquations {
         if report.residual.is_nan() || report.residual > options.tolerance * 1.5 {
             return Err(Error::not_converged(format!(
                 "the compressed boundary-element equations did not converge: after {} products the residual is {:.1e}, but at most {:.1e} is allowed. Use larger elements where the body is thin or away from the contact: up to {} unknowns are solved directly",
-                report.iterations,
-                report.residual,
-                options.tolerance,
-                super::system::MAX_DENSE_UNKNOWNS
+                report.iterations, report.residual, options.tolerance, MAX_DENSE_UNKNOWNS
             )));
         }
         Ok((all, report))

@@ -8,8 +8,9 @@ use nalgebra::Matrix3;
 
 use super::elements::BoundaryElements;
 use super::influence::NodalState;
+use super::problem::Domain;
+use super::solution::SurfaceState;
 use super::surface_solution::SurfaceSolution;
-use super::system::{Domain, SurfaceState};
 use crate::bem::{DisplacementGradient, PointState};
 use crate::geometry::Point;
 
@@ -19,7 +20,7 @@ const STEPS: usize = 30;
 /// A point counts as on an element below this distance, relative to the size of the element.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// Above this cosine a point lies along the normal of its nearest surface point, and not beside an edge.
+/// Above this cosine a point lies along the normal of its nearest surface point, and not next to an edge.
 const MIN_NORMAL_COSINE: f64 = 0.99;
 
 /// Nearest point of a surface to another point.
@@ -64,7 +65,7 @@ impl BoundaryElements {
         if along.abs() > MIN_NORMAL_COSINE * foot.distance {
             return along < 0.0;
         }
-        // Beside an edge: the flux through the surface of a point force at y decides.
+        // Next to an edge: the flux through the surface of a point force at y decides.
         let flux = (0..self.n_elements()).map(|i| {
             let influence = self.influence_off_element(i, y);
             influence.double_layer.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()

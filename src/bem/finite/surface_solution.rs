@@ -1,6 +1,6 @@
 //! Displacement and its gradient on the surface of a body.
 //!
-//! Tangential derivatives are those of the element polynomials; elements with one node fit them to their neighbours. The normal
+//! The element polynomials give the tangential derivatives; elements with one node fit them to their neighbours. The normal
 //! derivative a follows from the traction: with σ = C : (G + a nᵀ) and σ n = t, a = T⁻¹ (t - (C : G) n), T_ik = C_ijkl n_j n_l.
 //!
 //! # Source

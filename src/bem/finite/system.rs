@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::compressed::{CompressedEquations, CompressionReport};
 use super::elements::BoundaryElements;
+use super::problem::{BoundaryValueProblem, Domain, MAX_DENSE_UNKNOWNS};
 use super::solution::BoundarySolution;
 pub(super) use super::solution::SurfaceState;
 use crate::cancel;
@@ -27,18 +28,6 @@ const BATCH: usize = 64;
 
 /// Number of recomputed rows in the residual check of a solution.
 const CHECKED: usize = 24;
-
-/// Side of the surface on which the body lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Domain {
-    /// Body enclosed by the surface.
-    Interior,
-    /// Infinite body around the surface, whose normals point into the cavity.
-    Exterior,
-}
-
-/// Maximum number of unknowns for dense factorisation. Above it, compressed equations take less time.
-pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
 /// Default tolerance of compressed equations.
 pub const DEFAULT_TOLERANCE: f64 = 1e-5;
@@ -60,24 +49,6 @@ impl SolutionMethod {
     pub fn of(n_unknowns: usize) -> Self {
         if n_unknowns <= MAX_DENSE_UNKNOWNS { Self::Dense } else { Self::Compressed(DEFAULT_TOLERANCE) }
     }
-}
-
-/// Boundary-value problem: displacement or traction along each axis at every node (component c of node i is dof 3 i + c).
-pub struct BoundaryValueProblem<'a> {
-    /// Boundary elements of the surface.
-    pub elements: &'a BoundaryElements,
-    /// Side of the surface on which the body lies.
-    pub domain: Domain,
-    /// Whether the displacement of a dof is prescribed, `[3 n]`.
-    pub displacement_known: &'a [bool],
-    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
-    pub boundary_values: &'a [f64],
-    /// Nodes for which the response to unit tractions is computed. Their displacements are not prescribed.
-    pub loaded: &'a [usize],
-    /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
-    pub free_motions: Option<&'a RigidBodyModes>,
-    /// Mean displacement along each free motion, mm; empty for zero.
-    pub mean_displacement: &'a [f64],
 }
 
 /// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.

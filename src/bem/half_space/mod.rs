@@ -1,12 +1,9 @@
 //! Elastic half-spaces, isotropic or anisotropic: surface Green's function, integrals over cells, flexibility operators on the
 //! frame.
 //!
-//! All quantities and stiffnesses are in the axes (x, y, n) of the frame. The outward normal is +n for the lower body and -n for
-//! the upper body. `u(x) = ∫ G(x - y) t(y) dA` with rows of G = displacement, columns = traction on the body. G(x) = Γ(φ) / |x|
-//! with x = |x| (cos φ, sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries -P, so the contact has the
-//! flexibility S = G(lower) + G(upper).
-//!
-//! From a stiffness to an operator:
+//! All quantities are in the axes (x, y, n) of the frame. The outward normal is +n for the lower body and -n for the upper body.
+//! `u(x) = ∫ G(x - y) t(y) dA`; rows of G: displacement, columns: traction on the body. G(x) = Γ(φ) / |x| with x = |x| (cos φ,
+//! sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries -P, so that S = G(lower) + G(upper).
 //!
 //! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] -> [`FftFlexibility`] (grid frames) or
 //! [`DenseFlexibility`] (any plane frame). Periodic grids: [`SurfaceGreen`] -> [`PeriodicFlexibility`].

@@ -96,8 +96,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truths: the corrected matrix is symmetric. Under uniform tractions its response is that of the matrix, except for
-    /// displacements of constant and linear shape. A symmetric matrix needs no correction.
+    /// Truths: the corrected matrix is symmetric. Under uniform tractions it gives the same response as the original matrix, except
+    /// for displacements of constant and linear shape. A symmetric matrix needs no correction.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

@@ -20,7 +20,6 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use rayon::prelude::*;
 
-use super::correction::AppliedLoadResponse;
 use super::face_outline::outline_loops;
 use super::face_quadrature::{FacePoint, FaceRules};
 use super::far_field::FarField;
@@ -79,6 +78,16 @@ pub(super) struct AppliedLoadDisplacement {
     /// Part of `at_nodes` due to the support tractions between the nodes.
     support_work: Vec<f64>,
     near_loads: Vec<PatchLoad>,
+}
+
+/// Response to a body's own loads and prescribed displacements.
+pub(super) struct AppliedLoadResponse {
+    /// Displacement of all nodes, global axes, mm, `[n_points]`.
+    pub displacement: Vec<[f64; 3]>,
+    /// Work of the loads on u_c of each force, N mm per N, axes of the patch, `[3 n]`, without the work on the half-space field.
+    pub work: Vec<f64>,
+    /// Prescribed displacements.
+    pub prescribed_motion: PrescribedMotion,
 }
 
 impl PrescribedMotion {
@@ -360,7 +369,7 @@ impl<'a> FaceLoads<'a> {
             acting.traction += axes.to_local(traction) - normal * *pressure;
         }
         let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
-        // The work of a support force is that of the traction on the body against the displacement.
+        // A support force does the work of the traction on the body against the displacement.
         acting.displacement -= axes.to_local(&moved);
         if self.weight != Point::zeros() {
             let none = Point::zeros();

@@ -180,7 +180,7 @@ impl HybridBody {
     fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
-        // The axes of body 2 are those of the frame, rotated by half a turn about x.
+        // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
         let turned = self.side == Side::Upper;
         let cells = self.grid.cells;
         let own = |ix: usize, iy: usize| -> Point {

@@ -11,7 +11,7 @@
 //!
 //! where b = f_f - K_fb g. It is symmetric, with twice the order of the displacements at the nodes.
 
-use super::applied_loads::PrescribedMotion;
+use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
 use super::forces::PatchForces;
 use super::half_space_fit::HalfSpaceFit;
@@ -50,16 +50,6 @@ pub struct Correction {
     pub asymmetry: f64,
     /// Response to the body's own loads and prescribed displacements; `None` without them.
     pub(super) applied_loads: Option<AppliedLoadResponse>,
-}
-
-/// Response to a body's own loads and prescribed displacements.
-pub(super) struct AppliedLoadResponse {
-    /// Displacement of all nodes, global axes, mm, `[n_points]`.
-    pub displacement: Vec<[f64; 3]>,
-    /// Work of the loads on u_c of each force, N mm per N, axes of the patch, `[3 n]`, without the work on the half-space field.
-    pub work: Vec<f64>,
-    /// Prescribed displacements.
-    pub prescribed_motion: PrescribedMotion,
 }
 
 impl Correction {

@@ -149,7 +149,7 @@ impl FarField {
 
 /// Reorders the matrix of the body at `side` of the frame to axes of the frame, by planes, row by row.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
-    // The axes of body 2 are those of the frame, rotated by half a turn about x.
+    // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
     let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
     let mut planes = vec![0.0; n_rows * n_columns];

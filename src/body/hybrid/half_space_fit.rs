@@ -209,7 +209,7 @@ fn smaller_frame_advice(
     least: &dyn Fn(&ContactPatch) -> Result<f64>,
 ) -> Result<String> {
     let shorter = patch.half_width[0].min(patch.half_width[1]);
-    // A smaller frame is farther from features beside it, but not from features below it.
+    // A smaller frame is farther from features next to it, but not from features below it.
     let beside = (distance + shorter) / ((1.0 + share) * shorter);
     let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
     let far_enough = least(&narrow)? >= share * beside * shorter * (1.0 - 1e-9);

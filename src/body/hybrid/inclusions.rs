@@ -1,4 +1,4 @@
-//! Loads and work of elements whose stiffness differs from that of the half-space.
+//! Loads and work of elements whose stiffness differs from the stiffness of the half-space.
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;

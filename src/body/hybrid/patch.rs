@@ -14,8 +14,8 @@ pub struct ContactPatch {
 }
 
 impl ContactPatch {
-    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. The axes of body 2 are
-    /// those of the frame, rotated by half a turn about x.
+    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. The axes of body 2 are the
+    /// axes of the frame, rotated by half a turn about x.
     pub fn on_body(frame: &Triad, side: Side, center: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;
         if side == Side::Upper {

@@ -349,7 +349,7 @@ mod tests {
         }
     }
 
-    /// Truth: derivatives inside converge to those on the surface as the depth goes to zero; the traction is that of the cells.
+    /// Truth: derivatives inside converge to the surface derivatives at zero depth; the surface stress gives the cell tractions.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);

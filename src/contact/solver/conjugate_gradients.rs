@@ -110,8 +110,8 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     }
 }
 
-/// Sets and evaluates the initial pressures: those of `it`, or one projected gradient step from zero tractions. Then scales them to
-/// the prescribed force or, from zero under a given approach, to the least energy.
+/// Sets and evaluates the initial pressures: the pressures of `it`, or one projected gradient step from zero tractions. Then scales
+/// them to the prescribed force or, from zero under a given approach, to the least energy.
 fn start(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     let normal = 2 * n..3 * n;
@@ -185,7 +185,7 @@ fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWo
 struct CgStep {
     /// Number of products with S.
     products: usize,
-    /// Whether pressures were cut, so that S p was computed anew.
+    /// Whether pressures were cut, so that S p was computed again.
     cut: bool,
 }
 

@@ -22,7 +22,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// An unstable relaxation factor appears as a lack of gain. The factor is then halved.
+    /// If the relaxation factor is unstable, the iteration gains nothing. The factor is then halved.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;

@@ -84,7 +84,7 @@ impl FrettingPath {
         self.len() / 2
     }
 
-    /// Sets the displacement of body 2 to that of a path point, if displacements are prescribed.
+    /// Sets the displacement of body 2 to the displacement of a path point, if displacements are prescribed.
     pub fn set_shift(&self, end: usize, rigid: &mut [f64; 3]) {
         if self.drive == Drive::Shift {
             rigid[..2].copy_from_slice(&self.path_points[end]);
@@ -214,7 +214,7 @@ impl CycleState {
     }
 }
 
-/// Returns whether the responses at the path points equal those of the cycle before.
+/// Returns whether the responses at the path points equal the responses in the previous cycle.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);

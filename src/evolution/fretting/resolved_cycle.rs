@@ -68,7 +68,7 @@ pub(in crate::evolution) struct ResolvedCycle {
     factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
     at_cycle: f64,
-    /// Dissipation of the resolved cycle over that of the coupled path points.
+    /// Dissipation of the resolved cycle over the dissipation of the coupled path points.
     pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
@@ -139,7 +139,7 @@ struct CycleWear {
     rate: Vec<f64>,
     /// Dissipation per cycle.
     power: f64,
-    /// Wear volume of the second stroke less that of the same stroke one cycle before, mm3; 0 for steady tractions.
+    /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle before, mm3; 0 for steady tractions.
     drift: f64,
     /// Resultants at the reversal points (+, -).
     reversals: [Resultants; 2],
@@ -666,7 +666,7 @@ impl Run<'_> {
         depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
     }
 
-    /// Ratios of the wear of a resolved cycle to that of the coupled cycle, `[N]`, and the share of the wear volume that they miss.
+    /// Ratios of the wear of a resolved and the coupled cycle, `[N]`, and the share of the wear volume that they miss.
     fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
         let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
         if all <= 0.0 || all_by_ends <= 0.0 {

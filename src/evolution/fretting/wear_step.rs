@@ -292,7 +292,7 @@ impl WearStepState {
         }
     }
 
-    /// Dissipation of a cycle over that of the coupled path points.
+    /// Dissipation of a cycle over the dissipation of the coupled path points.
     pub fn dissipation_factor(&self) -> f64 {
         self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }

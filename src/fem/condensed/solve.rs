@@ -1,9 +1,7 @@
 //! Displacements of a condensed body for given forces, by back-substitution with its solver.
 
-use super::CondensedBody;
+use super::{CondensedBody, solve_in_place};
 use crate::error::Result;
-use crate::fem::model::FeModel;
-use crate::linalg::cholesky::SymmetricSolver;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
@@ -134,11 +132,3 @@ impl CondensedBody {
 
 /// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 24;
-
-/// Replaces forces on the free dofs, `[n_free]`, by their displacements. Unconstrained bodies use the generalised inverse.
-pub(super) fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
-    match model.generalised_inverse() {
-        Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
-        None => solver.solve_in_place(rhs, 1),
-    }
-}

@@ -9,7 +9,8 @@ use super::patch::PolynomialSpace;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::assembly::ElementContext;
-use crate::fem::element_kernels::{PointStress, stresses_at};
+use crate::fem::element_kernels::stresses_at;
+use crate::fem::integration_points::PointStress;
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
 /// Stress sample at a point of an element.

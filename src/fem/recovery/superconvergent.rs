@@ -2,9 +2,9 @@
 //!
 //! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
 //! surrounding elements. Second-order hexahedra use all products of degree 2 along each of their axes, as their shape functions do.
-//! The complete quadratic polynomial would smooth over two elements what they resolve. A vertex on the border of its material takes
-//! the polynomial of the nearest inner vertex of its elements. Without such a vertex (one layer of elements), the fit uses the
-//! integration points of its own elements and their neighbours. A middle node takes the mean of the polynomials of its nearest
+//! The complete quadratic polynomial would smooth variations that two elements resolve. A vertex on the border of its material
+//! takes the polynomial of the nearest inner vertex of its elements. Without such a vertex (one layer of elements), the fit uses
+//! the integration points of its own elements and their neighbours. A middle node takes the mean of the polynomials of its nearest
 //! corners. Materials never share a patch. The recovery is linear in the samples and depends only on the mesh, so it is stored as
 //! weights.
 //!

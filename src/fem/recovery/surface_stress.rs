@@ -1,9 +1,9 @@
 //! Stress on the contact surface, from the surface strain and the surface traction.
 //!
 //! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
-//! the body. The material law gives the other components. The index p stands for 11, 22, 12 in the plane, n for 33, 23, 13. Then
-//! ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from inside the elements, which would
-//! smooth the peaks at the edge of a contact.
+//! the body. The material law gives the other components. The index p denotes the in-plane components 11, 22, 12, the index n the
+//! components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from inside the
+//! elements, which would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.

@@ -8,7 +8,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::collocation_matrix::{CollocationLayout, CollocationMatrix};
+use super::collocation_matrix::{CollocationLayout, CollocationMatrix, RigidGroup};
 use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_lu::DenseLu;
@@ -34,15 +34,6 @@ pub struct CoarseBlockJacobi {
     groups: Vec<RigidGroup>,
     /// Inverse of Pᵀ A P with its border rows and columns.
     coarse_inverse: DenseMatrix,
-}
-
-/// Group of rows with common motions: translations, and rotations of the displacements.
-pub(super) struct RigidGroup {
-    pub places: Range<usize>,
-    /// Index of its first motion.
-    pub first_motion: usize,
-    /// Orthonormal motions, stored one after the other.
-    pub motions: Vec<f64>,
 }
 
 /// Additions to a collocation matrix: 3 x 3 blocks on the diagonal, and a border of further rows and columns.

@@ -8,13 +8,21 @@ use rayon::prelude::*;
 
 use super::block_partition::{ClusterPair, MirrorBlocks, partition};
 use super::cluster_tree::ClusterTree;
-use super::coarse_block_jacobi::RigidGroup;
 use super::collocation_block::{CollocationBlock, CollocationKernel, ElementNumbering};
 use super::cross_approximation::{CROSS_ERROR_SHARE, approximate};
 use super::low_rank::LowRank;
 use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
+
+/// Group of rows with common motions: translations, and rotations of the displacements.
+pub(super) struct RigidGroup {
+    pub places: Range<usize>,
+    /// Index of its first motion.
+    pub first_motion: usize,
+    /// Orthonormal motions, stored one after the other.
+    pub motions: Vec<f64>,
+}
 
 /// Block of the matrix in single precision.
 struct StoredBlock {

@@ -2,7 +2,7 @@
 
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
-use super::{MAX_ENERGY_ERROR, SLOW_OR_SINGULAR, TwoLevelSolver};
+use super::system::{MAX_ENERGY_ERROR, SLOW_OR_SINGULAR, TwoLevelSolver};
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::linalg::vector::nan_max;

@@ -12,9 +12,11 @@ mod coarse;
 mod conjugate_gradients;
 mod node_matrix;
 mod smoother;
+mod system;
 
 use rayon::prelude::*;
 
+use self::system::SLOW_OR_SINGULAR;
 use super::cholesky::SymmetricSolver;
 use super::dense::SymmetricDense;
 use super::sparse::SymmetricSparse;
@@ -27,12 +29,7 @@ use smoother::GaussSeidel;
 
 pub use conjugate_gradients::Convergence;
 pub use node_matrix::NodalUnknowns;
-
-/// Relative error in the energy norm at which the iteration stops.
-const MAX_ENERGY_ERROR: f64 = 1e-11;
-
-/// Advice for the user if the iteration fails.
-const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force. Look for parts joined only by a single node or edge. Otherwise raise --max-memory or solver.memory_limit: the factorisation that is then used names the node where the body can move";
+pub use system::TwoLevelSolver;
 
 /// Maximum relative residual of a solution. A larger residual contradicts the error estimate.
 const RESIDUAL_LIMIT: f64 = 1e-7;
@@ -45,13 +42,6 @@ const BYTES_PER_NODE: usize = 2200;
 
 /// Bytes of the coarse factor and its workspace, divided by the number of coarse unknowns to the power of 4/3.
 const COARSE_BYTES_FACTOR: f64 = 500.0;
-
-/// Iterative solver for a symmetric positive definite matrix A, without a factorisation of A.
-pub struct TwoLevelSolver {
-    matrix: NodeMatrix,
-    smoother: GaussSeidel,
-    coarse: CoarseSpace,
-}
 
 /// Block of the inverse of A, with the convergence of its computation.
 pub struct InverseBlock {

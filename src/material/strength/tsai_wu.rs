@@ -40,10 +40,10 @@ mod tests {
         }
     }
 
-    /// Truth: the plane-stress example of Kaw, Mechanics of Composite Materials (2nd edition 2006), example 2.19: a
-    /// graphite/epoxy lamina (1500, 1500, 40, 246, 68 MPa) at 60 degrees under σx = 2 S, σy = -3 S, τxy = 4 S,
-    /// σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S, fails at S = 22.39 MPa with F12 by Mises and Hencky
-    /// (-1/2 sqrt(F11 F22)). Tolerance: the four digits given.
+    /// Truth: the plane-stress example of Kaw, Mechanics of Composite Materials (2nd edition 2006), example 2.19. A graphite/epoxy
+    /// lamina (1500, 1500, 40, 246, 68 MPa) at 60 degrees carries σx = 2 S, σy = -3 S, τxy = 4 S. The stresses along the ply axes
+    /// are σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S. It fails at S = 22.39 MPa with F12 by Mises and Hencky (-1/2 sqrt(F11
+    /// F22)). Tolerance: the four digits given.
     #[test]
     fn worked_example() {
         let strength = PlyStrength {

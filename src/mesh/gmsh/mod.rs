@@ -32,8 +32,8 @@ enum Version {
 /// Reads the mesh in the .msh file `path`.
 ///
 /// # Errors
-/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself. The message gives
-/// file, line or byte, what was found, and what is allowed.
+/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself. The message gives the
+/// file, the line or byte, the invalid content, and the allowed values.
 pub fn read(path: &Path) -> Result<Mesh> {
     parse(&read_bytes(path)?, &path.display().to_string())
 }

@@ -158,8 +158,8 @@ pub(super) struct JacobianSummary {
 
 /// Refuses inverted, folded and collapsed solids.
 ///
-/// The Jacobian at integration points is that of the element's own map, which is curved for second order. If it is positive there,
-/// the stiffness is that of a body and patch tests are passed. Nodes are checked too, for a warning and for edges of zero length.
+/// The Jacobian at integration points follows from the element's own map, which is curved for second order. If it is positive
+/// there, the stiffness is physical and patch tests are passed. Nodes are checked too, for a warning and for edges of zero length.
 /// The tip of a pyramid is omitted: the map has no derivative there.
 pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };

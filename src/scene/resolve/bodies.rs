@@ -320,7 +320,7 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
     }
 }
 
-/// Reports volume elements that are not suitable for the analysis. Notes repairs by the reader and doubtful elements.
+/// Reports volume elements that are not suitable for the analysis. Notes repairs by the reader and elements of poor quality.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     let mut warnings = mesh.warnings.clone();
     let mend = "every solid element needs a positive volume, and elements must not overlap";
@@ -347,7 +347,7 @@ fn mesh_files_in_folder(path: &Path) -> String {
     }
 }
 
-/// Reports groups that the mesh lacks or that have the wrong dimension.
+/// Reports groups that the mesh does not contain or that have the wrong dimension.
 pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let mut check = |place: String, found: Result<&PhysicalGroup>| {
         r.accept(found, &place, ["this group", "name a physical group of the mesh"]);

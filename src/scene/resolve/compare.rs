@@ -82,7 +82,7 @@ fn alternative_meshes(
     }
 }
 
-/// The mesh, unless it lacks groups of the body (reported).
+/// The mesh, or `None` if it does not contain all groups of the body (reported).
 fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,

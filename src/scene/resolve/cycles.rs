@@ -123,7 +123,7 @@ fn check_force_amplitude(
     }
 }
 
-/// Reports other controls beside cycles or sliding. Only the normal control is allowed; it changes linearly over the step.
+/// Reports other controls in a step with cycles or sliding. Only the normal control is allowed; it changes linearly over the step.
 fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = prescribed_controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {

@@ -108,7 +108,7 @@ fn step_without_history(keys: &Keys, i: usize) -> Step {
     }
 }
 
-/// Reports other controls beside a history.
+/// Reports other controls in a step with a history.
 fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     let others = prescribed_controls(keys).into_iter().flatten().chain([
         ("cycles", keys.cycles.is_some()),
@@ -127,7 +127,7 @@ fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Notes steps with the same name: results reported by name are those of the last one.
+/// Notes steps with the same name: results reported by name belong to the last one.
 fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);

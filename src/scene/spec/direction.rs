@@ -123,6 +123,6 @@ pub struct LayupPly {
     /// Angle of the fibre from +x towards +y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Name of the material in `materials`; default that of the region or the body.
+    /// Name of the material in `materials`; default: the material of the region or the body.
     pub material: Option<String>,
 }

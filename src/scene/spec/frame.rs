@@ -95,7 +95,7 @@ pub enum Outline {
     },
 }
 
-/// What a cell of a mesh frame represents.
+/// Part of the contact surface that a cell of a mesh frame represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FramePoints {

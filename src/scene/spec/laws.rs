@@ -94,10 +94,10 @@ pub enum Wear {
         /// Specific wear rate for fibres along the normal, 1/stress.
         #[schemars(range(min = 0))]
         i_N: f64,
-        /// Body whose fibre direction is used, 1 or 2; default: that of friction law "frp", else the only body with a fibre.
+        /// Body whose fibre direction is used, 1 or 2; default: the body of friction law "frp", else the only body with a fibre.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction to use instead of a body's; default: that of friction law "frp".
+        /// Fibre direction to use instead of a body's; default: the fibre direction of friction law "frp".
         fibre: Option<UniformFibre>,
         #[serde(flatten)]
         integration: WearIntegration,

@@ -56,7 +56,7 @@ pub struct Scene {
     /// Solver settings: method, tolerances, memory.
     #[serde(default)]
     pub solver: solver::Solver,
-    /// Files to write besides summary.json and history.csv.
+    /// Files to write in addition to summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
     /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until the estimated error is below it.

@@ -120,7 +120,7 @@ impl Default for Solver {
     }
 }
 
-/// Files to write besides summary.json and history.csv.
+/// Files to write in addition to summary.json and history.csv.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {

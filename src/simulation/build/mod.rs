@@ -321,7 +321,7 @@ impl Simulation<'_> {
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 
-    /// Keeps what a simulation on a larger frame needs to continue from `checkpoint`; bodies and operators are dropped.
+    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`; bodies and operators are dropped.
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }

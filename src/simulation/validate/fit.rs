@@ -28,7 +28,7 @@ use crate::simulation::validate::symmetry_planes;
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
 
-/// Beside a half-space, cells smaller than this share are refused, unless the scene selects the near field of the mesh.
+/// If a body is a half-space, cells smaller than this share are refused, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
 /// A warning for coarse contact faces needs a body with at least this share of the normal compliance. Measured for a flat pin of 8
@@ -289,7 +289,7 @@ fn coarse_faces_warning(
     })
 }
 
-/// Refuses cells beside a half-space that are far finer than the contact faces of body `index`.
+/// Refuses cells that are far finer than the contact faces of body `index`, if the other body is a half-space.
 ///
 /// # Errors
 /// If the cells are far finer, unless the scene selects the near field of the mesh.

@@ -129,7 +129,7 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes`: those of both bodies.
+/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes`: support planes of both bodies.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],

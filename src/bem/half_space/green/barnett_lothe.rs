@@ -145,7 +145,7 @@ impl QuadratureSums {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
             // No explicit inverse: near incompressibility Q and R T⁻¹ Rᵀ are of order λ and cancel to μ. An error δ of the inverse
-            // enters as R δ Rᵀ, (λ / μ)³ roundings in total; that of the Cholesky factor enters as λ / μ.
+            // enters as R δ Rᵀ, (λ / μ)³ roundings in total; an error of the Cholesky factor enters as λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

@@ -3,6 +3,7 @@
 pub(super) mod admittance;
 pub(super) mod angular_table;
 pub mod barnett_lothe;
+pub(super) mod kernel_component;
 
 use std::f64::consts::PI;
 
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use crate::bem::half_space::green::barnett_lothe::BarnettLothe;
-use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
+use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Side;

@@ -82,7 +82,7 @@ impl FftFlexibility {
         }
     }
 
-    /// Operator on a smaller grid, whose cell sides are `factor` times those of this grid.
+    /// Operator on a smaller grid, whose cell sides are `factor` times the cell sides of this grid.
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);

@@ -14,7 +14,7 @@ pub(super) struct GridSymbol {
     /// Plan of the zero-padded grid.
     pub(super) plan: PaddedGridPlan,
     pub(super) table: Arc<KernelTable>,
-    /// Cell sides of the grid divided by those of the table.
+    /// Cell sides of the grid divided by the cell sides of the table.
     pub(super) coarsening: usize,
     pub(super) coupled: bool,
     /// Plane nn, `[k_y][padded_x]`, including the factor 1/(padded size).
@@ -24,7 +24,7 @@ pub(super) struct GridSymbol {
 }
 
 impl GridSymbol {
-    /// Symbol of the kernel in `table` on `cells` whose sides are `coarsening` times those of the table.
+    /// Symbol of the kernel in `table` on `cells` whose sides are `coarsening` times the cell sides of the table.
     pub(super) fn new(
         cells: [usize; 2],
         (table, coarsening): (Arc<KernelTable>, usize),

@@ -4,8 +4,8 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::bem::half_space::green::SurfaceGreen;
+pub(in crate::bem::half_space) use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
-pub(in crate::bem::half_space) use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
 use crate::cancel;
 
@@ -83,7 +83,7 @@ impl KernelTable {
         }
     }
 
-    /// Planes of `components` at all offsets of a grid of `cells`, at most as large as that of the table.
+    /// Planes of `components` at all offsets of a grid of `cells`, at most as large as the grid of the table.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components

@@ -4,10 +4,10 @@ use nalgebra::Complex;
 
 use crate::bem::half_space::grid::fft_plan::FftReal;
 
-/// Number of planes of a coupled symbol besides nn: real xx, yy, then real and imaginary parts of xy, xn, yn.
+/// Number of planes of a coupled symbol in addition to nn: real xx, yy, then real and imaginary parts of xy, xn, yn.
 pub(super) const COUPLED: usize = 8;
 
-/// Number of planes of an uncoupled symbol besides nn: xx, yy, real and imaginary part of xy.
+/// Number of planes of an uncoupled symbol in addition to nn: xx, yy, real and imaginary part of xy.
 pub(super) const UNCOUPLED: usize = 4;
 
 /// Multiplies by the Hermitian 3 x 3 symbol at every wavevector of a column.

@@ -13,12 +13,12 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::green::{SurfaceGreen, assemble};
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::bem::half_space::integrals::polygon;
 use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments};
 use crate::bem::half_space::integrals::polygon_multipole::{MAX_ORDER, PolygonMultipole};
-use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 
 /// Error of the integrals as a share of the tolerance of the operator.
 const INTEGRAL_TOLERANCE_SHARE: f64 = 0.1;

@@ -13,8 +13,8 @@ use nalgebra::Complex;
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::evaluate_series;
+use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::polygon_moments::{n_moments, powers};
-use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::linalg::simd::wide;
 
 /// Highest order of moments.

@@ -8,6 +8,7 @@ use nalgebra::Complex;
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::{AngularTable, evaluate_series};
+use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments, powers};
 use crate::bem::half_space::integrals::polygon_multipole::derivative_harmonics;
 
@@ -16,15 +17,6 @@ const TERMS: usize = 6;
 
 /// Relative accuracy: the first omitted term is below this share of the largest entry.
 const TRUNCATION_TOLERANCE: f64 = 1e-14;
-
-/// Component of the kernel: entry of the part that is even in the offset (symmetric matrix) or odd (antisymmetric matrix).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::bem::half_space) enum KernelComponent {
-    /// Entry xx, yy, nn, xy, xn, yn of the symmetric part.
-    Even(usize),
-    /// Entry xy, xn, yn of the antisymmetric part.
-    Odd(usize),
-}
 
 /// All components, in the order of the tables.
 const COMPONENTS: [KernelComponent; 9] = [
@@ -38,16 +30,6 @@ const COMPONENTS: [KernelComponent; 9] = [
     KernelComponent::Odd(1),
     KernelComponent::Odd(2),
 ];
-
-impl KernelComponent {
-    /// Index among all components.
-    fn index(self) -> usize {
-        match self {
-            Self::Even(k) => k,
-            Self::Odd(k) => 6 + k,
-        }
-    }
-}
 
 /// Terms T_m(φ), m = 0..=TERMS, of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1). Each term is given by its
 /// coefficients n = 0, 1, ... for half of the real series. Moments of odd order vanish, the others are real.

@@ -1,12 +1,10 @@
 //! Flexibility of half-spaces on a grid frame that is periodic in one or both directions.
 //!
 //! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres. Every
-//! harmonic that the grid resolves then has its exact admittance W(m) / κ. In an open direction tractions are constant over the
-//! cells, as on other grid frames. Periodic directions are not padded.
+//! harmonic of the grid has its exact admittance W(m) / κ. In an open direction tractions are constant over the cells.
 //!
-//! A uniform load on a periodic half-space has no finite displacement relative to infinity. With two periodic directions, the mean
-//! displacement is set to zero. With one, the mean traction acts as a line load, whose displacement is set to zero at half the
-//! frame width.
+//! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
+//! With one, the displacement of the mean traction, a line load, is zero at half the frame width.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.

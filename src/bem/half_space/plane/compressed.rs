@@ -5,11 +5,11 @@ use std::sync::{Mutex, OnceLock};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::bem::half_space::green::SurfaceGreen;
+use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::cell_influence::{
     Cell, CellInfluence, row_and_column, tolerance_shares,
 };
 use crate::bem::half_space::integrals::patch::PatchIntegrator;
-use crate::bem::half_space::integrals::rectangle_expansion::KernelComponent;
 use crate::bem::half_space::plane::dense::validate_cells;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
@@ -71,8 +71,8 @@ pub struct CompressedFlexibility {
 }
 
 impl CompressedFlexibility {
-    /// Computes the operator. The arguments are those of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new).
-    /// Products differ from those of the dense operator by about `tolerance` times the norm of S.
+    /// Computes the operator from the arguments of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new).
+    /// Products differ from products with the dense operator by about `tolerance` times the norm of S.
     ///
     /// # Errors
     /// If the lengths differ, a cell has fewer than three corners or no area, or a number is not finite. If the tolerance is not
@@ -233,7 +233,7 @@ fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Block
         .with_tolerance_shares(&tolerance_shares(areas))
 }
 
-/// Memory beside the blocks, bytes, for `n` cells with this total number of corners.
+/// Memory in addition to the blocks, bytes, for `n` cells with this total number of corners.
 fn auxiliary_bytes(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;

@@ -21,7 +21,7 @@ use crate::quadrature::gauss_legendre;
 /// Error of the integral over a cell or a cluster, relative to the largest values.
 const RELATIVE_TOLERANCE: f64 = 1e-6;
 
-/// Number of equivalent forces along a side of a cluster. Their error is that of a Gauss rule with half as many.
+/// Number of equivalent forces along a side of a cluster. Their error equals the error of a Gauss rule with half as many points.
 const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
 /// Maximum number of Gauss points along a side of a part of a cell.
@@ -180,7 +180,7 @@ impl<'a> SubsurfaceField<'a> {
         }
         let forces = self.forces(&members, middle, half);
         if let ClusterMembers::Children(halves) = &members {
-            // Equivalent forces of leaves serve only to compute those of the parent.
+            // Equivalent forces of leaves serve only to compute the equivalent forces of the parent.
             for &half in halves {
                 let half = &mut self.clusters[half];
                 if matches!(half.members, ClusterMembers::Quads(_)) {
@@ -332,7 +332,7 @@ mod tests {
     }
 
     /// Truth: the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an error of 1e-5 of
-    /// the largest stress. Isotropic and anisotropic bodies; points below, beside and far from the cells, and at half a cell.
+    /// the largest stress. Isotropic and anisotropic bodies; points below, next to and far from the cells, and at half a cell.
     #[test]
     fn groups_stand_for_their_cells() {
         // Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres and more cells.
@@ -380,7 +380,7 @@ mod tests {
 
     /// Truth: Hertzian line contact (Johnson 4.2c, catalogue case hertz-line). The largest shear stress, 0.300283 p0, lies 0.786151
     /// a below the centre. The model has 160 strips across the contact, 800 times as long as its half-width, and an incompressible
-    /// material. For compressible materials σ_x would lack (1 - 2ν) P' / (π L) under strips of length 2 L.
+    /// material. For compressible materials σ_x would be in error by (1 - 2ν) P' / (π L) under strips of length 2 L.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);

@@ -30,9 +30,9 @@ const TERMS: usize = 36;
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
 /// # Source
-/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ, where m = (cos θ, sin θ, 0), τ = −(m·x)/z, D = Q + τ(R + Rᵀ) + τ²T, Q = C(m, m),
-/// R = C(m, e3), T = C(e3, e3), A = S L⁻¹ of the Barnett-Lothe tensors. The resolvent of the Stroh matrix is real and needs no
-/// eigenvectors.
+/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T. Here Q = C(m, m), R = C(m, e3), T = C(e3, e3), m =
+/// (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors. The resolvent of the Stroh matrix is real and
+/// needs no eigenvectors.
 #[derive(Debug, Clone)]
 pub struct PointForceIntegral {
     /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).

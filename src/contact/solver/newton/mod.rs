@@ -180,8 +180,8 @@ impl NewtonSolve<'_, '_> {
             max_products: MAX_GMRES_PRODUCTS,
             restart: GMRES_RESTART,
         };
-        // If the solver lacks memory for its vectors or is cancelled, the step uses the last completed restart. The gradient method
-        // or the end of the solve follows.
+        // If the solver has no memory for its vectors or is cancelled, the step uses the last completed restart. The gradient
+        // method or the end of the solve follows.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);

@@ -4,8 +4,7 @@
 use nalgebra::{DMatrix, DVector, LU};
 
 use super::super::super::{Increment, SlipReference, Upstream};
-use super::tangent::perpendicular;
-use super::unknowns::{ActiveCell, CellStatus};
+use super::unknowns::{ActiveCell, CellStatus, perpendicular};
 use crate::linalg::vector::dot;
 
 /// Approximate inverse on the cells in contact, with its buffers.

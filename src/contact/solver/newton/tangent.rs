@@ -7,7 +7,7 @@ use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::scales::FrictionScaling;
 use super::super::super::{ContactState, Increment, Pressures};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
-use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions};
+use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions, perpendicular};
 use crate::flexibility::Flexibility;
 use crate::linalg::gmres::LinearSystem;
 
@@ -29,7 +29,7 @@ pub(super) struct NewtonSystem<'s, 'p> {
     bordered: MotionSchurComplement,
 }
 
-/// Data of the linear equations besides the increment.
+/// Data of the linear equations in addition to the increment.
 pub(super) struct LinearModel<'p> {
     /// Flexibility of both bodies.
     pub flexibility: &'p dyn Flexibility,
@@ -48,11 +48,6 @@ impl Workspace {
         let (n, ends) = (problem.n(), problem.path_points.len());
         Self { change: ContactState::new(n, vec![[0.0; 3]; ends]), inverse: ActiveSetInverse::new(n) }
     }
-}
-
-/// The direction perpendicular to `e`, 90 degrees to its left.
-pub(super) fn perpendicular(e: [f64; 2]) -> [f64; 2] {
-    [-e[1], e[0]]
 }
 
 fn product(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -110,3 +110,8 @@ pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<FreeMotion>
     }
     free
 }
+
+/// The direction perpendicular to `e`, 90 degrees to its left.
+pub(super) fn perpendicular(e: [f64; 2]) -> [f64; 2] {
+    [-e[1], e[0]]
+}

@@ -1,0 +1,34 @@
+//! Boundary-value problem of a body, given on its surface.
+
+use super::elements::BoundaryElements;
+use crate::fem::RigidBodyModes;
+
+/// Maximum number of unknowns for dense factorisation. Above it, compressed equations take less time.
+pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
+
+/// Side of the surface on which the body lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Domain {
+    /// Body enclosed by the surface.
+    Interior,
+    /// Infinite body around the surface, whose normals point into the cavity.
+    Exterior,
+}
+
+/// Boundary-value problem: displacement or traction along each axis at every node (component c of node i is dof 3 i + c).
+pub struct BoundaryValueProblem<'a> {
+    /// Boundary elements of the surface.
+    pub elements: &'a BoundaryElements,
+    /// Side of the surface on which the body lies.
+    pub domain: Domain,
+    /// Whether the displacement of a dof is prescribed, `[3 n]`.
+    pub displacement_known: &'a [bool],
+    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
+    pub boundary_values: &'a [f64],
+    /// Nodes for which the response to unit tractions is computed. Their displacements are not prescribed.
+    pub loaded: &'a [usize],
+    /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
+    pub free_motions: Option<&'a RigidBodyModes>,
+    /// Mean displacement along each free motion, mm; empty for zero.
+    pub mean_displacement: &'a [f64],
+}

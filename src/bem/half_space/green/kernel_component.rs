@@ -1,0 +1,20 @@
+//! Components of a kernel with an even and an odd part.
+
+/// Component of the kernel: entry of the part that is even in the offset (symmetric matrix) or odd (antisymmetric matrix).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::bem::half_space) enum KernelComponent {
+    /// Entry xx, yy, nn, xy, xn, yn of the symmetric part.
+    Even(usize),
+    /// Entry xy, xn, yn of the antisymmetric part.
+    Odd(usize),
+}
+
+impl KernelComponent {
+    /// Index among all components.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Even(k) => k,
+            Self::Odd(k) => 6 + k,
+        }
+    }
+}
