@@ -4,7 +4,7 @@
 //! projected tractions have the prescribed resultant. Force control therefore needs no more operator applications than displacement
 //! control.
 
-use super::balance::{self, Balance, MAX_RIGID_MODES, ProjectionStart};
+use super::balance::{self, Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
 use super::scales::FrictionScaling;
 use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 
@@ -18,32 +18,12 @@ pub enum Equilibrium {
     Sliding(LossOfEquilibrium),
 }
 
-/// How equilibrium under prescribed forces is lost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LossOfEquilibrium {
-    /// Direction of the unresisted motion of body 2. For a balance, its largest component has magnitude 1.
-    pub motion: balance::RigidMotion,
-    /// Whether the motion separates the bodies.
-    pub separates_bodies: bool,
-    /// Fraction of the load along the motion that friction carries.
-    pub carried_load_fraction: f64,
-}
-
 /// Rigid motions of all path points.
 pub struct RigidMotions<'a> {
     /// Components along x, y, n, per path point.
     pub rigid: &'a mut [[f64; 3]],
     /// Amplitudes of the additional rigid modes, per path point.
     pub floating: &'a mut [[f64; MAX_RIGID_MODES]],
-}
-
-/// Step sizes of the normal and the tangential block, MPa/mm.
-#[derive(Debug, Clone, Copy)]
-pub struct StepSizes {
-    /// Step size of the pressures.
-    pub normal: f64,
-    /// Step size of the scaled tangential tractions.
-    pub tangential: f64,
 }
 
 /// Computes `out = proj(hatted - step * gradient)` for every path point. Under force control, adds to `motions` the rigid motion

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::contact::balance::LossOfEquilibrium;
 use crate::contact::balance::{MOTION_COMPONENTS, RigidMotion, UnresistedLoad};
-use crate::contact::projection::LossOfEquilibrium;
 use crate::contact::{
     Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
 };

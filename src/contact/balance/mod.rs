@@ -12,9 +12,6 @@ mod potential;
 
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
-use potential::FrictionBound;
-
-use super::projection::{LossOfEquilibrium, StepSizes};
 use super::scales::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
@@ -40,6 +37,37 @@ const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
 const MAX_RADIUS_UPDATES: usize = 6;
+
+/// How equilibrium under prescribed forces is lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LossOfEquilibrium {
+    /// Direction of the unresisted motion of body 2. For a balance, its largest component has magnitude 1.
+    pub motion: RigidMotion,
+    /// Whether the motion separates the bodies.
+    pub separates_bodies: bool,
+    /// Fraction of the load along the motion that friction carries.
+    pub carried_load_fraction: f64,
+}
+
+/// Step sizes of the normal and the tangential block, MPa/mm.
+#[derive(Debug, Clone, Copy)]
+pub struct StepSizes {
+    /// Step size of the pressures.
+    pub normal: f64,
+    /// Step size of the scaled tangential tractions.
+    pub tangential: f64,
+}
+
+/// Relation between tangential tractions and their predictors.
+#[derive(Clone, Copy)]
+enum FrictionBound<'a> {
+    /// Unlimited: the traction is the predictor.
+    Stick,
+    /// Radial return to discs of these radii, `[N]`.
+    Radius(&'a [f64]),
+    /// All tractions at these limits, `[N]`, opposite to the given motion.
+    Saturated(&'a [f64], MotionValues),
+}
 
 /// Unknown motion, and the work that the tractions must do on it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,10 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{Balance, BalanceCells, MOTION_COMPONENTS, MotionValues, ProjectionStart, with_unit_maximum};
-use crate::contact::projection::{LossOfEquilibrium, StepSizes};
+use super::{
+    Balance, BalanceCells, FrictionBound, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues,
+    ProjectionStart, StepSizes, with_unit_maximum,
+};
 
 /// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
@@ -12,17 +14,6 @@ const MAX_NEWTON_STEPS: usize = 80;
 /// Relative defect of the works above which the end of Newton's method counts as a loss of equilibrium. Smaller defects are
 /// rounding errors.
 const UNBALANCED_SHARE: f64 = 1e-6;
-
-/// Relation between tangential tractions and their predictors.
-#[derive(Clone, Copy)]
-pub(super) enum FrictionBound<'a> {
-    /// Unlimited: the traction is the predictor.
-    Stick,
-    /// Radial return to discs of these radii, `[N]`.
-    Radius(&'a [f64]),
-    /// All tractions at these limits, `[N]`, opposite to the given motion.
-    Saturated(&'a [f64], MotionValues),
-}
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 

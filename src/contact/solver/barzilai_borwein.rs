@@ -4,7 +4,7 @@
 //! The step sizes alternate between s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max. The iteration is nonmonotone and keeps
 //! the best state.
 
-use super::super::projection::StepSizes;
+use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, step_sizes};
 use super::{SolveControl, SolveReport};

@@ -10,7 +10,8 @@
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
 //! conjugate gradient techniques"; with a preconditioner: Vollebregt 2014.
 
-use super::super::projection::{RigidMotions, StepSizes, project};
+use super::super::balance::StepSizes;
+use super::super::projection::{RigidMotions, project};
 use super::super::{ContactState, Increment, NormalControl, TangentialControl};
 use super::{SolveControl, SolveReport};
 

@@ -1,6 +1,7 @@
 //! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the step sizes a from a [`StepRule`].
 
-use super::super::projection::{Equilibrium, RigidMotions, StepSizes, project};
+use super::super::balance::StepSizes;
+use super::super::projection::{Equilibrium, RigidMotions, project};
 use super::super::{ContactState, Increment, Unknowns};
 use super::{SolveControl, SolveReport, StopReason};
 

@@ -1,6 +1,6 @@
 //! Result of a solve: counts of work, residual and reason of the end.
 
-use super::super::projection::LossOfEquilibrium;
+use super::super::balance::LossOfEquilibrium;
 
 /// Why a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 //! p. In scaled variables the radial return is a clip to the disc of radius p. The steps r = 1.8 / λ_max are constant. The
 //! convergence rate is 1 - O(h/L), so the method is slow on fine frames.
 
-use super::super::projection::StepSizes;
+use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
 use super::projected_gradient::{StepRule, run_projected_gradient, step_sizes};
 use super::{SolveControl, SolveReport};
