@@ -1,6 +1,6 @@
 //! Required accuracy of a scene.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 

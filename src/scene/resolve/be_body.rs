@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::Resolver;
 use super::bodies::{
-    check_contact, check_groups, check_quality, find_material, meshed_plan, prescribed_displacements,
-    read_mesh, report_rigid_body_modes, symmetry_supports,
+    check_contact, check_groups, check_quality, meshed_plan, prescribed_displacements, read_mesh,
+    report_rigid_body_modes, symmetry_supports,
 };
-use super::materials::Materials;
+use super::materials::{Materials, find_material};
+use super::resolver::Resolver;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
 use crate::scene::plan::{BeBodyPlan, BodyPlan};

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Resolver;
-use super::materials::{ElasticMaterial, Materials};
-use super::{be_body, orientations, placements, support_conflicts};
+use super::materials::{ElasticMaterial, Materials, find_material};
+use super::resolver::Resolver;
+use super::{orientations, placements, support_conflicts};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
@@ -14,60 +14,16 @@ use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, PhysicalGroup};
 use crate::scene::document::join_key;
-use crate::scene::plan::{
-    BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan,
-};
-use crate::scene::spec::body::{Body, Component, Displaced, Element, FeBody, UniformFibre};
-use crate::scene::suggest::{closest, quoted_list};
+use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
+use crate::scene::spec::body::{Component, Displaced, Element, FeBody};
 
-/// Resolves the body at `key`. Its mesh is read here, so that missing groups are reported together with all other errors.
-pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodyPlan> {
-    let body: Body = r.section(key)?;
-    match body {
-        Body::Rigid {} => Some(BodyPlan::Rigid),
-        Body::HalfSpace { material, fibre, truncated } => {
-            let elastic = find_material(r, key, &material, fibre, materials)?;
-            Some(match truncated {
-                None => BodyPlan::HalfSpace(Box::new(elastic)),
-                Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan {
-                    material: elastic,
-                    half_size: half_size.0,
-                })),
-            })
-        }
-        Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
-        Body::Be(be) => be_body::resolve(r, key, *be, materials),
-    }
-}
-
-/// Finds the material that `key` names, with its fibre direction.
-pub(super) fn find_material(
+/// Resolves the finite-element body at `key`. Its mesh is read here, so that missing groups are reported with all other errors.
+pub(super) fn resolve_fe(
     r: &mut Resolver,
     key: &str,
-    name: &str,
-    fibre: Option<UniformFibre>,
+    body: &FeBody,
     materials: &Materials,
-) -> Option<BodyMaterial> {
-    let Some(found) = materials.get(name) else {
-        let names: Vec<&str> = materials.keys().map(String::as_str).collect();
-        let mut mend = format!("defined materials: {}", quoted_list(&names, "`"));
-        if let Some(word) = closest(name, &names) {
-            mend = format!("did you mean `{word}`? {mend}");
-        } else if names.is_empty() {
-            mend = format!("add a table [{}]", join_key("materials", name));
-        }
-        return r.refuse(
-            &format!("{key}.material"),
-            format!("the material `{name}` is not defined"),
-            "not defined",
-            mend,
-        );
-    };
-    let ElasticMaterial { stiffness, isotropic, .. } = found.clone()?;
-    Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
-}
-
-fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodyPlan> {
+) -> Option<BodyPlan> {
     let supports = prescribed_displacements(r, key, body);
     let foundations_sound = check_foundations(r, key, body);
     let Some(mesh) = read_mesh(r, key, &body.mesh) else {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::Resolver;
 use super::be_body::closed_surface;
 use super::bodies::{check_element, check_quality, read_mesh};
+use super::resolver::Resolver;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodyPlan, MeshedBodyPlan};

@@ -1,8 +1,7 @@
 //! Fretting cycles and steady sliding.
 
-use super::Resolver;
 use super::laws::{Laws, lacks_friction};
-use super::steps::prescribed_controls;
+use super::resolver::Resolver;
 use crate::evolution::step::{
     ClosedPath, Correction, CycleMotion, Cycles, Drive, JumpPolicy, ResolvedCycleSettings,
 };
@@ -141,4 +140,14 @@ fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKey
         );
         r.report(&format!("{key}.increments"), message, &label, &mend);
     }
+}
+
+/// Displacement and force keys of each direction, and whether the step gives them.
+pub(super) fn prescribed_controls(keys: &StepKeys) -> [[(&'static str, bool); 2]; 4] {
+    [
+        [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
+        [("shift", keys.shift.is_some()), ("tangential_force", keys.tangential_force.is_some())],
+        [("rotation", keys.rotation.is_some()), ("moment", keys.moment.is_some())],
+        [("twist", keys.twist.is_some()), ("spin_moment", keys.spin_moment.is_some())],
+    ]
 }

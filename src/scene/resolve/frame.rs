@@ -6,7 +6,7 @@ use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
 
-use super::Resolver;
+use super::resolver::Resolver;
 
 /// Resolves the contact frame.
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<FramePlan> {

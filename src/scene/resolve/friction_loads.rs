@@ -1,11 +1,13 @@
 //! Loads that only friction can transmit: tangential force and spin moment.
 
-use super::Resolver;
 use super::laws::{Laws, lacks_friction};
 use super::load_points::LoadPoint;
-use super::steps::NumberedStep;
+use super::resolver::Resolver;
 use crate::evolution::step::{Spin, Step, Tangential};
 use crate::scene::spec::step::Step as Keys;
+
+/// Index of an entry in the scene with its step; `None` if the entry is invalid. An entry with a history has several steps.
+pub(super) type NumberedStep = (usize, Option<Step>);
 
 /// Loads that only friction can transmit: name, key, and key of the displacement to prescribe instead.
 const FRICTION_LOADS: [(&str, &str, &str); 2] =

@@ -1,6 +1,6 @@
 //! `[[output.inside]]`: points inside bodies.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::geometry::{Point, Side};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, FramePlan};

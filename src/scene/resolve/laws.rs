@@ -1,6 +1,6 @@
 //! Friction and wear laws with their fibre directions.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::geometry::Point;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;

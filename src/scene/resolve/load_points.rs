@@ -1,6 +1,6 @@
 //! Load histories from CSV files. Each row is a load point that is reached from the previous one.
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::csv::{Separators, data_lines, split_fields};
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;

@@ -4,12 +4,15 @@ use std::collections::BTreeMap;
 
 use nalgebra::Matrix6;
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::error::Result;
 use crate::material::strength::MaterialStrength;
 use crate::material::{Orthotropic, Stiffness};
 use crate::scene::document::{TomlValue, join_key};
+use crate::scene::plan::BodyMaterial;
+use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
+use crate::scene::suggest::{closest, quoted_list};
 
 /// Maximum condition number of a stiffness matrix. The rounding error of its inverse is about 1e-16 times this.
 const MAX_CONDITION: f64 = 1e12;
@@ -148,4 +151,31 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
         }
         Material::Stiffness { ref C, .. } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
     }
+}
+
+/// Finds the material that `key` names, with its fibre direction.
+pub(super) fn find_material(
+    r: &mut Resolver,
+    key: &str,
+    name: &str,
+    fibre: Option<UniformFibre>,
+    materials: &Materials,
+) -> Option<BodyMaterial> {
+    let Some(found) = materials.get(name) else {
+        let names: Vec<&str> = materials.keys().map(String::as_str).collect();
+        let mut mend = format!("defined materials: {}", quoted_list(&names, "`"));
+        if let Some(word) = closest(name, &names) {
+            mend = format!("did you mean `{word}`? {mend}");
+        } else if names.is_empty() {
+            mend = format!("add a table [{}]", join_key("materials", name));
+        }
+        return r.refuse(
+            &format!("{key}.material"),
+            format!("the material `{name}` is not defined"),
+            "not defined",
+            mend,
+        );
+    };
+    let ElasticMaterial { stiffness, isotropic, .. } = found.clone()?;
+    Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
 }

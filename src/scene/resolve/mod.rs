@@ -14,107 +14,23 @@ mod load_points;
 mod materials;
 mod orientations;
 mod placements;
+mod resolver;
 mod rolling;
 mod steps;
 mod support_conflicts;
 
-use std::path::PathBuf;
-
-use serde::de::DeserializeOwned;
+use materials::Materials;
+use resolver::Resolver;
 
 use super::diagnostic::Diagnostic;
-use super::document::{Document, TomlValue};
-use super::plan::Plan;
+use super::document::Document;
+use super::plan::{BodyPlan, Plan, TruncatedHalfSpacePlan};
+use super::spec::body::Body;
 use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
-
-/// State of the resolution.
-pub(super) struct Resolver<'a> {
-    pub document: &'a Document,
-    /// Cache of the meshes.
-    pub meshes: &'a MeshCache,
-    pub diagnostics: Vec<Diagnostic>,
-    pub notes: Vec<String>,
-    /// Keys and paths of the files that the scene names.
-    pub files: Vec<(String, PathBuf)>,
-    /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
-    pub schema_valid: bool,
-}
-
-impl<'a> Resolver<'a> {
-    /// Reports an error at `key`.
-    pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
-        self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
-    }
-
-    /// Reports an error at `key` and returns `None`.
-    pub fn refuse<T>(
-        &mut self,
-        key: &str,
-        message: impl Into<String>,
-        label: &str,
-        mend: impl Into<String>,
-    ) -> Option<T> {
-        self.report(key, message, label, mend);
-        None
-    }
-
-    /// Returns the value of `result`; reports its error at `key`.
-    pub fn accept<T>(
-        &mut self,
-        result: crate::error::Result<T>,
-        key: &str,
-        [label, mend]: [&str; 2],
-    ) -> Option<T> {
-        result.inspect_err(|error| self.report(key, error.message(), label, mend)).ok()
-    }
-
-    /// Path of the file `name`, which is recorded under `key`.
-    pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
-        let path = self.document.folder.join(name);
-        self.files.push((key.to_owned(), path.clone()));
-        path
-    }
-
-    /// Deserialises the section at `key`; `None` if it is absent or invalid.
-    pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
-        let json = self.document.get(key)?.to_serde_json();
-        match serde_path_to_error::deserialize(json) {
-            Ok(section) => Some(section),
-            Err(error) => {
-                if self.schema_valid {
-                    let place = error.path().to_string();
-                    self.report(key, format!("{}: {}", place, error.inner()), "here", "see docs/scene.md");
-                }
-                None
-            }
-        }
-    }
-
-    /// As [`Self::section`], with the default value for an absent section.
-    pub fn section_or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
-        if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
-    }
-
-    /// Number of elements of the list at `key`.
-    pub fn list_length(&self, key: &str) -> usize {
-        match self.document.get(key).map(|node| &node.value) {
-            Some(TomlValue::Array(items)) => items.len(),
-            _ => 0,
-        }
-    }
-
-    /// Names of the entries of the table at `key`.
-    pub fn names(&self, key: &str) -> Vec<String> {
-        match self.document.get(key).map(|node| &node.value) {
-            Some(TomlValue::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),
-            _ => Vec::new(),
-        }
-    }
-}
 
 /// Resolves a document into its plan, errors and notes. The plan exists only without errors and with a valid schema.
 pub(super) fn resolve(
@@ -145,7 +61,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let title: Option<String> = r.section_or_default("title");
     let units: Option<Units> = r.section_or_default("units");
     let materials = materials::resolve(r);
-    let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
+    let bodies = [resolve_body(r, "body1", &materials), resolve_body(r, "body2", &materials)];
     let frame = frame::resolve_frame(r, &bodies);
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
     let friction: Option<Friction> = r.section_or_default("friction");
@@ -193,6 +109,26 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         files: std::mem::take(&mut r.files),
         document: r.document.clone(),
     })
+}
+
+/// Resolves the body at `key`.
+fn resolve_body(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodyPlan> {
+    let body: Body = r.section(key)?;
+    match body {
+        Body::Rigid {} => Some(BodyPlan::Rigid),
+        Body::HalfSpace { material, fibre, truncated } => {
+            let elastic = materials::find_material(r, key, &material, fibre, materials)?;
+            Some(match truncated {
+                None => BodyPlan::HalfSpace(Box::new(elastic)),
+                Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan {
+                    material: elastic,
+                    half_size: half_size.0,
+                })),
+            })
+        }
+        Body::Fe(fe) => bodies::resolve_fe(r, key, &fe, materials),
+        Body::Be(be) => be_body::resolve(r, key, *be, materials),
+    }
 }
 
 /// Memory limit of the run: the value of the scene, or the default for the machine.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::csv::{Separators, data_lines};
 use crate::error::Error;
 use crate::geometry::fibre_axes;

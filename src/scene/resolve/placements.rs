@@ -4,10 +4,9 @@ use std::collections::HashSet;
 
 use nalgebra::Matrix3;
 
-use super::Resolver;
-use super::bodies::find_material;
-use super::materials::Materials;
+use super::materials::{Materials, find_material};
 use super::orientations;
+use super::resolver::Resolver;
 use crate::fem;
 use crate::geometry::{bounds, fibre_axes};
 use crate::material::{Orientation, PlacedMaterial, Ply, RegionMaterial};

@@ -1,7 +1,7 @@
 //! Steady rolling.
 
-use super::Resolver;
 use super::laws::{Laws, lacks_friction};
+use super::resolver::Resolver;
 use crate::evolution::step::Rolling;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};

@@ -1,9 +1,10 @@
 //! Load steps.
 
-use super::Resolver;
-use super::friction_loads;
+use super::cycles::prescribed_controls;
+use super::friction_loads::{self, NumberedStep};
 use super::laws::{Laws, lacks_friction};
 use super::load_points;
+use super::resolver::Resolver;
 use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
@@ -33,9 +34,6 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     }
     steps
 }
-
-/// Index of an entry in the scene with its step; `None` if the entry is invalid. An entry with a history has several steps.
-pub(super) type NumberedStep = (usize, Option<Step>);
 
 /// Resolves the steps of one entry.
 fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
@@ -148,16 +146,6 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
             Tangential::Shift([shift.distance * c, shift.distance * s])
         })
         .or(keys.tangential_force.map(Tangential::Force))
-}
-
-/// Displacement and force keys of each direction, and whether the step gives them.
-pub(super) fn prescribed_controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
-    [
-        [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
-        [("shift", keys.shift.is_some()), ("tangential_force", keys.tangential_force.is_some())],
-        [("rotation", keys.rotation.is_some()), ("moment", keys.moment.is_some())],
-        [("twist", keys.twist.is_some()), ("spin_moment", keys.spin_moment.is_some())],
-    ]
 }
 
 /// Reports steps that prescribe both displacement and force of one direction.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
 

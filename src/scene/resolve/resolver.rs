@@ -1,0 +1,94 @@
+//! State of the resolution, with the reports of errors.
+
+use std::path::PathBuf;
+
+use serde::de::DeserializeOwned;
+
+use crate::scene::diagnostic::Diagnostic;
+use crate::scene::document::{Document, TomlValue};
+use crate::scene::mesh_cache::MeshCache;
+
+/// State of the resolution.
+pub(super) struct Resolver<'a> {
+    pub document: &'a Document,
+    /// Cache of the meshes.
+    pub meshes: &'a MeshCache,
+    pub diagnostics: Vec<Diagnostic>,
+    pub notes: Vec<String>,
+    /// Keys and paths of the files that the scene names.
+    pub files: Vec<(String, PathBuf)>,
+    /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
+    pub schema_valid: bool,
+}
+
+impl<'a> Resolver<'a> {
+    /// Reports an error at `key`.
+    pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
+    }
+
+    /// Reports an error at `key` and returns `None`.
+    pub fn refuse<T>(
+        &mut self,
+        key: &str,
+        message: impl Into<String>,
+        label: &str,
+        mend: impl Into<String>,
+    ) -> Option<T> {
+        self.report(key, message, label, mend);
+        None
+    }
+
+    /// Returns the value of `result`; reports its error at `key`.
+    pub fn accept<T>(
+        &mut self,
+        result: crate::error::Result<T>,
+        key: &str,
+        [label, mend]: [&str; 2],
+    ) -> Option<T> {
+        result.inspect_err(|error| self.report(key, error.message(), label, mend)).ok()
+    }
+
+    /// Path of the file `name`, which is recorded under `key`.
+    pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
+        let path = self.document.folder.join(name);
+        self.files.push((key.to_owned(), path.clone()));
+        path
+    }
+
+    /// Deserialises the section at `key`; `None` if it is absent or invalid.
+    pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
+        let json = self.document.get(key)?.to_serde_json();
+        match serde_path_to_error::deserialize(json) {
+            Ok(section) => Some(section),
+            Err(error) => {
+                if self.schema_valid {
+                    let place = error.path().to_string();
+                    self.report(key, format!("{}: {}", place, error.inner()), "here", "see docs/scene.md");
+                }
+                None
+            }
+        }
+    }
+
+    /// As [`Self::section`], with the default value for an absent section.
+    pub fn section_or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
+        if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
+    }
+
+    /// Number of elements of the list at `key`.
+    pub fn list_length(&self, key: &str) -> usize {
+        match self.document.get(key).map(|node| &node.value) {
+            Some(TomlValue::Array(items)) => items.len(),
+            _ => 0,
+        }
+    }
+
+    /// Names of the entries of the table at `key`.
+    pub fn names(&self, key: &str) -> Vec<String> {
+        match self.document.get(key).map(|node| &node.value) {
+            Some(TomlValue::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
