@@ -2,11 +2,14 @@
 
 use serde_json::Value;
 
+use super::console::{print_diagnostics, to_stdout};
+use super::options::{CommandResult, SceneArgs, flexibility_cache};
 use super::progress::format_duration;
+use super::render::with_severity;
 use super::run::show_failure;
 use super::table::{align_columns, five_digits};
-use super::{CommandResult, SceneArgs, exit, flexibility_cache, print_diagnostics, to_stdout, with_severity};
 use crate::adaptive::AccuracySearch;
+use crate::error::exit;
 use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
     Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,

@@ -5,16 +5,17 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
+use super::options::{CommandResult, CompareArgs, flexibility_cache};
 use super::progress::{ProgressDisplay, format_duration};
+use super::render::with_severity;
 use super::run::{explain_reason, show_failure};
+use super::signal;
 use super::table::{align_columns, counted, five_digits, status_label, without_round_off};
-use super::{
-    CommandResult, CompareArgs, exit, flexibility_cache, print_diagnostics, print_error, signal, to_stderr,
-    to_stdout, with_severity,
-};
 use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::compare::step_ends::{StepEndStates, VariantStates};
 use crate::compare::{Variant, variants};
+use crate::error::exit;
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::output::output_dir::{OutputDir, file_error, write_atomically};

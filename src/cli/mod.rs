@@ -4,7 +4,9 @@ mod accuracy;
 mod allocator;
 mod check;
 mod compare;
+mod console;
 mod max_memory;
+mod options;
 mod progress;
 mod refine;
 mod render;
@@ -21,20 +23,18 @@ mod table;
 use std::error::Error as _;
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
+use crate::error::Error;
 pub use crate::error::exit;
-use crate::error::{Error, WARNING_PREFIX};
-use crate::fem::FlexibilityCache;
-use crate::scene::variant::DiscretisationPair;
-use crate::scene::{self, Diagnostics, Plan};
 use crate::simulation::job::THREAD_STACK_BYTES;
 pub use allocator::Allocator;
+use console::{OUTPUT_LOST, is_lost, print_error, to_stderr};
 pub use max_memory::{MaxMemory, parse_max_memory};
+use options::{CommandResult, CompareArgs, RunArgs, SceneArgs, StudyArgs};
 pub use render::render;
 
 /// Frictional contact and wear of orthotropic bodies: finite elements, boundary elements and half-spaces on a contact frame.
@@ -52,7 +52,7 @@ enum Command {
     /// Runs a scene in several variants (finite elements, boundary elements, half-spaces) and reports the differences.
     Compare(CompareArgs),
     /// Runs a parameter study: all combinations of given values, with a table of the results.
-    Study(study::StudyArgs),
+    Study(StudyArgs),
     /// Validates a scene and its meshes; prints the work that a run computes and skips, and its expected time and memory.
     Check(SceneArgs),
     /// Estimates the discretisation error of the meshes from the first steps and writes gmsh size fields for better meshes.
@@ -65,93 +65,6 @@ enum Command {
         #[arg(long)]
         study: bool,
     },
-}
-
-/// A scene and how to read it.
-#[derive(Debug, Args)]
-struct SceneArgs {
-    /// Scene file (TOML).
-    scene: PathBuf,
-    /// Replaces or adds a value of the scene, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01; may be repeated.
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
-    overrides: Vec<String>,
-    /// Number of threads; default: all cores. Results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Memory limit: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`;
-    /// default 80 %.
-    #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
-    max_memory: Option<MaxMemory>,
-}
-
-impl SceneArgs {
-    /// Plan of the scene with the overrides of the command line.
-    fn plan(&self) -> Result<Plan, Diagnostics> {
-        let mut plan = scene::read(&self.scene, &self.overrides)?;
-        plan.override_memory_limit(self.max_memory.map(MaxMemory::limit));
-        Ok(plan)
-    }
-}
-
-#[derive(Debug, Args)]
-struct RunArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Output directory; default: path of the scene with the extension .out.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Does not read or write the cache of flexibility matrices of meshed bodies.
-    #[arg(long)]
-    no_cache: bool,
-    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until the estimated error is below it.
-    /// Overrides `accuracy` of the scene.
-    #[arg(long, value_name = "ERROR", value_parser = parse_relative_error)]
-    accuracy: Option<f64>,
-    /// Resumes from the last checkpoint in the output directory; without a checkpoint the run starts from the beginning.
-    #[arg(long)]
-    resume: bool,
-    /// Prints errors only.
-    #[arg(long)]
-    quiet: bool,
-}
-
-/// Exit code of a command. `Err` if it ended early, by an interruption or an error whose message was printed.
-type CommandResult = Result<u8, u8>;
-
-/// The user's cache of flexibility matrices; `None` if an option or the environment disables it.
-///
-/// # Errors
-/// The exit code, after an error was printed.
-fn flexibility_cache(excluded: bool) -> Result<Option<FlexibilityCache>, u8> {
-    if excluded {
-        return Ok(None);
-    }
-    FlexibilityCache::of_environment().map_err(|error| print_error(&error))
-}
-
-/// Parses a relative error.
-fn parse_relative_error(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
-    number.ok_or_else(|| "it must be a number above 0 and at most 0.1, like 1e-3".to_owned())
-}
-
-#[derive(Debug, Args)]
-struct CompareArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Models of body 1 and body 2 in each variant, e.g. FE-FE,FE-BE; the first variant is the reference. FE: finite elements, BE:
-    /// boundary elements, HS: half-space, THS: truncated half-space, rigid. Overrides `compare.variants` of the scene.
-    #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
-    variants: Vec<DiscretisationPair>,
-    /// Output directory; default: path of the scene with the extension .compare.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Does not read or write the cache of flexibility matrices of meshed bodies.
-    #[arg(long)]
-    no_cache: bool,
-    /// Prints errors only.
-    #[arg(long)]
-    quiet: bool,
 }
 
 /// Runs the program with its arguments, the first of which is its name. Returns the exit code.
@@ -233,48 +146,4 @@ fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult
         return Err(print_error(&Error::resources(message)));
     }
     rayon::scope(|_| work())
-}
-
-/// Prints the diagnostics of a scene. Returns the exit code.
-fn print_diagnostics(mistakes: &Diagnostics) -> u8 {
-    to_stderr(&render::render(mistakes));
-    exit::INPUT
-}
-
-/// Prints an error. Returns its exit code.
-fn print_error(error: &Error) -> u8 {
-    to_stderr(&format!("error: {error}\n"));
-    error.exit_code()
-}
-
-/// Adds a severity to a message of a run. Warnings contain theirs.
-fn with_severity(message: &str) -> String {
-    if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
-}
-
-/// Whether a write to standard output failed, for example on a full disk.
-static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
-
-/// Prints to standard output. A failure is reported once and determines the exit code.
-fn to_stdout(text: &str) {
-    let mut out = std::io::stdout().lock();
-    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-    if !OUTPUT_LOST.load(Ordering::Relaxed) {
-        OUTPUT_LOST.store(is_lost(&printed), Ordering::Relaxed);
-    }
-}
-
-/// Whether a write to standard output failed, which is reported. A closed pipe is no failure.
-fn is_lost(printed: &std::io::Result<()>) -> bool {
-    let Err(error) = printed else { return false };
-    let lost = error.kind() != std::io::ErrorKind::BrokenPipe;
-    if lost {
-        to_stderr(&format!("error: standard output cannot be written: {error}\n"));
-    }
-    lost
-}
-
-/// Prints to standard error. A closed pipe is no failure.
-fn to_stderr(text: &str) {
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

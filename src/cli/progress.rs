@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::to_stderr;
+use super::console::to_stderr;
 use crate::output::recorder::ProgressEvent;
 
 /// Without a terminal, shorter stages print no line.

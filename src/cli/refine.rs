@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
+use super::options::{CommandResult, SceneArgs};
 use super::progress::ProgressDisplay;
 use super::run::{explain_reason, show_failure};
-use super::{CommandResult, SceneArgs, exit, print_diagnostics, print_error, signal, to_stderr, to_stdout};
+use super::signal;
 use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
+use crate::error::exit;
 use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};

@@ -6,6 +6,7 @@ use std::ops::Range;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
+use crate::error::WARNING_PREFIX;
 use crate::scene::document::Location;
 use crate::scene::{Diagnostic, Diagnostics};
 
@@ -26,7 +27,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
         text.push_str("\n\n");
     }
     for note in &mistakes.notes {
-        text.push_str(&super::with_severity(note));
+        text.push_str(&with_severity(note));
         text.push_str("\n\n");
     }
     let n = mistakes.list.len();
@@ -77,6 +78,11 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     let before = text[..start].rfind('\n').unwrap_or(start);
     let after = text[end..].find('\n').map_or(end, |newline| (end + newline + 1).min(text.len()));
     before..after
+}
+
+/// Adds a severity to a message of a run. Warnings contain theirs.
+pub(super) fn with_severity(message: &str) -> String {
+    if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CommandResult, exit, print_error, to_stderr, to_stdout};
+use super::console::{print_error, to_stderr, to_stdout};
+use super::options::CommandResult;
+use crate::error::exit;
 use crate::error::{Error, Result};
 use crate::report::{REPORT, Report, is_report};
 

@@ -1,6 +1,7 @@
 //! Command line that resumes a run.
 
-use super::{RunArgs, exit};
+use super::options::RunArgs;
+use crate::error::exit;
 
 /// Command that resumes an interrupted run, or a run that ended with `code`.
 pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {

@@ -4,12 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::accuracy::describe;
+use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
+use super::options::{CommandResult, RunArgs, flexibility_cache};
 use super::progress::{ProgressDisplay, format_duration};
-use super::{
-    CommandResult, RunArgs, exit, flexibility_cache, print_diagnostics, print_error, resume, signal, table,
-    to_stderr, to_stdout, with_severity,
-};
+use super::render::with_severity;
+use super::{resume, signal, table};
 use crate::adaptive;
+use crate::error::exit;
 use crate::error::{Error, Result};
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};

@@ -1,6 +1,8 @@
 //! The command `orthowear schema`.
 
-use super::{CommandResult, exit, to_stdout};
+use super::console::to_stdout;
+use super::options::CommandResult;
+use crate::error::exit;
 use crate::scene::schema::{json_schema, json_schema_of};
 use crate::sweep::spec::StudyFile;
 

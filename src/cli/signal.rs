@@ -7,8 +7,9 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{exit, to_stderr};
+use super::console::to_stderr;
 use crate::cancel;
+use crate::error::exit;
 
 /// Message on the first signal.
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \

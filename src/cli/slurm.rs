@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::max_memory::MaxMemory;
-use super::study::StudyArgs;
+use super::options::StudyArgs;
 use crate::sweep::Sweep;
 
 /// Default limit for the jobs of an array: one below Slurm's default limit.

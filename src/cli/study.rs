@@ -1,74 +1,22 @@
 //! The command `orthowear study`.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
-
-use super::max_memory::{MaxMemory, parse_max_memory};
+use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
+use super::max_memory::MaxMemory;
+use super::options::{CommandResult, StudyArgs, flexibility_cache};
 use super::progress::{ProgressDisplay, format_duration};
+use super::render::with_severity;
 use super::run::explain_reason;
-use super::run_numbers::RunNumbers;
 use super::table::{align_columns, counted, five_digits, status_label};
-use super::{
-    CommandResult, exit, flexibility_cache, print_diagnostics, print_error, signal, slurm, to_stderr,
-    to_stdout, with_severity,
-};
+use super::{signal, slurm};
+use crate::error::exit;
 use crate::error::{Error, Result};
 use crate::output::summary::Status;
 use crate::sweep::run::{StudyOutcome, StudyRunner};
 use crate::sweep::share::Concurrency;
 use crate::sweep::table::{StudyResult, StudyRun};
 use crate::sweep::{self, Sweep};
-
-/// Options of `orthowear study`.
-#[derive(Debug, Args)]
-pub(super) struct StudyArgs {
-    /// Study file (TOML): a scene and the values to vary.
-    pub(super) study: PathBuf,
-    /// Output directory; default: path of the study file with the extension .study.
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: Option<PathBuf>,
-    /// Replaces or adds a value of the scene in all runs, e.g. --set gap.radius=25.0; may be repeated.
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
-    pub(super) overrides: Vec<String>,
-    /// Number of threads of all runs together; default: all cores. Results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) threads: Option<u16>,
-    /// Memory limit of all runs together: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides
-    /// `solver.memory_limit`; default 80 %.
-    #[arg(long, value_name = "SIZE", value_parser = parse_max_memory, allow_hyphen_values = true)]
-    pub(super) max_memory: Option<MaxMemory>,
-    /// Does not read or write the cache of flexibility matrices of meshed bodies.
-    #[arg(long)]
-    pub(super) no_cache: bool,
-    /// Keeps converged runs and resumes unfinished ones from their last checkpoints.
-    #[arg(long)]
-    resume: bool,
-    /// Runs only the runs with these numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table). Writes no table; see
-    /// --collect.
-    #[arg(long, value_name = "NUMBERS", conflicts_with_all = ["collect", "emit"])]
-    only: Option<RunNumbers>,
-    /// Runs nothing; writes the table from the results of the runs so far.
-    #[arg(long, conflicts_with_all = ["resume", "emit", "jobs"])]
-    collect: bool,
-    /// Runs nothing; prints a script that runs the study on a cluster as a job array.
-    #[arg(long, value_name = "KIND", conflicts_with = "resume")]
-    emit: Option<ScriptKind>,
-    /// Number of jobs in the array; default: one per run, at most 1000.
-    #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(super) jobs: Option<u32>,
-    /// Prints errors only.
-    #[arg(long)]
-    quiet: bool,
-}
-
-/// Kinds of scripts.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum ScriptKind {
-    /// Job array of Slurm, for sbatch.
-    Slurm,
-}
 
 /// Maximum number of rows in the printed table.
 const MAX_TABLE_ROWS: usize = 60;
