@@ -14,8 +14,8 @@ from . import _orthowear
 from .errors import InputError
 from .scene import _settings
 
-#: Number of retries of a run that raises an error. Dask itself restarts the runs of lost workers
-#: (distributed.scheduler.allowed-failures).
+#: Number of retries of a task that raises an exception; a run that does not converge raises none. Dask itself restarts the runs
+#: of lost workers (distributed.scheduler.allowed-failures).
 RETRIES = 3
 
 
@@ -76,11 +76,11 @@ class Study:
 
         Args:
             out: Folder for the table, with a subfolder per run. Default: name of the study with the suffix .study, next to its file.
-            only: Numbers of the runs to compute, from 0. No table is written then (see `collect`). With a client the result also
-                contains the runs that were computed earlier.
+            only: Numbers of the runs to compute, from 0 (the command line counts from 1). No table is written then (see `collect`).
+                With a client the result also contains the runs that were computed earlier.
             resume: Keep converged runs, and resume unfinished ones.
-            threads: Of all runs together, by default the number of cores. With a client: of each run, by default 1.
-            max_memory: Of all runs together. With a client: of each run.
+            threads: Number of threads of all runs together, by default the number of cores. With a client: of each run, by default 1.
+            max_memory: Memory limit of all runs together. With a client: of each run.
             progress: Called with the number of finished runs and the number of requested runs.
             cache: Whether flexibilities of meshed bodies are cached and shared.
             client: A dask.distributed.Client. Each run is one task. If a worker is lost, its run starts again on another worker,
@@ -123,7 +123,7 @@ class StudyResult:
         self.summary = summary
         #: Exit code of the command line: the most severe one of all runs.
         self.exit_code = exit_code
-        #: Number of runs that were kept from earlier. After `collect`: number of runs that have been done.
+        #: Number of earlier runs whose results are used. After `collect`: number of runs with results.
         self.kept = kept
 
     @property
@@ -148,8 +148,8 @@ class StudyResult:
     def to_xarray(self) -> Any:
         """Returns an xarray.Dataset of the collected results over the axes. Missing runs and results are NaN.
 
-        Axes that set several keys, and samples, count from 0. Their keys are coordinates along them. Values that are lists or
-        tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
+        An axis with several keys, or of samples, has the coordinates 0, 1, .. Its keys are further coordinates along it. Values
+        that are lists or tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
         """
         import json
 

@@ -58,7 +58,8 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame: the nearest of those over which the point lies.
+    /// Cells of a curved frame over which the point lies, at most one bin away along their normals. If there are none, the nearest
+    /// ones.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -171,7 +172,7 @@ mod tests {
         assert_eq!(intervals(f64::NAN, 3), [0_usize; 0]);
     }
 
-    /// Two adjacent cells of 1 x 1 mm at z = 0, the second rotated about its lower edge by `angle`.
+    /// Two adjacent cells of 1 x 1 mm at z = 0, the second rotated by `angle` about their common edge.
     fn two_cells(angle: f64) -> ContactFrame {
         let (s, c) = angle.sin_cos();
         let along = [Point::x(), Point::new(c, 0.0, s)];

@@ -23,7 +23,7 @@ const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Wear, "wear.svg"),
 ];
 
-/// Minimum wear depth of a step for a wear profile, relative to the deepest step.
+/// Minimum wear depth of a step for a wear profile, relative to the largest wear depth of all steps.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
 /// Collects the data of the figures and draws them.
@@ -33,7 +33,7 @@ pub struct RunFigures {
 }
 
 impl RunFigures {
-    /// Stores the last entry of each step, on a frame of `n` cells.
+    /// Stores an entry on a frame of `n` cells. It replaces the previous entry of a step with the same name.
     pub fn record_entry(&mut self, n: usize, record: &IncrementRecord, state: &FrameState) {
         let cycles = match (record.cycles_done, record.stroke_ends) {
             (0, _) => String::new(),
@@ -72,7 +72,7 @@ impl RunFigures {
                 output.write_text(name, &picture)?;
             }
         }
-        // On the frame around a bore, two sides would overlap.
+        // Around a bore two cells can have the same x and y, and a profile would mix them.
         if frame.is_single_valued() {
             output.write_text("profiles.svg", &self.profiles((frame, surface), units))?;
         }
@@ -203,7 +203,8 @@ mod tests {
         pictures.steps.remove(0)
     }
 
-    /// Truth: the definition. Profiles cross at the origin if one through it meets the contact, otherwise at the peak pressure.
+    /// Truth: the definition. Profiles cross at the origin if a profile through it reaches half of the peak pressure, otherwise at
+    /// the peak.
     #[test]
     fn profiles_go_through_the_contact() {
         let frame = ContactFrame::grid([2.0, 2.0], [9, 9], [1.0, 0.0], 0.0).unwrap();

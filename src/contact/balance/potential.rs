@@ -27,12 +27,12 @@ struct PotentialValue {
 }
 
 impl Balance {
-    /// Minimises the potential by Newton's method, starting from `rho`. With saturated friction, only normal motions orthogonal to
-    /// the sliding motion are changed.
+    /// Minimises the potential by Newton's method, starting from `rho`. With saturated friction, `rho` is limited to motions that
+    /// change normal gaps and are orthogonal to the sliding motion.
     ///
     /// # Errors
-    /// A direction along which the potential falls without bound: no motion does the prescribed works with these radii. Or the
-    /// direction of the last step, if the works still differ from the prescribed works.
+    /// A direction along which the potential is unbounded below: no motion gives the prescribed work with these radii. If the work
+    /// still differs from the prescribed work, the last Newton direction.
     pub(super) fn minimise(
         &self,
         cells: BalanceCells,
@@ -63,8 +63,8 @@ impl Balance {
             if error <= 1e-14 * here.size {
                 return Ok(());
             }
-            // The floor bounds the step where no cell touches or all cells slip in one direction. It lets steps grow by a factor of
-            // ten.
+            // The floor makes the matrix regular where no cell touches or all cells slip in one direction. It limits a step to
+            // about ten times |rho| + size / stiffness.
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
             (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
@@ -246,7 +246,7 @@ impl Balance {
         closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
     }
 
-    /// The direction along which the potential falls without bound, and how equilibrium is lost along it.
+    /// Describes the loss of equilibrium along `direction`, along which the potential is unbounded below.
     pub(super) fn failure(
         &self,
         cells: BalanceCells,
@@ -333,7 +333,7 @@ mod tests {
         ((k as f64) * 0.618_033_988_75).fract() - 0.5
     }
 
-    /// Bowl-shaped cells under a normal force, a tangential force and a moment.
+    /// Cells with irregular gaps under a normal force, a tangential force and a moment.
     fn bowl(areas: &[f64], hat: FrictionScaling) -> Balance {
         let gap = |component: usize, cell: usize| match component {
             0 => [1.0, 0.2 * number(cell), number(3 * cell)],
@@ -349,7 +349,8 @@ mod tests {
     }
 
     /// Truth: the gradient is the derivative of the potential, and the Hessian the derivative of the gradient, for every friction
-    /// bound. Central differences of step h have errors of h^2 and rounding / h: 1e-7 of the size with h = 1e-5.
+    /// bound. Central differences of step h = 1e-5 have errors of about h^2 = 1e-10 and rounding / h = 1e-11; the tolerances are
+    /// larger.
     #[test]
     fn the_gradient_is_the_derivative_of_the_potential() {
         let ellipse = FrictionEllipse { mu: [0.4, 0.6], angle: 0.3 };
