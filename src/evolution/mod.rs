@@ -7,6 +7,7 @@
 mod balance;
 mod checkpoint;
 mod controls;
+mod few_contact_cells;
 mod fretting;
 mod model;
 mod large_sliding;
@@ -29,6 +30,7 @@ use crate::error::{Error, ErrorKind, Result};
 pub use crate::evolution::checkpoint::RunCheckpoint;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::ActiveControls;
+use crate::evolution::few_contact_cells::few_contact_cells_warning;
 pub use crate::evolution::model::Model;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work, quoted_names};
@@ -223,6 +225,11 @@ impl<'a> Run<'a> {
             if self.result.outcome != Outcome::Converged {
                 return self.report_checkpoint(CheckpointEvent::Aborted);
             }
+            let of_step = |record: &&IncrementRecord| record.name == step.name;
+            let before = self.result.records.iter().rev().take_while(of_step).count();
+            let records = &self.result.records[self.result.records.len() - before..];
+            let frame = &self.prepared.model.frame;
+            self.result.warnings.extend(few_contact_cells_warning(frame, records, &self.result.state));
             self.step_index += 1;
             self.progress = StepProgress::NotStarted;
             self.record_rollback_point(CheckpointEvent::StepEnd)?;

@@ -20,12 +20,6 @@ use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
 
-/// Largest number of cells in contact that triggers a warning.
-const FEW_CONTACT_CELLS: usize = 3;
-
-/// Beginning of the warning, by which it is found again.
-const FEW: &str = "the contact is carried by";
-
 /// Laws that act in an increment, and the number of times its slip occurs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActiveLaws<'f> {
@@ -404,16 +398,6 @@ impl Run<'_> {
             && !self.result.warnings.contains(&note)
         {
             self.result.warnings.push(note);
-        }
-        let n = self.prepared.n();
-        let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
-        if (1..=FEW_CONTACT_CELLS).contains(&carrying)
-            && !self.result.warnings.iter().any(|told| told.contains(FEW))
-        {
-            self.result.warnings.push(format!(
-                "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are inaccurate. Unless this state is only transient, use smaller cells and a finer mesh below them",
-                record.name, record.increment
-            ));
         }
         let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
