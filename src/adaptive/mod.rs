@@ -208,6 +208,20 @@ impl<'p> AccuracySearch<'p> {
         )
     }
 
+    /// Message that the finest level does not reach the accuracy. `None` if it does, or if the search has not come to its end.
+    fn finest_level_message(&self) -> Option<String> {
+        let knob = self.knobs[self.refinements.len().checked_sub(1)?];
+        let last = self.samples.last()?;
+        let ends = matches!(self.next_run(), NextRun::Done(_)) && self.ladder.is_last(knob, &last.levels);
+        (ends && !self.is_met()).then(|| {
+            format!(
+                "{} is the finest level of the {} that is tried: request an accuracy that the table below reaches",
+                self.describe(&last.levels),
+                knob.label()
+            )
+        })
+    }
+
     /// Message about the last run: the largest estimated error by the parameter that is refined at present.
     pub fn round_message(&self) -> Option<String> {
         let index = self.refinements.len().checked_sub(1)?;
@@ -401,7 +415,7 @@ impl<'p> AccuracySearch<'p> {
             requested: self.spec.relative,
             quantities: self.spec.quantities.iter().map(|quantity| quantity.label()).collect(),
             met: self.is_met(),
-            reason: self.stop_reason.clone(),
+            reason: self.stop_reason.clone().or_else(|| self.finest_level_message()),
             results,
             runs: self.samples.iter().map(tried).collect(),
         }

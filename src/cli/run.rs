@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
-        let why = explain_reason(summary.reason.as_deref());
+        let why = explain_outcome(&summary);
         to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
     }
     Ok(code)
@@ -158,10 +158,7 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     let how = match summary.status {
         Status::Converged => "converged".to_owned(),
         Status::NotConverged => {
-            format!(
-                "NOT CONVERGED: {}; the results so far are kept",
-                explain_reason(summary.reason.as_deref())
-            )
+            format!("NOT CONVERGED: {}; the results so far are kept", explain_outcome(summary))
         }
         Status::Failed if summary.steps.is_empty() => "FAILED; nothing was computed,".to_owned(),
         Status::Failed => "FAILED; the results so far are kept,".to_owned(),
@@ -170,6 +167,21 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", format_duration(total)));
     text.push_str(&format!("results: {}\n", directory.join("summary.json").display()));
     text
+}
+
+/// Largest residual that is called rounding error if iterations do not reduce it.
+const ROUNDING_RESIDUAL: f64 = 1e-12;
+
+/// Explains why a run did not converge, with a remedy.
+fn explain_outcome(summary: &Summary) -> String {
+    let residual = summary.steps.last().map(|record| record.certificate.natural_residual);
+    match (summary.reason.as_deref(), residual) {
+        (Some("iterations"), Some(residual)) if residual <= ROUNDING_RESIDUAL => format!(
+            "the residual {residual:.1e} is rounding error and does not decrease further (iterations): increase solver.tolerance to at least {:.0e}",
+            10.0 * residual
+        ),
+        (reason, _) => explain_reason(reason),
+    }
 }
 
 /// Explains a reason of non-convergence, with a remedy.
@@ -193,8 +205,8 @@ pub(super) fn explain_reason(word: Option<&str>) -> String {
              more cells; more iterations do not help"
         }
         Some(adaptive::ACCURACY_NOT_REACHED) => {
-            "the estimated error stays above the target (accuracy): relax the target or select other results \
-             (accuracy.of); `accuracy` in summary.json shows which result does not converge"
+            "the estimated error stays above the target (accuracy): request a larger error or other results \
+             (accuracy.of); `accuracy` in summary.json has the error of each result"
         }
         Some("linear-solver") => {
             "the linear equations of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
