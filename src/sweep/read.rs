@@ -117,11 +117,13 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     };
     let axes = axes(&document, &keys, overrides, &mut mistakes);
     let choices = choices(&document, &keys, &axes, &mut mistakes);
+    let mut output_mistakes = Vec::new();
     let mut quantities = |list: &[String], key: &str| -> Vec<CollectedQuantity> {
         let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {
             Ok(quantity) => Some(quantity),
             Err((message, mend)) => {
-                mistakes.push(Diagnostic::at(&document, &format!("output.{key}.{i}"), message).help(mend));
+                let place = format!("output.{key}.{i}");
+                output_mistakes.push(Diagnostic::at(&document, &place, message).help(mend));
                 None
             }
         };
@@ -137,6 +139,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
         mistakes.push(Diagnostic::at(&document, "study.scene", message).label("no such file").help(mend));
     }
     if !mistakes.is_empty() {
+        mistakes.extend(output_mistakes);
         return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
@@ -146,7 +149,8 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let scene_diagnostics = reader.scene_diagnostics();
-    let SceneReader { study_diagnostics: mistakes, first, jumping: curve_abscissa, .. } = reader;
+    let SceneReader { study_diagnostics: mut mistakes, first, jumping: curve_abscissa, .. } = reader;
+    mistakes.extend(output_mistakes);
     let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
         let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
         return Err(study.map(reworded_for_study).into_iter().chain(scene_diagnostics).collect());

@@ -359,6 +359,7 @@ colect = []
         &[
             "output.collect.0: `worn_volum` does not exist in the entries of steps",
             "output.curves.0: `indent` is not a number",
+            "study.toml:6",
         ],
     );
     let study = study.replace("\"fretting.worn_volum\", ", "").replace("\"indent\"", "");
