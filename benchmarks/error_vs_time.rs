@@ -25,7 +25,7 @@ use places::{program, root};
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 /// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program. They are extrapolated from 128
-/// and 256 cells per side (tests/data/sphere-on-frp.json contains the values of its finest grid).
+/// and 256 cells per side (tests/data/sphere-on-frp.json contains the values of the program's finest grid).
 const EXTRAPOLATED: [f64; 2] = [417.87604, 303.76251];
 
 /// Results of one run.
@@ -134,7 +134,7 @@ fn make_block(mesh: &Path, patch: usize, outer: usize, depth: usize) -> Outcome<
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The fastest of up to three runs, because the others were disturbed. Long runs are repeated less often.
+/// The fastest of up to three runs, because slower runs were disturbed. Long runs are repeated less often.
 fn fastest(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     let mut best = run(size, scene, overrides)?;
     for _ in 0..2 {

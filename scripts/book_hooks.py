@@ -43,7 +43,7 @@ def on_page_markdown(markdown, **_):
 
 
 # MkDocs loads its search index by a request, which browsers refuse for pages opened from a folder. The search page therefore gets
-# the worker, lunr and the index as one script. The other pages have only a form that leads to it.
+# the worker, lunr and the index as one script. The other pages have only a form that leads to the search page.
 WORKER = 'new Worker(joinUrl(base_url, "search/worker.js"))'
 FROM_SCRIPT = "new Worker(URL.createObjectURL(new Blob([book_search])))"
 NO_REQUESTS = "loadScripts = function (urls, callback) { callback(); };\ninit = function () { onJSONLoaded.call({ responseText: %s }); };\n"

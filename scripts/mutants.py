@@ -62,7 +62,7 @@ def verification(arguments, mistake=""):
 
 
 def failures(words, mistake=""):
-    """Number of tests whose names contain one of the words, and the failed ones."""
+    """Number of tests whose names contain one of the words, and the names of the failed tests."""
     ran = verification(["--no-fail-fast", "--", *words], mistake)
     failed = sorted(set(re.findall(r"^test (\S+) \.\.\. FAILED", ran.stdout, re.M)))
     passed = sum(int(number) for number in re.findall(r"test result: .*?(\d+) passed", ran.stdout))

@@ -14,7 +14,7 @@ pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Resets the flag. Call it only while nothing is computed: results since the cancellation may be wrong without a mark.
+/// Resets the flag. Call it only while nothing is computed: results after the cancellation may be wrong and are not marked.
 pub fn reset() {
     REQUESTED.store(false, Ordering::Relaxed);
 }

@@ -31,7 +31,7 @@ impl Separators {
     /// Checks a line.
     ///
     /// # Errors
-    /// If the line mixes separators, or uses another one than the lines before. The text is the reason, for the end of a message.
+    /// If the line mixes separators or uses another separator than before. The text continues a message: "the row has ...".
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let blank = line.split_whitespace().nth(1).map(|_| ' ');
         let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);

@@ -53,11 +53,11 @@ impl Triad {
     }
 }
 
-/// Material axes of a fibre as columns (1 along the fibre, 2 in the surface 90 degrees left of the azimuth,
-/// 3 = 1 x 2); `tilt` and `azimuth` in radians, fibre = (cos tilt cos az, cos tilt sin az, sin tilt).
+/// Material axes of a fibre as columns: 1 along the fibre, 2 in the surface 90 degrees left of the azimuth, 3 = 1 x 2. With `tilt`
+/// t and `azimuth` a in radians, the fibre is (cos t cos a, cos t sin a, sin t).
 ///
 /// # Source
-/// formulation: fibre a = cos φ e1 + sin φ n, 3 → -sin φ e1 + cos φ n.
+/// docs/conventions.md: 1 = cos t e1 + sin t n, 3 = -sin t e1 + cos t n, with the unit vector e1 at the azimuth and the normal n.
 pub fn fibre_axes(tilt: f64, azimuth: f64) -> Matrix3<f64> {
     let (st, ct) = tilt.sin_cos();
     let (sa, ca) = azimuth.sin_cos();

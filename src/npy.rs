@@ -156,7 +156,7 @@ impl NpzWriter {
                 format!("the array {name}: {} values do not fill the shape {shape:?}", values.len());
             return Err(Error::numerical(message));
         }
-        // Files of 4 GiB or more require the ZIP64 format.
+        // Files of 4 GiB or more require the ZIP64 format. It is used from 2 GiB on.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(size_of_val(values) >= 1 << 31);
@@ -202,7 +202,7 @@ fn head(shape: &[usize]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Bytes of a value.
+    /// Converts a value to the bytes of a type.
     type Bytes = fn(f64) -> Vec<u8>;
 
     fn file(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
@@ -223,7 +223,7 @@ mod tests {
         format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}   \n")
     }
 
-    /// Truth: numpy.lib.format: values follow row by row, in Fortran order column by column.
+    /// Truth: numpy.lib.format: values are stored row by row in C order, and column by column in Fortran order.
     #[test]
     fn types_versions_and_orders() {
         let wanted = [1.0, -2.0, 3.0, 4.0, 5.0, 6.0];
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// Truth: everything that the module head does not list is refused with a reason. Damaged files give errors.
+    /// Truth: undocumented types, versions and shapes are refused with a reason. Damaged files give errors.
     #[test]
     fn other_files_are_refused() {
         let refused = |bytes: &[u8], word: &str| {

@@ -108,7 +108,8 @@ def profiles(of):
     force, tangent = press(normal_force=1000.0), math.tan(math.radians(5.0))
     depth = math.sqrt(1000.0 * PI * tangent / (2 * STAR))
     yield Case("cone", "Sneddon 1965", of((0.22, 0.22), 'kind = "cone"\nslope = 5.0\n', force), known("press", approach=depth), ["load"])
-    # P = 2 E* 4/5 d a, d = 8/3 B a^4, p = 5 P / (6 pi a^5) (a^2 + 2 r^2) sqrt(a^2 - r^2), largest at r = a / sqrt 2.
+    # Gap B r^4, contact radius a, approach d, load P = 2 E* 4/5 d a, d = 8/3 B a^4. Pressure p = 5 P / (6 pi a^5) (a^2 + 2 r^2)
+    # sqrt(a^2 - r^2), largest at r = a / sqrt 2.
     a = (1000.0 * 15 / (64 * STAR * 1e-3)) ** 0.2
     peak = math.sqrt(2) * 5 * 1000.0 / (6 * PI * a * a)
     yield Case("power, r^4", "Sneddon 1965", of((1.25, 1.25), 'kind = "power"\nexponent = 4.0\ncoefficient = 1e-3\n', force),
@@ -139,7 +140,7 @@ def lines():
                    scene(STEEL, half_space("steel"), half_space("steel"), (0.4, 0.5), cylinder, text, (50, 1), along),
                    [("roll", "tangential_force x", share * 150.0, math.hypot(500.0, share * 150.0))]
                    + known("roll", peak_pressure=1000.0 / (PI * a)))
-    # Half of the mean pressure that closes the gap: sin^2 a = 1/2, peak 2 P / sin a.
+    # Half of the mean pressure that closes the gap: sin^2(pi b) = 1/2 for the contact half-width b, peak 2 mean / sin(pi b).
     mean = PI * STAR * 2e-3 / 2
     yield Case("wave", "Westergaard 1939",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), 'kind = "heights"\nfile = "wave.csv"\nspacing = [0.00048828125, 1.0]\n',
@@ -148,7 +149,7 @@ def lines():
 
 
 def wave(folder):
-    """Gap Delta (1 - cos 2 pi x) as heights at the centres of 2048 cells; x is 0 in the middle of the frame."""
+    """Gap Delta (1 - cos 2 pi x), Delta = 2e-3 mm, as heights at the centres of 2048 cells; x is 0 in the middle of the frame."""
     with open(folder / "wave.csv", "w", newline="", encoding="utf-8") as out:
         csv.writer(out).writerows([[2e-3 * (1 + math.cos(2 * PI * (i + 0.5) / 2048))] for i in range(2048)])
 
@@ -160,7 +161,7 @@ def punches():
     outline = 'outline = { shape = "circle", radius = 2.0 }\n'
     yield Case("punch, circle", "Boussinesq 1885", of(2.2, outline), known("press", normal_force=4 * STAR * 0.01), ["load"])
     yield Case("punch, square", "Read 1997", of(0.5), known("press", normal_force=PI * 0.3667896 * STAR * 0.01), ["load"], known=1e-6)
-    # Ellipse of semi-axes 2 and 1: F = pi E* a d / K(e).
+    # Ellipse with the semi-axes a = 2 and 1, eccentricity e and approach d: F = pi E* a d / K(e).
     outline = 'outline = { shape = "ellipse", semi_axes = [2.0, 1.0] }\n'
     load = PI * STAR * 2.0 * 0.01 / elliptic(math.sqrt(0.75))[0]
     yield Case("punch, ellipse", "Johnson 1985, 3.42", of(2.2, outline), known("press", normal_force=load), ["load"])
@@ -216,7 +217,7 @@ def friction():
 
 
 def fibres():
-    """CFRP under steel, R = 50 mm: an independent program (tests/data/sphere-on-frp.json)."""
+    """CFRP under a steel sphere of R = 50 mm: values of an independent program (tests/data/sphere-on-frp.json)."""
     data = json.loads((ROOT / "tests/data/sphere-on-frp.json").read_text(encoding="utf-8"))
     of = lambda tilt, half, text: scene(STEEL + CFRP, half_space("cfrp", f"fibre = {{ tilt = {tilt} }}\n"), half_space("steel"), (half, half),
                                         'kind = "sphere"\nradius = 50.0\n', text)

@@ -29,7 +29,7 @@ use structured::{BlockElements, GradedBlock};
 /// Half side length of the frame, mm, and its cells along a side.
 const FRAME: (f64, usize) = (1.2, 24);
 
-/// Half-width and depth of a block, mm; elements from the contact to the side and down to the base.
+/// Blocks: half-width, which equals the depth (mm), and numbers of elements from the contact to the side and down to the base.
 const SIZES: [(f64, usize, usize); 4] = [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)];
 
 fn main() -> Result<()> {

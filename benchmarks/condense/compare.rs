@@ -21,7 +21,7 @@ const STAGES: [&str; 4] = ["order", "symbolic", "factor", "flexibility"];
 /// A program with its settings.
 struct Contestant {
     name: &'static str,
-    /// Arguments after the block for `measure` of this program, or the file of a peer.
+    /// Arguments of `measure` after the name of the block, or the program file of a peer.
     how: How,
 }
 

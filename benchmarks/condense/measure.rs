@@ -92,7 +92,7 @@ fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64>
     Ok(trace)
 }
 
-/// Forms the same flexibility without a factor, by conjugate gradients. Prints iterations, seconds, memory and trace.
+/// Forms the flexibility of a block by conjugate gradients instead of a factor. Prints iterations, seconds, memory and trace.
 pub fn iterate(name: &str) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;

@@ -20,11 +20,11 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 /// Settings of the command line.
 struct Settings {
     cases: Vec<Case>,
-    /// Cells along the frame, by default those of the case.
+    /// Cells along the frame, by default the numbers of the case.
     cells: Option<Vec<usize>>,
     threads: Vec<usize>,
     repeats: usize,
-    /// Seconds. If a run takes longer, finer grids of its case are left out.
+    /// Time limit of a run, seconds. If a run takes longer, finer grids of its case are left out.
     limit: f64,
     /// Contact diameter of spheres (a, b, e, f) over the side of the frame.
     width: f64,

@@ -13,7 +13,7 @@ use super::cases::Case;
 pub struct Run {
     /// Seconds of all stages from the cold start to the certificate.
     pub total: f64,
-    /// Of these, the seconds of the kernel table.
+    /// Part of `total` that the kernel table takes, seconds.
     pub table: f64,
     /// Applications of the operator in all increments.
     pub applications: f64,
@@ -23,7 +23,7 @@ pub struct Run {
     pub residual: f64,
     /// Reported quantity of the case.
     pub quantity: f64,
-    /// Share of the frame in contact at the end.
+    /// Contact area at the end, mm2.
     pub contact: f64,
     /// "converged", or the status of a run that did not converge.
     pub status: String,

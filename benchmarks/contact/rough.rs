@@ -52,8 +52,8 @@ impl Default for Rough {
 const SLOPE: f64 = 0.1;
 
 impl Rough {
-    /// Force on the frame of unit area at which about CONTACT of it is in contact. Area = 2.7 p / (E* slope) for these few waves
-    /// (1.6 for a surface of very many waves, after Persson).
+    /// Force at which about the share CONTACT of the frame of unit area is in contact. For these few waves, a mean pressure p gives
+    /// the contact area 2.7 p / (E* slope). For very many waves, the factor is 1.6 (Persson).
     pub fn force(&self, reduced: f64) -> f64 {
         CONTACT * reduced * SLOPE / 2.7
     }
@@ -62,7 +62,8 @@ impl Rough {
     pub fn heights(&self, n: usize) -> Vec<f64> {
         let place = |i: usize| 2.0 * PI * ((i as f64 + 0.5) / n as f64 - 0.5);
         let (count, offset) = (2 * SHORTEST as usize + 1, SHORTEST);
-        // cos(a + b + phase), with the part of each row evaluated once: real and imaginary sums over kx for each ky.
+        // Each wave is the cosine of 2 pi (kx x + ky y) + phase. For each x, the sums over kx are evaluated once, as real and
+        // imaginary parts for each ky.
         let mut heights = vec![0.0; n * n];
         for (i, row) in heights.chunks_mut(n).enumerate() {
             let mut sums = vec![[0.0; 2]; count];

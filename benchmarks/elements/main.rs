@@ -42,8 +42,8 @@ const ELEMENTS: [(&str, ElementKind); 9] = [
     ("wedge15", Wedge15),
 ];
 
-/// Cells of the frame along the patch. There is one per first-order element, or one per half of a second-order element. Both then
-/// have the same spacing of surface nodes.
+/// Cells of the frame along the patch: one cell per first-order element, two cells per second-order element. Both kinds of elements
+/// then have the same spacing of surface nodes.
 const CELLS: [usize; 4] = [8, 12, 16, 24];
 
 /// Element whose extrapolated values are the reference, and an additional finer frame for it.

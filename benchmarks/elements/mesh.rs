@@ -81,7 +81,7 @@ fn numbered(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Corners whose mean is each further node of a solid, found by its reference coordinates.
+/// For each node of a solid beyond its corners: the corners whose mean the node is, found by reference coordinates.
 fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     let nodes = kind.reference_nodes();
     let corners = kind.n_corners();
@@ -99,7 +99,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     nodes[corners..].iter().map(|&x| lists().find(|list| is_mean(list, x)).expect("a mean")).collect()
 }
 
-/// The same mesh with second-order elements; the solids become `kind`.
+/// Raises the elements of a mesh to second order. The solids become `kind`.
 fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
     for block in 0..mesh.blocks.len() {

@@ -89,7 +89,7 @@ wear = false
 
 
 def run(program, folder, scene, cells, steps):
-    """Entries and warnings of a run. Raises an error if it does not converge."""
+    """Entries of a run. Raises an error if the run does not converge."""
     path = folder / "scene.toml"
     path.write_text(text(scene, cells, steps))
     out = folder / "out"
@@ -100,10 +100,10 @@ def run(program, folder, scene, cells, steps):
 
 
 def marched(program, folder, scene, cells, cycles, increments):
-    """Wear volumes of the last two cycles, calculated stroke by stroke, last one first."""
+    """Wear volumes of the last cycle and of the cycle before, calculated stroke by stroke."""
     x, y = (scene["amplitude"] * f(math.radians(scene["angle"])) for f in (math.cos, math.sin))
     columns = ["tangential_x", "tangential_y"] if scene["forced"] else ["shift_x", "shift_y"]
-    # Each stroke is one entry, divided into increments. This includes the first one, from the centre.
+    # Each stroke is one load point, divided into increments. The first stroke starts at the centre.
     rows = [f"{sign * x},{sign * y}" for _ in range(cycles) for sign in (1, -1)] + [f"{x},{y}"]
     (folder / "loads.csv").write_text("\n".join(rows) + "\n")
     steps = f"""[[steps]]

@@ -76,7 +76,7 @@ impl Case {
     }
 }
 
-/// All cases. Quick ones take seconds each.
+/// All cases. With `quick`, smaller cases that take seconds each.
 pub fn all(quick: bool) -> Vec<Case> {
     let mut cases = scenes();
     cases.extend(grids(quick));

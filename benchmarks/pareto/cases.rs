@@ -7,7 +7,7 @@ use super::layer::{self, Mesh};
 /// Names of all cases.
 pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "layer"];
 
-/// Cells along the frame, and requested accuracies. The quick form leaves out the last ones.
+/// Cells along the frame, and requested accuracies. The quick form leaves out the last values of both.
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
 const QUICK: usize = 5;
@@ -66,13 +66,13 @@ fn accuracy(relative: &str, table: &str) -> Configuration {
     Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
 }
 
-/// Relative deficit of Hertz's mean pressure over a cell of side h next to the centre, from the peak: (h / a)^2 / 3.
+/// Relative deficit of Hertz's mean pressure over a cell next to the centre, from the peak: (h / a)^2 / 3 (cell side h, radius a).
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 
-/// The unchanged scene, coarser and finer cells, tolerances, solvers and accuracies. `keep`: what the accuracy search does not
-/// refine.
+/// The unchanged scene, coarser and finer cells, tolerances, solvers and accuracies. `keep`: setting that the accuracy search does
+/// not refine.
 fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     let first = |n: usize| if quick { n.min(QUICK) } else { n };
     let mut all = vec![configuration(OWN, "defaults", &[])];

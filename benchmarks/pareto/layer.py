@@ -97,7 +97,7 @@ class Layer:
         return np.sum(w * phi[:, 0]) / a
 
     def point(self, r):
-        """Approach of the surfaces at distance r from a unit force, minus that of the half-space of the second body."""
+        """Approach of the surfaces at distance r from a unit force, minus the displacement of the second body."""
         x, w = leggauss(400)
         k = 12.5 / self.thickness * (x + 1)
         w = 12.5 / self.thickness * w

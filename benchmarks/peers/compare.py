@@ -89,7 +89,7 @@ def cell_pressures(path, n):
 
 
 def peer(program, target, folder, n, threads):
-    """The same for a peer, or None if it fails."""
+    """Seconds of set-up and solve, iterations and pressures of a run of a peer, or None if it fails."""
     file = folder / "pressure.npy"
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     python = target / "peers" / PEERS[program] / "bin/python"

@@ -45,8 +45,8 @@ def love(n):
 
 
 def natural_residual(pressure):
-    """Natural residual max |p - max(0, p - g / S_ii)| / p_max. The approach is the mean gap with elastic displacement in cells
-    with pressure.
+    """Natural residual max |p - max(0, p - g / S_ii)| / p_max, with the gap g and the displacement S_ii of a cell by its own unit
+    pressure. The approach is the mean gap with elastic displacement in cells with pressure.
     """
     n = pressure.shape[0]
     kernel = love(n)

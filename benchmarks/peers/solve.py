@@ -45,7 +45,7 @@ def tamaas(n, threads):
 
 
 def contact_mechanics(n, _threads):
-    """Free half-space, with the constrained conjugate gradients that are the default of its non-smooth contact system."""
+    """Free half-space, with the constrained conjugate gradients that are the default of NonSmoothContactSystem."""
     from ContactMechanics import FreeFFTElasticHalfSpace
     from ContactMechanics.Systems import NonSmoothContactSystem
     from SurfaceTopography import Topography
@@ -57,7 +57,7 @@ def contact_mechanics(n, _threads):
         return NonSmoothContactSystem(substrate, surface)
 
     def solve(system):
-        # Tolerances in its own measures: penetration relative to the approach, forces relative to the mean of a cell.
+        # ContactMechanics takes the penetration relative to the approach, forces relative to the mean force of a cell.
         result = system.minimize_proxy(
             external_force=hertz.FORCE, pentol=hertz.TOLERANCE * hertz.APPROACH,
             forcetol=hertz.TOLERANCE * hertz.FORCE / n**2, thermotol=hertz.TOLERANCE)

@@ -1,4 +1,4 @@
-//! Savings by each kind of skipped work: every scene with all of them, and without one at a time, alternately.
+//! Savings by each kind of omitted work. Every scene runs alternately with all omissions and without one of them.
 //!
 //!     cargo build --release
 //!     cargo run --release --example skips -- [--repeats N] [SCENE ...]
@@ -99,7 +99,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Rows of a scene: each skip alone, and all of them.
+/// Rows of a scene: one for each kind of omitted work, and one for all kinds together.
 fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> {
     let first = run(scene, None)?;
     let named = names(&first.summary);
@@ -146,7 +146,7 @@ fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> 
     Ok(text)
 }
 
-/// Names for `solver.skip`, from the skipped work in the summary of a run.
+/// Names for `solver.skip`, from the omitted work in the summary of a run.
 fn names(summary: &Value) -> Vec<String> {
     let entries = summary["skipped"].as_array().cloned().unwrap_or_default();
     entries.iter().filter_map(|entry| entry["skip"].as_str().map(str::to_owned)).collect()

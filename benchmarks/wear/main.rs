@@ -1,5 +1,5 @@
 //! Wear depth after 100 000 fretting cycles: error over run time of the integrators at equal and at controlled jumps, and number of
-//! contact solves. Compares the solver for sliding contacts with the one for all unknowns. Writes tables and a chart per tilt to
+//! contact solves. Compares the solver for sliding contacts with the solver for all unknowns. Writes tables and a chart per tilt to
 //! docs/benchmarks.
 //!
 //!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]

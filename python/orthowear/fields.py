@@ -17,7 +17,7 @@ UNKNOWN_UNITS = {"length": "length", "force": "force"}
 
 
 def read_only(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Makes all arrays of the dict read-only, and returns it."""
+    """Makes all arrays of the dict read-only, and returns the dict."""
     for array in arrays.values():
         if isinstance(array, np.ndarray):
             array.flags.writeable = False
@@ -28,13 +28,13 @@ class Fields:
     """Fields of an entry in the N cells of the frame, as NumPy arrays.
 
     Attributes:
-        points (N, 3): centres of the cells in global axes, length. xy (N, 2): the same along the frame's x, y from its origin.
+        points (N, 3): centres of the cells in global axes, length. xy (N, 2): centres along the frame's x, y from its origin.
         areas (N,): length^2. axes (N, 3, 3): local axes x, y, n of each cell as rows.
         tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
         slip (N, 2): slip of the increment along (x, y), length; in rolling, slip per rolled distance.
         contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): sum over both bodies, length.
         grid: number of cells along x, y, or None if the frame is not a grid. places (N,): grid index of each cell, y fastest.
-        units: of `length` and `force`. rolling: whether the entry is of a rolling step.
+        units: names of the units of `length` and `force`. rolling: whether the entry belongs to a rolling step.
 
     The arrays are read-only. Copy them to change values. `pressure` is a view of `tractions`.
     """
@@ -131,7 +131,7 @@ class FieldAttributes:
         return self.fields.to_grid(values)
 
     def __getattr__(self, name: str) -> Any:
-        # Called for attributes that the object does not have itself. Copy and pickle call it before any are set.
+        # Called for attributes that the object does not have itself. Copy and pickle call it before any attribute is set.
         fields = self.__dict__.get("fields")
         if fields is None and name in FieldAttributes.__annotations__:
             raise AttributeError(f"{name}: there are no fields, because no increment was computed")

@@ -16,9 +16,9 @@ MAX_DENSE_BYTES = 1 << 30
 class Flexibility:
     """Linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
 
-    Symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T. With one body
-    rigid, the map gives the displacement of the other one along (x, y, n): that of body 2, or that of body 1 with the opposite
-    sign. In both cases the tractions act on body 2.
+    Its matrix S is symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T.
+    If body 1 is rigid, the map gives the displacement of body 2 along (x, y, n). If body 2 is rigid, it gives the displacement
+    of body 1 with the opposite sign. In both cases the tractions act on body 2.
 
     `shape`, `dtype` and `matvec` are the interface of scipy.sparse.linalg.aslinearoperator. Vectors are (3 N,), cell by cell.
     """

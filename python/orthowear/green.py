@@ -26,7 +26,7 @@ def green(
         material: As in a scene's [materials.NAME].
         angles: φ from x, degrees.
         tilt, azimuth: Fibre direction, degrees, as in `body1.fibre`; tilt from -90 to 90. No effect on isotropic materials.
-        body: 1 for the lower half-space, whose outward normal is n. 2 for the upper one, into which n points.
+        body: 1 for the lower half-space, whose outward normal is n. 2 for the upper half-space, into which n points.
     """
     if body not in (1, 2):
         raise ValueError(f"body is {body!r}, but it must be 1 or 2")

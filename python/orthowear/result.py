@@ -11,7 +11,7 @@ from .fields import UNITS, UNKNOWN_UNITS, FieldAttributes, Fields
 class Entries(list[dict[str, Any]]):
     """Increments and cycle jumps of a run, one dict each (docs/results.md). Forces and moments act on body 1.
 
-    units: of `length` and `force`. Where they are not given, these two words are used.
+    units: names of the units of `length` and `force`. By default, the words "length" and "force".
     """
 
     def __init__(self, entries: Iterable[dict[str, Any]] = (), units: Mapping[str, str] | None = None) -> None:

@@ -56,7 +56,7 @@ def _directory(out: str | os.PathLike[str] | None) -> Path | None:
 
 
 def _with_mesh_paths(name: str, value: Mapping[str, Any], example: str, files: list[meshes.MeshFile]) -> dict[str, Any]:
-    """Returns a dict with mesh objects replaced by paths. Appends their files to `files`."""
+    """Returns a dict with mesh objects replaced by paths. Appends the files of these meshes to `files`."""
     if not isinstance(value, Mapping):
         raise _wrong(name, value, f"a dict, such as {example}")
     return {key: meshes.meshes_to_paths(part, str(key), files) for key, part in value.items()}
@@ -191,7 +191,7 @@ class Scene:
         max_memory: int | str | None = None,
         cache: bool = True,
     ) -> Flexibility:
-        """Operator from tractions to the gap on the frame: of both bodies, or of body 1 or 2 with the other one rigid."""
+        """Operator from tractions to the gap on the frame: of both bodies, or of body 1 or 2 with the other body rigid."""
         if body not in (None, 1, 2):
             raise ValueError(f"body is {body!r}, but it must be 1, 2 or None")
         scene = self if body is None else self.replace({f"body{3 - body}": {"kind": "rigid"}})
@@ -229,7 +229,7 @@ class Steps(Iterator[Entry]):
 
     def __init__(self, core: _orthowear.Steps, scene: Scene) -> None:
         self._core = core
-        # Keeps the mesh files of the scene, too.
+        # The scene keeps its mesh files until the run ends.
         self._scene = scene
         self._units: Mapping[str, str] = scene.to_dict().get("units", {})
         self._warned = False

@@ -148,8 +148,8 @@ class StudyResult:
     def to_xarray(self) -> Any:
         """Returns an xarray.Dataset of the collected results over the axes. Missing runs and results are NaN.
 
-        An axis with several keys, or of samples, has the coordinates 0, 1, .. Its keys are further coordinates along it. Values
-        that are lists or tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
+        An axis with several keys, or of samples, has the coordinates 0, 1, ... Its keys give further coordinates along the
+        axis. Values that are lists or tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
         """
         import json
 

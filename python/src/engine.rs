@@ -20,7 +20,7 @@ pub const PAUSE: Duration = Duration::from_millis(50);
 /// Number of unfinished computations.
 static ACTIVE: Mutex<usize> = Mutex::new(0);
 
-/// Counts one computation. The cancellation flag is one for the process, and is reset when the last running computation ends.
+/// Guard that counts one running computation. When the last one ends, the cancellation flag of the process is reset.
 struct Active;
 
 impl Active {

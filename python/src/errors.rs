@@ -50,7 +50,7 @@ fn listed(mistakes: &Diagnostics) -> Vec<Value> {
         .collect()
 }
 
-/// Exception of an error of the library. Names the place in the scene if the error concerns one.
+/// Exception of an error of the library. It names the key of the scene if the error has one.
 pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
     if failure.error.kind() == ErrorKind::Input && !failure.key.is_empty() {
         return mistakes(py, &Diagnostics::from_error(&plan.document, &failure.key, &failure.error));

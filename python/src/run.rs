@@ -97,7 +97,7 @@ pub struct RunRequest {
     pub out: Option<PathBuf>,
     /// Whether to send messages about the progress.
     pub progress: bool,
-    /// Requests of entries one by one.
+    /// Receives a request for each entry. `None` keeps the fields of the last entry only.
     pub requests: Option<Receiver<()>>,
 }
 

@@ -1,37 +1,37 @@
 //! Convergence of a value as a size decreases.
 
-/// Bounds of the order; the higher lower bound holds for values that do not change steadily.
+/// Bounds of the order p. `MIN_NOISY_ORDER` is the lower bound for values that do not change steadily.
 const ORDERS: [f64; 2] = [0.5, 2.0];
 const MIN_NOISY_ORDER: f64 = 1.0;
 
-/// Bounds on the ratio of successive differences of values that change steadily, for sizes that decrease to two thirds.
+/// Bounds on the ratios of successive differences of values that change steadily; sizes decrease by a factor of about 2/3.
 const STEADY: [f64; 2] = [0.55, 1.6];
 
 /// Assumed order if there are too few values to estimate one.
 const ASSUMED: f64 = 1.0;
 
-/// Number of last differences for the fit of the order, and for the largest constant.
+/// Numbers of last differences from which the order and the constant are determined.
 const MAX_FITTED_DIFFERENCES: usize = 4;
 const ENVELOPE_DIFFERENCES: usize = 3;
 
 /// Least number of differences to fit an order.
 const MIN_FITTED_DIFFERENCES: usize = 3;
 
-/// Largest difference between the orders of two pairs of differences at which a limit is extrapolated.
+/// A limit is extrapolated if the orders of two successive pairs of differences differ by no more than this.
 const MAX_ORDER_DIFFERENCE: f64 = 0.3;
 
-/// Error estimate C h^p.
+/// Error estimate C h^p with a constant C, the size h and the order p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     order: f64,
-    /// Order p that the values show, if any.
+    /// Fitted order p; `None` if it is out of bounds or if there are too few values.
     observed_order: Option<f64>,
     constant: f64,
 }
 
 impl Convergence {
-    /// Estimate from at least two values at decreasing sizes. The error does not decrease faster than with order 2 from one value
-    /// to the next: a smaller estimate is small by chance.
+    /// Estimate from at least two values at decreasing sizes. From one size to the next, the estimate decreases no faster than with
+    /// order 2, because smaller estimates are small by chance.
     pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
         let found = Self::fit(sizes, values);
@@ -43,9 +43,9 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order to the last differences, within 1/2 and 2 if they decrease steadily. Otherwise the order is reduced by its
-    /// standard error, within 1 and 2. The constant is the largest that explains one of the last three differences. Contacts end
-    /// between cells, so single differences are small by chance.
+    /// Fits the order to the last differences, between 1/2 and 2 if they change steadily. Otherwise the order is reduced by its
+    /// standard error, between 1 and 2. Each of the last three differences gives a constant C, and the largest one is used.
+    /// Contacts end between cells, so single differences are small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -101,7 +101,7 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
         .then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
-/// Order p for which two differences belong to one error C h^p, by bisection; `None` outside of the search interval.
+/// Order p for which the error C h^p explains both differences `d`, by bisection; `None` if p is outside of the search interval.
 fn order_between(h: [f64; 3], d: [f64; 2]) -> Option<f64> {
     let excess = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p)) - d[0] / d[1];
     let [mut low, mut high] = [0.5 * ORDERS[0], 1.5 * ORDERS[1]];
@@ -152,8 +152,8 @@ mod tests {
         }
     }
 
-    /// Truth: an error that changes its sign has no limit to extrapolate. A difference that is small by chance does not make the
-    /// estimate small: it covers the error 0.1 h² of every value.
+    /// Truth: an error that changes its sign has no limit to extrapolate. The estimate exceeds 0.1 h², the amplitude of the errors,
+    /// even if a difference is small by chance.
     #[test]
     fn values_that_jump() {
         let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
@@ -166,8 +166,8 @@ mod tests {
         }
     }
 
-    /// Truth: formula: errors h (1 + a cos t) with random t, as for a stick zone that ends between cells. Nine of ten estimates
-    /// cover them. Most others have few values, close by chance. Without the reduction of the order, three of ten do not.
+    /// Truth: formula: at least 7 of 8 estimates exceed the error h (1 + a cos t) with phases t, as for a stick zone that ends
+    /// between cells. Most others have few values, close by chance. Without the reduction of the order, 3 of 10 are too small.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
@@ -188,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Truth: formula: if the last value is close to the one before by chance, the error falls by no more than (h'/h)^2.
+    /// Truth: formula: if the last two values are equal by chance, the estimate falls at most by the squared ratio of the sizes.
     #[test]
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];

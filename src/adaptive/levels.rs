@@ -14,21 +14,21 @@ const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450,
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Largest number of doublings of the increments, and of divisions by four of the jump tolerance or doublings of the jumps.
+/// Largest number of refinement levels of the increments (doubled per level) and of the jumps (tolerance / 4, or number doubled).
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// Level of increments and jumps for the refinement of the cells if finer ones do not suffice either.
+/// Largest level that increments and jumps keep while the cells are refined, if even their finest level did not reach the accuracy.
 const FALLBACK_LEVEL: usize = 3;
 
 /// Largest number of increments per stroke of closed paths, because all path points of a cycle are solved together.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
-/// Least number of cells in contact from which values are expected to converge, and the same for line contacts.
+/// Least number of cells in contact with which values are expected to converge, for area contacts and for line contacts.
 const MIN_CONTACT_CELLS: usize = 40;
 const MIN_LINE_CONTACT_CELLS: usize = 6;
 
-/// Natural residual over the accuracy, with its lower and upper limit; below, the same for the tolerance of compressed operators.
+/// Tolerances of the natural residual and of compressed operators: [multiple of the accuracy, lower limit, upper limit].
 const RESIDUAL: [f64; 3] = [1e-4, 1e-10, 1e-6];
 const COMPRESSION: [f64; 3] = [1e-2, 1e-9, 1e-4];
 
@@ -50,7 +50,7 @@ impl Levels {
         }
     }
 
-    /// Levels for later parameters after a parameter that did not suffice.
+    /// Levels from which later parameters are refined if the finest level of `knob` did not reach the accuracy.
     pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => self,
@@ -72,11 +72,11 @@ pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Cells along the frame's x and y over those along the shorter side; `None` for a periodic direction with a single cell.
+    /// Number of cells along x and y, over the number along the shorter side. `None` for a periodic direction with a single cell.
     aspect: [Option<f64>; 2],
     /// Largest number of increments per stroke of closed paths; 0 without any.
     increments_per_stroke: usize,
-    /// Least number of cycles of a step, which limits the number of jumps.
+    /// Smallest number of cycles of any step, which limits the number of jumps; infinite without cycles.
     cycles: f64,
     /// Whether the scene prescribes the tolerances of the solver and of compressed operators.
     has_own_tolerances: [bool; 2],
@@ -111,7 +111,7 @@ impl RefinementLadder {
             if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
-                // Cells finer than the faces of a condensed mesh resolve nothing more.
+                // The cells stay if a body is condensed from its mesh: cells finer than the faces resolve nothing more.
                 ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
                     .iter()
                     .any(|near| near.is_condensed());
@@ -176,7 +176,7 @@ impl RefinementLadder {
                 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
             }
             RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
-            // The error of jumps follows their tolerance, which decreases by a factor of four.
+            // Each level divides the tolerance of the jumps by four, so an error proportional to the tolerance has order 2.
             RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
         }
     }
@@ -241,7 +241,7 @@ impl RefinementLadder {
                     if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
                         &mut cycles.motion
                     {
-                        // The accuracy search has its own estimates.
+                        // Resolved cycles do not warn about errors here, because the accuracy search estimates them itself.
                         (used.tolerance, used.error_warning) = (share, f64::INFINITY);
                     }
                 }
@@ -273,7 +273,7 @@ impl RefinementLadder {
     }
 }
 
-/// Closed path of a step whose increments may be refined. `None` with "auto", where resolved cycles refine them.
+/// Closed path whose increments may be refined; `None` for `increments = "auto"`, where resolved cycles correct the wear instead.
 fn refinable_path(step: &Step) -> Option<ClosedPath> {
     match step.cycles?.motion {
         CycleMotion::ClosedPath(closed)
@@ -285,8 +285,8 @@ fn refinable_path(step: &Step) -> Option<ClosedPath> {
     }
 }
 
-/// Cells along the sides of a frame over those along the shorter one, as in the scene. A single cell across a direction that is not
-/// periodic is as long as its side; the ratio of the sides then replaces the ratio of the cell numbers.
+/// Numbers of cells along x and y in the scene, over the number along the shorter side. A single cell across a direction that is
+/// not periodic is as long as its side. The side lengths then replace the numbers.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {

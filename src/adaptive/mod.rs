@@ -26,11 +26,11 @@ use crate::simulation::failure::SceneError;
 /// Share of the accuracy that increments and jumps may each use if cells are refined as well.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;
 
-/// Runs per parameter for an estimate; two suffice for errors below `UNCHANGED_SHARE` of the accuracy.
+/// Least number of runs for an error estimate; two suffice if the errors are below `UNCHANGED_SHARE` of the accuracy.
 const MIN_RUNS_PER_PARAMETER: usize = 3;
 const UNCHANGED_SHARE: f64 = 0.05;
 
-/// Number of successive changes of a value that do not decrease, from which on the value counts as divergent.
+/// A value counts as divergent after this number of successive changes that do not decrease.
 const MAX_GROWING_CHANGES: usize = 3;
 
 /// Run with the values that the estimates need.
@@ -38,7 +38,7 @@ const MAX_GROWING_CHANGES: usize = 3;
 struct MeasuredRun {
     levels: Levels,
     values: Vec<TargetValue>,
-    /// Error of the outline area by the cells, see [`RefinementLadder::outline_area_error`].
+    /// Relative error of the outline area due to the cells, see [`RefinementLadder::outline_area_error`].
     outline_area_error: Option<f64>,
     seconds: f64,
 }
@@ -46,16 +46,16 @@ struct MeasuredRun {
 /// Relative error of the load of a punch over the relative error of its area, due to the staircase approximation of its outline.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
-/// A run writes files if its predicted errors are at most this multiple of the allowed ones. Files that finer runs replace cost
-/// less than another run for the files alone.
+/// A run writes files if its predicted errors are at most this multiple of the allowed ones. Writing files that a finer run
+/// replaces costs less than another run for the files alone.
 const WRITE_FILES_FACTOR: f64 = 2.0;
 
 /// Next action of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NextRun {
-    /// Run at these levels; whether it is probably the last.
+    /// Run at these levels; the flag says whether it is probably the last run.
     Run(Levels, bool),
-    /// Nothing: the result belongs to these levels.
+    /// No further run: the run at these levels is the result.
     Done(Levels),
 }
 
@@ -67,9 +67,9 @@ pub struct AccuracySearch<'p> {
     /// Refinement parameters, in the order of refinement.
     knobs: Vec<RefinementParameter>,
     samples: Vec<MeasuredRun>,
-    /// Indices of the samples of each parameter refined so far.
+    /// Indices into `samples` of the runs of each parameter refined so far.
     refinements: Vec<Vec<usize>>,
-    /// Levels at which the next parameter starts if one did not suffice.
+    /// Levels at which the next parameter starts if the previous one did not reach the accuracy.
     base: Option<Levels>,
     /// Reason why no finer run follows.
     stop_reason: Option<String>,
@@ -215,14 +215,14 @@ impl<'p> AccuracySearch<'p> {
         let ends = matches!(self.next_run(), NextRun::Done(_)) && self.ladder.is_last(knob, &last.levels);
         (ends && !self.is_met()).then(|| {
             format!(
-                "{} is the finest level of the {} that is tried: request an accuracy that the table below reaches",
-                self.describe(&last.levels),
-                knob.label()
+                "no finer {} are tried than {}: request an accuracy that the table below reaches",
+                knob.label(),
+                self.describe(&last.levels)
             )
         })
     }
 
-    /// Message about the last run: the largest estimated error by the parameter that is refined at present.
+    /// Message about the last run: the largest estimated error due to the parameter that is refined at present.
     pub fn round_message(&self) -> Option<String> {
         let index = self.refinements.len().checked_sub(1)?;
         let (refinement, knob) = (&self.refinements[index], self.knobs[index]);
@@ -299,7 +299,7 @@ impl<'p> AccuracySearch<'p> {
         errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
     }
 
-    /// Relative error of a value that a parameter may leave.
+    /// Largest relative error of a value that a parameter may cause.
     fn allowed(&self, index: usize, value: usize) -> f64 {
         let whole = self.spec.relative;
         if index + 1 < self.knobs.len() {
@@ -316,13 +316,13 @@ impl<'p> AccuracySearch<'p> {
             .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
-    /// Relative errors of all values that remain after the refinement of a parameter.
+    /// Relative errors of all values due to a parameter, at the levels of the last run.
     fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
         // A parameter that did not suffice may have been reset to a coarser level.
         self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 
-    /// Relative errors of all values at some levels, from the samples of a parameter; `None` for a single sample.
+    /// Relative errors of all values at `levels`, estimated from the runs `turn` of a parameter; `None` for fewer than two runs.
     fn errors(&self, turn: &[usize], knob: RefinementParameter, levels: &Levels) -> Option<Vec<f64>> {
         if turn.len() < 2 {
             return None;
@@ -337,7 +337,7 @@ impl<'p> AccuracySearch<'p> {
         let relative = |(value, wanted): (usize, &TargetValue)| {
             let (sizes, values) = self.convergence_data(turn, knob, value);
             let error = Convergence::estimate(&sizes, &values).error(size);
-            // A value that vanishes by symmetry does so on any cells.
+            // A value that is zero by symmetry is zero on any cells, so it has no error of the outline area.
             let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };

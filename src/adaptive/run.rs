@@ -61,7 +61,7 @@ impl AccuracyRun<'_, '_, '_> {
         loop {
             match self.search.next_run() {
                 NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
-                // The same levels again, this time with files.
+                // The run at these levels wrote no files, so it is repeated with files.
                 NextRun::Done(levels) => return self.final_run(levels),
                 NextRun::Run(levels, false) => match self.trial_run(levels) {
                     Ended::Converged => {}
@@ -140,7 +140,7 @@ impl AccuracyRun<'_, '_, '_> {
         let record = self.search.record();
         let coarser = record.runs.iter().map(|run| run.seconds).sum::<f64>();
         self.summary.timings.add("coarser runs", coarser);
-        // For a run that ends before its own values exist.
+        // The summary keeps this record if the run ends before its own values exist.
         self.summary.accuracy = Some(record);
         let search = &mut self.search;
         let words = search.describe(&levels);

@@ -23,11 +23,11 @@ pub struct RefinementTarget {
 pub struct SizeField {
     /// Size at each corner node of the solids, 0 at other points, `[n_points]`.
     pub nodal: Vec<f64>,
-    /// Target error.
+    /// Target of the relative stress error in the energy norm.
     pub error: f64,
     /// Number of elements of the present mesh.
     pub elements: usize,
-    /// Expected number of elements of the next mesh, which are assumed to be of the present types.
+    /// Expected number of elements of the next mesh, if it has the element types of the present mesh.
     pub next_elements: f64,
     /// Bounds of the size field.
     pub bounds: SizeBounds,

@@ -6,7 +6,7 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Least reference value of a small error, relative to the largest value of all steps.
+/// Least reference value of a relative error, as a fraction of the largest reference value of all steps.
 const LEAST: f64 = 0.01;
 
 const WORN: &str = "worn_volume";
@@ -23,9 +23,9 @@ pub(super) struct TargetValue {
     pub value: f64,
     /// Reference value of the relative error; 0 if there is none.
     pub scale: f64,
-    /// Exponent of the dependence on the area within the outline of a punch; 0 if unknown.
+    /// Exponent k of a value that is proportional to the k-th power of the area within a punch's outline; 0 if unknown.
     pub area_power: f64,
-    /// Whether contact fills the outline, so that the error of its cells matters.
+    /// Whether contact fills the outline, so that the error of the outline area matters.
     pub fills_outline: bool,
 }
 
@@ -36,14 +36,14 @@ impl TargetValue {
     }
 }
 
-/// Exponent of the area for the load of a flat punch at a given motion, and for the inverse of its motion under a given load. Both
-/// scale with its length.
+/// Exponent of the punch area A. The load of a flat punch at a given displacement is proportional to A^0.5. The displacement under
+/// a given load is proportional to A^-0.5.
 ///
 /// # Source
 /// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
 const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
-/// Forces prescribed in a step, along the normal and in the tangential plane.
+/// Whether a step prescribes the force along the normal and the force in the tangential plane.
 #[derive(Clone, Copy)]
 struct ForceControls {
     normal_force: bool,

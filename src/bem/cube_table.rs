@@ -63,12 +63,12 @@ pub(super) enum DirectionSymmetry {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct CubeTable<const LEN: usize> {
     symmetry: DirectionSymmetry,
-    /// Number of smallest-patch squares along a side of a face.
+    /// Number of squares of the smallest patch size along a side of a face.
     squares: usize,
     /// Patch index of each square, `[6, squares, squares]`.
     patch_of: Vec<u32>,
     patches: Vec<ChebyshevPatch<LEN>>,
-    /// Largest difference of displacement or gradient from the integrals, over the largest entry; at least their error.
+    /// Largest difference of displacement or gradient from the integrals, over the largest entry; at least the integrals' error.
     error: f64,
 }
 
@@ -91,7 +91,7 @@ struct FaceSquare {
     place: [usize; 2],
 }
 
-/// Cache key of the table of a kind of field for a material.
+/// Cache key of the table of a `kind` of field for a material.
 pub(super) fn cache_key(kind: &str, stiffness: &Stiffness) -> CacheKey {
     let mut hash = CacheKeyBuilder::new(&format!("{kind} {FORMAT}"));
     hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());

@@ -34,7 +34,7 @@ impl PointState {
         tensor_to_voigt(&self.stress)
     }
 
-    /// Transforms the state to new axes. The columns of `axes` are the current axes, in components of the new ones.
+    /// Transforms the state to new axes. The columns of `axes` are the current axes, in components of the new axes.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
         Self { displacement: axes * self.displacement, stress: axes * self.stress * axes.transpose() }
     }

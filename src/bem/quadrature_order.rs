@@ -1,10 +1,10 @@
 //! Number of Gauss points for the kernels of a material over a patch, seen from a point ([`QuadratureOrder`]).
 //!
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, n points have the error ρ^(-2n). Here ρ + 1/ρ = |z - 1| + |z + 1| for the nearest complex
-//! singularity z of the kernel. The isotropic kernel is singular where (x - y)·(x - y) = 0. Along a stiff direction an anisotropic
-//! kernel varies as if distances were shorter. Its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl = C_kjkl of
-//! displacements along the material axes k. The zeros of these forms approximate all singularities. Directions with much softer
-//! shear, such as the diagonals of cubic crystals, add forms of their own.
+//! singularity z of the kernel. The isotropic kernel of a point y is singular where (x - y)·(x - y) = 0. Along a stiff direction an
+//! anisotropic kernel varies as if distances were shorter. Its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl =
+//! C_kjkl of displacements along the material axes k. The zeros of these forms approximate all singularities. Directions with much
+//! softer shear, such as the diagonals of cubic crystals, contribute additional forms.
 
 use std::f64::consts::PI;
 
@@ -82,8 +82,8 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
 /// Number of sampled directions in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
-/// Minimum eigenvalue ratio of the form of an additional direction: relative to the largest ratio of the axes, and as a share of
-/// the largest ratio in all sampled directions.
+/// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction. The first constant is relative to the
+/// largest ratio of the material axes, the second to the largest ratio of all sampled directions.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
 const MIN_RATIO_SHARE: f64 = 0.5;
 
@@ -142,8 +142,8 @@ fn directions() -> impl Iterator<Item = Point> {
 mod tests {
     use super::*;
 
-    /// Truth: 1/(x - 2) over [-1, 1] has its pole at z = 2: (1 + 3)/2. Seen from the side, 1/√(s² + d²) has poles at ± i d: √(1 +
-    /// d²). For a fibre κ times as stiff (κ² in the form), a point along the fibre appears κ times nearer to a side across it.
+    /// Truth: (|z - 1| + |z + 1|)/2 is (1 + 3)/2 for the pole z = 2 of 1/(x - 2). For the poles ± i d of 1/√(s² + d²) it is √(1 +
+    /// d²). If the form is κ² times as large along the fibre, distances along the fibre count 1/κ times.
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

@@ -11,7 +11,8 @@ use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
 
-/// S = I F I^T A: F gives the displacement of the contact nodes due to nodal forces, I averages over the cells.
+/// Operator S = I F Iᵀ A. F gives the displacement of the contact nodes due to nodal forces, I averages nodal displacements over
+/// the cells, and A contains the cell areas.
 ///
 /// S is symmetric in the area-weighted sense, because F is symmetric and the same I serves forces and displacements.
 ///
@@ -23,13 +24,13 @@ pub struct CondensedFlexibility {
     normal: NormalOperator,
     /// Buffers: forces and displacements of the contact nodes, `[3 n_c]`.
     scratch: Mutex<[Vec<f64>; 2]>,
-    /// Buffers: tractions and gaps for normal gaps by the full operator, `[3, N]`.
+    /// Buffers for [`NormalOperator::Full`]: tractions and gaps of all components, `[3, N]` by planes.
     planes: Mutex<[Vec<f64>; 2]>,
 }
 
 /// Computation of normal gaps from pressures.
 enum NormalOperator {
-    /// All cells have the normal n of the first one: n^T F n, `[n_c, n_c]`.
+    /// Matrix nᵀ F n, `[n_c, n_c]`, for cells that all have the same normal n.
     SharedNormal(PackedSymmetric),
     /// Product with the full operator.
     Full,
@@ -80,7 +81,7 @@ impl CondensedFlexibility {
     }
 }
 
-/// n^T F n for every pair of nodes.
+/// Matrix nᵀ F n, with one entry for every pair of nodes.
 fn normal_flexibility(nodal: &PackedSymmetric, normal: Point) -> Result<PackedSymmetric> {
     PackedSymmetric::from_lower(nodal.n() / 3, |i, j| {
         let block = Matrix3::from_fn(|a, b| nodal.at(3 * i + a, 3 * j + b));

@@ -119,7 +119,7 @@ impl FeBody {
     }
 }
 
-/// Rigid-body modes in the form that the contact uses.
+/// Unconstrained rigid-body modes with their gaps, relative motions and load works; `None` if the supports fix the body.
 fn rigid_body_modes(
     condensed: &CondensedBody,
     map: &FaceMap,

@@ -21,7 +21,8 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest angle between the axes of a cell and the axes of the plane (radians), and largest height of a cell over the frame size.
+/// Largest angle between the axes of a cell and the axes of the plane, radians. Also the largest distance of a cell from the plane,
+/// over the frame size.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Smallest depth of evaluation, over the cell size. The stress under uniform tractions is unbounded at the border of a cell.
@@ -44,7 +45,7 @@ pub struct HalfSpaceBody {
     cells: PlaneCells,
     /// Relative tolerance of a compressed operator.
     tolerance: f64,
-    /// Blocks of an operator that is only built for output fields.
+    /// Treatment of vanishing blocks in an operator that is only built for output fields.
     cross: CrossBlocks,
     /// Memory limit of a compressed operator.
     pub memory: MemoryLimit,
@@ -90,12 +91,13 @@ impl HalfSpaceBody {
         Self { tolerance, ..self }
     }
 
-    /// Sets the blocks of an operator that is only built for fields. An operator with all blocks is not compressed.
+    /// Sets the treatment of vanishing blocks in an operator that is only built for output fields. An operator that keeps these
+    /// blocks is not compressed.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
     }
 
-    /// Memory of the operator with these blocks, bytes, estimated before it is built.
+    /// Memory of the operator with the block treatment `cross`, bytes, estimated before the operator is built.
     pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
         match &self.cells {
             // Nine planes of the symbol and the padded vectors of one application.
@@ -283,8 +285,8 @@ pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
     n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }
 
-/// Operator of a half-space, or of two half-spaces with summed Green's functions. On grids, periodic or not, it uses FFT. Elsewhere
-/// it is dense; with many cells and vanishing blocks skipped, it is compressed to the default tolerance.
+/// Operator of a half-space, or of two half-spaces with summed Green's functions. On grids, periodic or not, it uses FFT. On other
+/// frames it is dense, or compressed to the default tolerance if [`uses_compression`] returns true.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -296,7 +298,7 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross, (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
 }
 
-/// The same operator as a dense matrix of the integrals over each cell, on any frame that is not periodic.
+/// The operator of [`half_space_flexibility`] as a dense matrix of integrals over the cells, on any frame that is not periodic.
 ///
 /// # Errors
 /// If the frame is not plane or is periodic, or memory does not suffice.
@@ -310,7 +312,7 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }
 
-/// Displacement at the cell centres of a plane frame due to tractions on body 2: the contribution of the body at `side` to the gap.
+/// Displacement of the body at `side` at the cell centres of a plane frame, due to tractions on body 2; global axes, mm.
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],

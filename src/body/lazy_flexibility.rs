@@ -1,7 +1,7 @@
 //! Flexibility of a condensed body on the frame, with rows formed for part of the cells.
 //!
-//! Rows are first formed for the cells that may come into contact, or all cells if this is unknown; other rows are empty. The gap
-//! of the other cells takes one solve with the body's factor. Additional rows take one solve for each new dof.
+//! Rows are first formed for the cells that may come into contact, or for all cells if these are unknown; other rows are empty. The
+//! gap of cells without rows takes one solve with the body's factor. Additional rows take one solve for each new dof.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -17,7 +17,7 @@ use crate::flexibility::per_cell::PerCell;
 use crate::frame::FaceMap;
 use crate::linalg::dense::SymmetricDense;
 
-/// S = I F I^T A, with rows for some of the cells.
+/// Operator S = I F Iᵀ A ([`CondensedFlexibility`]) with rows for some of the cells.
 pub struct LazyFlexibility {
     /// Map of all cells.
     whole: FaceMap,
@@ -35,8 +35,8 @@ struct FormedRows {
 }
 
 impl LazyFlexibility {
-    /// Operator on the `cells` with formed rows. `nodal` is the flexibility of the nodes under these cells, the contact nodes of
-    /// `body`.
+    /// Operator with rows formed for the marked `cells`. `nodal` is the flexibility of the nodes under these cells, the contact
+    /// nodes of `body`.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -60,7 +60,7 @@ impl LazyFlexibility {
         forces
     }
 
-    /// Gaps in all cells, `[3, N]` by planes, due to displacements of these nodes.
+    /// Gaps in all cells, `[3, N]` by planes, due to displacements of the nodes under all cells.
     fn gap(&self, displacement: &[f64]) -> Vec<f64> {
         let mut gap = vec![0.0; 3 * self.n_cells()];
         self.whole.apply(displacement, &mut gap);
@@ -72,7 +72,7 @@ impl LazyFlexibility {
     }
 }
 
-/// Extends `old` to `cells`; `body` is solved for the new rows.
+/// Extends the formed rows `old` to the marked `cells`. Solves `body` for the new rows.
 fn extend_rows(
     old: &CondensedFlexibility,
     whole: &FaceMap,
@@ -133,8 +133,8 @@ impl Flexibility for LazyFlexibility {
     }
 
     /// Gaps from a direct solve of the body's assembled equations, for comparison with the condensed flexibility. The solve costs
-    /// as much as many products, so that it runs once for each set of formed rows; later calls return `None`. If it would need a
-    /// factorisation or fails, the result is also `None`, and a later call compares.
+    /// as much as many products, so that it runs once for each set of formed rows; later calls return `None`. The result is also
+    /// `None` if the solve fails or would need a factorisation; a later call then tries again.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
         let formed = self.formed();
@@ -170,7 +170,7 @@ impl Flexibility for LazyFlexibility {
         }
     }
 
-    /// Forms the rows in the original order, because the entries between new cells come from the later solve.
+    /// Forms the rows in the original order, because entries between two added cells come from the solve for the later cell.
     fn replay(&self, course: &OperatorHistory) -> Result<()> {
         course.formed.iter().try_for_each(|cells| self.form_rows(cells))?;
         self.formed().verified.store(course.formed_rows_checked, Ordering::Relaxed);

@@ -1,5 +1,6 @@
 //! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility on the frame (gap change per traction on body 2), its
-//! free gap and its rigid-body modes. It recovers displacement and stress for given tractions.
+//! free gap and its rigid-body modes. It recovers displacement and stress for given tractions. Vectors `[3, N]` by planes contain
+//! the x components of all N cells, then all y, then all n components.
 
 pub mod boundary_elements;
 pub mod condensed_flexibility;
@@ -72,8 +73,8 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Takes the flexibility of the body on the frame (gap change per traction on body 2); `None` if rigid. A body whose matrix
-    /// moves into the operator returns it only once. `cross`: whether vanishing blocks between normal and tangential components are
-    /// omitted.
+    /// moves into the operator returns the operator only once. `cross`: whether vanishing blocks between normal and tangential
+    /// components are omitted.
     ///
     /// # Errors
     /// If the operator cannot be built (memory), or was taken before.
@@ -117,7 +118,7 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Displacement and stress at interior points (global axes, mm) due to tractions on body 2 in the cells of `frame`, `[3, N]` by
-    /// planes. `None` for a body that provides them in another way, or not at all.
+    /// planes. `None` if the body cannot evaluate interior points in this way.
     ///
     /// # Errors
     /// If a point lies outside the body, memory does not suffice, or the run is cancelled.

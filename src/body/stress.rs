@@ -24,14 +24,15 @@ pub struct StressField {
     pub stress: Vec<[f64; 6]>,
     /// Exposure of the materials with known strengths, by criterion.
     pub exposures: Vec<ExposureField>,
-    /// Strain in the contact surface, which gives the stress there together with the tractions.
+    /// Strain in the contact surface. Together with the tractions it gives the stress in this surface.
     pub contact: Vec<SurfaceStressPoint>,
     /// Estimated error of the elements' own stress, if requested.
     pub error: Option<ErrorEstimate>,
 }
 
 impl StressField {
-    /// Stress of a model at `points`, its estimated error, if any, and its exposures by `limits`, the strengths by material name.
+    /// Combines the stress of a model at `points` with its estimated error, if any. The exposures follow from `limits`, the
+    /// strengths by material name.
     pub(super) fn new(
         (model, points): (&FeModel, &Arc<RecoveryPoints>),
         (stress, error): (Vec<[f64; 6]>, Option<ErrorEstimate>),

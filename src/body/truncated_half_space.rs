@@ -1,7 +1,7 @@
 //! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
 //! zero.
 //!
-//! Kept to reproduce programs without an exact half-space. The exact operator is computed as well, and the difference is reported.
+//! Reproduces programs without an exact half-space. The exact operator is computed as well, and the difference is reported.
 
 use std::sync::Arc;
 
@@ -26,8 +26,8 @@ use crate::material::Stiffness;
 /// Accuracy of the integrals, over the largest values.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Range of the meshed distance over half of the longer side of the frame. Farther out, elements are needles and other errors
-/// exceed the truncation error.
+/// Admissible half-side of the meshed square, over half of the longer side of the frame. Beyond the upper limit, elements are
+/// needles and other errors exceed the truncation error.
 const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
@@ -48,9 +48,10 @@ pub struct TruncatedSpec<'a> {
 pub struct Truncation {
     /// Number of elements.
     pub n_elements: usize,
-    /// Mean normal displacement of the frame under uniform pressure, mm/MPa: meshed, and exact.
+    /// Mean normal displacement of the frame under uniform unit pressure, mm/MPa: of the meshed surface, and exact.
     pub compliance: [f64; 2],
-    /// Norm of the difference of the works of uniform tractions on each other's displacements, over the norm of the exact works.
+    /// Norm of the difference of two 3 x 3 matrices of works, meshed and exact, over the norm of the exact matrix. Entry (a, b) is
+    /// the work of a uniform traction a on the displacements under a uniform traction b.
     pub difference: f64,
     /// Relative residual of recomputed equations.
     pub residual: f64,
@@ -65,7 +66,7 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Edges of the elements along an axis of the frame, about its centre: edges of the cells, then of growing elements.
+/// Element edges along an axis of the frame, relative to its centre, mm: cell edges, and beyond them edges of growing elements.
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;
@@ -212,7 +213,7 @@ impl TruncatedHalfSpace {
     }
 }
 
-/// Works of uniform tractions along x, y, n on each other's displacements.
+/// Matrix of the works of uniform unit tractions along x, y, n (rows) on the displacements under these tractions (columns).
 fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> Matrix3<f64> {
     let n = frame.n_cells();
     let mut sums = Matrix3::zeros();

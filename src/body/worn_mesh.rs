@@ -1,9 +1,9 @@
 //! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
 //! The transpose of the cell averages distributes the wear volume of the cells to the corners of the contact faces. The depth of a
-//! corner is its volume over its area ∫ L_c dS. L_c is linear or bilinear between the corners of a face, so that all areas are
-//! positive. Middle nodes follow the adjacent corners. The volume between old and new surface equals the wear volume of the cells,
-//! and a uniform depth stays uniform (docs/theory-wear.md).
+//! corner is its volume over its area ∫ L_c dS. The shape function L_c of a corner is linear or bilinear on each face, so that all
+//! areas are positive. Middle nodes follow the adjacent corners. The volume between old and new surface equals the wear volume of
+//! the cells, and a uniform depth stays uniform (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;
@@ -61,7 +61,7 @@ pub fn worn_mesh(
     move_mesh(spec, &faces, (&motion, &frame.axes), memory)
 }
 
-/// Volume that each node gets from a depth in the cells, along their normals, `[n_points]`, mm3.
+/// Volume vector that each node receives from a `depth` of the cells along the cell normals, `[n_points]`, mm3.
 fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     let mut planes = vec![0.0; 3 * depth.len()];
     planes[2 * depth.len()..].copy_from_slice(depth);

@@ -3,7 +3,7 @@
 use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
-/// The table omits results with an estimated error below this share of the accuracy.
+/// The table omits results whose estimated relative error is below this fraction of the requested accuracy.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
 /// Table of results with estimated errors, and whether the accuracy was reached.

@@ -55,8 +55,8 @@ impl std::fmt::Write for StackText {
     }
 }
 
-/// Ends the program immediately, without waiting for other threads. Files are written under temporary names until they are
-/// complete.
+/// Ends the program immediately, without waiting for other threads. Incomplete files have temporary names, so no result file is
+/// damaged.
 #[cold]
 fn exit_out_of_memory(bytes: usize) -> ! {
     let mut line = StackText { bytes: [0; 512], length: 0 };

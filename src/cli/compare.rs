@@ -92,7 +92,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     Ok(worst)
 }
 
-/// Plan of the scene with the user's cache. The error is the exit code.
+/// Plan of the scene with the user's cache of flexibility matrices. The error is the exit code.
 fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {
@@ -105,7 +105,7 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     Ok(plan)
 }
 
-/// Warning if there is only one variant.
+/// Warning if there is only one variant and the user named none.
 fn single_variant_warning(variants: &[Variant], named: bool) -> Option<String> {
     (variants.len() == 1 && !named)
         .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())

@@ -31,7 +31,7 @@ pub(super) fn to_stdout(text: &str) {
     }
 }
 
-/// Whether a write to standard output failed, which is reported. A closed pipe is no failure.
+/// Reports a failed write to standard output. Returns whether the write failed; a closed pipe is no failure.
 pub(super) fn is_lost(printed: &std::io::Result<()>) -> bool {
     let Err(error) = printed else { return false };
     let lost = error.kind() != std::io::ErrorKind::BrokenPipe;

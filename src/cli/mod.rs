@@ -102,7 +102,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     ExitCode::from(exit::worse(code, lost))
 }
 
-/// Makes a write beyond the shell's file size limit (`ulimit -f`) an error of that file. Otherwise its signal ends the program.
+/// Makes a write beyond the file size limit (`ulimit -f`) an error of that file. Otherwise the signal SIGXFSZ ends the program.
 fn report_large_files_as_errors() {
     #[cfg(unix)]
     // SAFETY: an ignored signal runs no code of this program.

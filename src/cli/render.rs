@@ -37,7 +37,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
     text
 }
 
-/// On a terminal: line drawings, and colours unless the environment sets `NO_COLOR`. Elsewhere plain text.
+/// Renderer with line drawings on a terminal, coloured unless the environment sets `NO_COLOR`; plain text elsewhere.
 fn renderer(is_terminal: bool) -> Renderer {
     let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
@@ -80,7 +80,7 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     before..after
 }
 
-/// Adds a severity to a message of a run. Warnings contain theirs.
+/// Adds the severity "note" to a message of a run. Warnings already contain their severity.
 pub(super) fn with_severity(message: &str) -> String {
     if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
 }

@@ -1,4 +1,4 @@
-//! Interruption by Ctrl-C. The run stops within about a second and keeps its results; a further signal after that stops it at once.
+//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. A later signal stops the run at once.
 //!
 //! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own
 //! handlers while it runs, with a jump that is valid only in the thread that called METIS.
@@ -67,7 +67,7 @@ fn wait(signals: &libc::sigset_t) {
                 to_stderr(INTERRUPT_MESSAGE);
             }
             Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}
-            // No cleanup is needed that could take time. SAFETY: _exit has no preconditions.
+            // The program ends at once, without cleanup that could take time. SAFETY: _exit has no preconditions.
             Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },
         }
     }

@@ -46,7 +46,7 @@ pub(super) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Force component; 0 if it is rounding relative to the load.
+/// Force component, replaced by 0 if it is below 1e-7 of the load (rounding).
 pub(super) fn without_round_off(force: f64, load: f64) -> f64 {
     if force.abs() < 1e-7 * load { 0.0 } else { force }
 }

@@ -7,29 +7,29 @@ use crate::linalg::vector::nan_max;
 /// Independent checks of a state. Relative checks are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StateChecks {
-    /// Natural residual (7.1).
+    /// Natural residual ([`Increment::natural_residual`]).
     pub natural_residual: f64,
     /// Smallest normal gap, mm.
     pub min_gap: f64,
-    /// Largest |q|_μ - p over the largest pressure, not below 0.
+    /// Largest |q|_μ - p over the largest pressure, not below 0. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
-    /// Σ A |p g_n| relative to the elastic energy. If the elastic energy is negligible, relative to ½ Σ A p² S_nn, in which every
-    /// cell deforms alone. This occurs if the tractions of a complete contact cause no deformation.
+    /// Σ A |p g_n| over the elastic energy. If the elastic energy is negligible, the denominator is ½ Σ A p² S_nn, the energy of
+    /// cells that deform independently. The elastic energy is negligible if the tractions of a complete contact cause no
+    /// deformation.
     pub normal_gap_energy: f64,
-    /// Σ A (p |Δg|*_μ + q·Δg) relative to the same energy (2.1).
+    /// Σ A (p |Δg|*_μ + q·Δg) over the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction coefficients.
     pub tangential_gap_energy: f64,
     /// Elastic energy ½ Pᵀ A S P, summed over the path points, N mm.
     pub elastic_energy: f64,
     /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value there. The
-    /// reference is direct summation, or a new solution of the bodies. `None` without tractions, or for an operator without such a
-    /// reference.
+    /// reference is direct summation, or a direct solve of the bodies' equations. `None` without tractions or reference.
     pub operator_defect: Option<f64>,
     /// Friction dissipation -Σ A q·Δg of one pass through the path points, N mm.
     pub dissipation: f64,
 }
 
 impl StateChecks {
-    /// Combines the checks of two states of one answer: the worse value of each check, and the energies of `later`.
+    /// Combines the checks of two successive states: the worse value of each check, but elastic energy and dissipation of `later`.
     pub fn worst(&self, later: &Self) -> Self {
         Self {
             natural_residual: self.natural_residual.max(later.natural_residual),
@@ -47,12 +47,12 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(nan_max)
 }
 
-/// Ratio of elastic energy to the energy of cells that deform alone. Below it the elastic energy consists of errors of the
-/// tractions.
+/// Smallest ratio of elastic energy to the energy of cells that deform independently. A smaller elastic energy consists of errors
+/// of the tractions.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
-/// Largest number of kernels integrated for the direct sums of a state, and bounds on the number of checked cells. The lower bound
-/// on cells takes precedence.
+/// Largest number of kernels integrated for the direct sums of a path point, and bounds on the number of checked cells. The lower
+/// bound on cells takes precedence.
 const MAX_DIRECT_SUM_KERNELS: usize = 2000;
 const DIRECT_SUM_CELL_BOUNDS: [usize; 2] = [1, 50];
 
@@ -88,7 +88,7 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     worst
 }
 
-/// Treatment of the tangential gap if only pressures were unknown.
+/// Treatment of the tangential gap if only pressures are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TangentialGap {
     /// The tangential gap includes the displacement caused by the pressures.
@@ -119,7 +119,7 @@ pub fn check(
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
     problem.evaluate(it);
-    // For equal bodies, pressures cause no tangential displacement.
+    // An operator with a separate tangential part has no coupling: its pressures cause no tangential displacement.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
         fill_tangential(problem, it);
     }
@@ -173,7 +173,7 @@ pub fn check(
     checks
 }
 
-/// Adds the tangential displacement and slip caused by the pressures. The iterations without friction compute only normal planes.
+/// Adds the tangential displacement and slip caused by the pressures. Iterations without friction compute only normal components.
 fn fill_tangential(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for end in 0..problem.path_points.len() {

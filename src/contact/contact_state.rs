@@ -49,17 +49,18 @@ pub struct ContactState {
     pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
     /// Physical tractions, `[3, N]` per path point, MPa.
     pub tractions: Vec<f64>,
-    /// Elastic displacement S P, `[3, N]` per path point, mm. Without friction the tangential planes may be omitted.
+    /// Elastic displacement S P, `[3, N]` per path point, mm. Without friction the solver may omit the tangential components.
     pub elastic: Vec<f64>,
     /// Gap including rigid motion and wear, `[3, N]` per path point, mm.
     pub gap: Vec<f64>,
     /// Slip, `[2, N]` per path point, mm.
     pub slip: Vec<f64>,
-    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds it to the diagonal of S_nn.
+    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds `slip_repeats` times this path to the
+    /// diagonal of S_nn.
     pub wear_path: Vec<f64>,
     /// Wear depth of one pass through the path points, `[N]`, mm, before multiplication by `slip_repeats`.
     pub wear_rate: Vec<f64>,
-    /// Scaled slip and normal gap, `[3, N]` per path point.
+    /// Scaled slip and normal gap, `[3, N]` per path point, mm.
     pub gradient: Vec<f64>,
 }
 

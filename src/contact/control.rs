@@ -16,7 +16,7 @@ pub enum NormalControl {
 pub enum TangentialControl {
     /// The tangential rigid motion is given.
     Shift,
-    /// The tangential force on body 2 along local (x, y) is given (N). The tangential displacement is unknown.
+    /// The tangential force on body 2 along the frame's (x, y) is given (N). The tangential displacement is unknown.
     Force([f64; 2]),
 }
 
@@ -43,7 +43,7 @@ pub enum SlipReference {
         /// Tangential gaps of the cells in `stick_mask`, `[2, N]`, mm.
         stick_gap: Vec<f64>,
     },
-    /// Steady sliding: prescribed slip, `[2, N]`, mm, independent of the tractions.
+    /// Steady sliding: prescribed slip, `[2, N]`, mm per mm of sliding, independent of the tractions.
     Prescribed(Vec<f64>),
     /// Steady rolling: slip relative to the upstream cell, from which the material comes.
     Upstream(Upstream),
@@ -60,7 +60,7 @@ pub struct Upstream {
 }
 
 impl SlipReference {
-    /// The reference for changes of a state on `n` cells: all constant terms are zero.
+    /// Slip reference of the linearised equations for `n` cells: all constant terms are zero.
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
@@ -83,9 +83,9 @@ pub struct PathPoint {
     pub normal: NormalControl,
     /// Tangential control.
     pub tangential: TangentialControl,
-    /// Balance that determines the rigid motions, in place of the forces of both controls. `None` if the controls suffice; they
-    /// cover forces along the common axes of a flat frame.
+    /// Balance that determines the unknown rigid motions, in place of the forces of both controls. `None` if the controls suffice:
+    /// for forces along the common axes of a flat frame, or without forces.
     pub balance: Option<Balance>,
-    /// Reference of its slip.
+    /// Reference from which slip is measured.
     pub reference: SlipReference,
 }

@@ -12,19 +12,20 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
-/// Relative margin of the stick condition: cells with |q|_μ < p (1 - margin) stick, the other cells in contact slip.
+/// Relative margin of the stick condition: cells with |q|_μ < p (1 - margin) stick, the other cells in contact slip. |q|_μ is the
+/// magnitude of the scaled tangential traction.
 const STICK_MARGIN: f64 = 1e-6;
 
 /// Data and equations of one contact increment.
 pub struct Increment<'a> {
-    /// Operator S of the elastic displacements on the frame.
+    /// Flexibility operator S, from tractions (MPa) to elastic displacements of the gap (mm).
     pub flexibility: &'a dyn Flexibility,
     /// Cell areas, `[N]`.
     pub areas: &'a [f64],
     /// Gap at zero tractions and zero rigid motion, without wear, `[3, N]`, mm.
     pub initial_gap: &'a [f64],
-    /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row: `[N]` of 3 x 3. `None`
-    /// on flat frames, where they are the identity.
+    /// Matrix per cell, `[N]`, from a translation of body 2 along the frame's x, y, n to components along the cell's axes. `None`
+    /// if all are the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
     /// Gap per unit of each additional rigid mode, `[3, N]` each: rigid-body modes of unconstrained bodies, or rotations of body 2.
     pub mode_gaps: &'a [Vec<f64>],
@@ -32,19 +33,20 @@ pub struct Increment<'a> {
     pub friction: Option<FrictionEllipse>,
     /// Specific wear rate, `None` without wear.
     pub wear: Option<SpecificWearRate>,
-    /// Factors on the wear path of each cell, `[N]`, for the motion between the path points; `None` for 1.
+    /// Factors on the wear path of each cell, `[N]`, which correct the wear within strokes between path points; `None` for 1.
     pub wear_path_factors: Option<&'a [f64]>,
-    /// Scales of the residual and the step sizes, for this operator and this friction ellipse.
+    /// Local stiffnesses and largest eigenvalues for this operator and this friction ellipse.
     pub scales: Arc<ContactScales>,
     /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
-    /// Number of times that the slip of this increment occurs: 1, or the number of cycles of an implicit stage.
+    /// Number of repetitions of the slip whose wear opens the gap: 1, or the number of cycles of an implicit stage. 0 if wear does
+    /// not change the gap.
     pub slip_repeats: f64,
     /// Whether the pressures are unknown.
     pub pressures: Pressures,
     /// Work that the solver may omit.
     pub skip: AllowedOmissions,
-    /// The one or two path points of the increment.
+    /// Path points of the increment, which are solved together.
     pub path_points: Vec<PathPoint>,
 }
 
@@ -81,13 +83,13 @@ impl Increment<'_> {
             && (self.wear.is_none() || self.path_points.iter().all(given))
     }
 
-    /// The tangential part of the operator, if the pressures are given; `None` otherwise.
+    /// Tangential part of the operator if the pressures are given and the operator has such a part.
     pub(super) fn tangential_operator(&self) -> Option<&dyn TangentialFlexibility> {
         if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
-    /// The linear part of the equations for changes of tractions and motions, without wear, with an operator that may be less
-    /// accurate. `nothing`: zeros, `[3, N]`.
+    /// Linear equations for changes of tractions and motions: this increment without initial gap, wear and constant terms of the
+    /// slip. `flexibility` may be less accurate than the operator of the increment. `nothing`: zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -121,8 +123,8 @@ impl Increment<'_> {
         self.fill_from_elastic(it);
     }
 
-    /// Computes the normal gap of the path point `end` from S P, rigid motion and wear depth. Without wear, pressures depend on
-    /// nothing else.
+    /// Computes the normal gap of the path point `end` from S P, rigid motion and wear depth. If only pressures are unknown and
+    /// nothing wears, pressures depend on no other field.
     pub(super) fn fill_normal_gap(&self, it: &mut ContactState, end: usize) {
         let n = self.n();
         let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
@@ -144,7 +146,7 @@ impl Increment<'_> {
         self.fill_gradient(it);
     }
 
-    /// Cells whose flexibility is not formed although the bodies would overlap there without tractions, in ascending order.
+    /// Cells, in ascending order, whose flexibility is not formed although rigid bodies would overlap there.
     pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
@@ -238,7 +240,7 @@ impl Increment<'_> {
         local
     }
 
-    /// Areas and friction scaling of the cells, for balances of forces.
+    /// Areas and friction scaling of the cells, for force balances.
     pub(super) fn cells(&self) -> BalanceCells<'_> {
         BalanceCells { areas: self.areas, hat: self.friction_scaling() }
     }
@@ -285,8 +287,9 @@ impl Increment<'_> {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
-    /// Computes the wear depth dw = Σ p |Δg|_i, summed over the path points, and adds it to the normal gap (docs/theory-wear.md).
-    /// dw is implicit in pressure and slip.
+    /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip weighted with the specific
+    /// wear rates. Adds the initial depth and `slip_repeats` dw to the normal gap (docs/theory-wear.md). dw is implicit in pressure
+    /// and slip.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_rate.fill(0.0);

@@ -2,10 +2,11 @@
 //!
 //! Unknowns are the scaled (*hatted*) tractions on body 2, P̂ = D⁻¹ P with D = diag(μ1, μ2, 1) in the friction axes
 //! (docs/theory-contact.md). In scaled variables every friction ellipse is the unit disc, and radial return is the exact
-//! projection. Planes are ordered [q̂1, q̂2, p]. The conjugate gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n], with Δg the slip of the increment.
+//! projection. A field `[3, N]` has three planes, one per component: q̂1, q̂2, p. With the slip Δg of the increment, the conjugate
+//! gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n].
 //!
-//! An [`Increment`] has one path point, or two that are solved together: the two reversal points of a fretting stroke. The slip
-//! between the two points and the wear at both couple them. [`solver::solve`] finds the [`ContactState`].
+//! An [`Increment`] has one path point, or all path points of a fretting cycle, which are solved together. Their slips and the
+//! common wear depth couple them. [`solver::solve`] finds the [`ContactState`].
 
 pub mod balance;
 pub mod certificate;

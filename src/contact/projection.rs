@@ -11,7 +11,8 @@ use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 /// Whether the tractions can carry the prescribed forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Equilibrium {
-    /// The tractions carry all prescribed forces.
+    /// A tangential force exceeds the friction limit at the pressures of this iterate, and every cell slips at its limit along the
+    /// force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
     Balanced,
     /// A tangential force exceeds the friction limit at the pressures of this iterate, and every cell slips at its limit along the
     /// force. Or no rigid motion balances the forces, and the bodies separate.
@@ -90,8 +91,8 @@ pub fn project(
     equilibrium
 }
 
-/// Takes a step of size `step` and projects the pressures onto p >= 0. Under a prescribed force, all pressures are first shifted by
-/// a uniform value so that they carry the force. Returns this shift.
+/// Takes a step of size `step` and projects the pressures onto p >= 0. Under a prescribed force, all values are first shifted
+/// uniformly so that the projected pressures carry the force. Returns this shift, MPa.
 fn project_pressures(
     problem: &Increment,
     end: &PathPoint,
@@ -122,7 +123,7 @@ fn balanced(
     failure
 }
 
-/// Sets every tangential traction to its friction limit along `direction`.
+/// Sets every scaled tangential traction to its friction limit along `direction`.
 fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     let norm = direction[0].hypot(direction[1]);
     for i in 0..n {
@@ -146,8 +147,9 @@ fn project_to_friction_disc(planes: &mut [f64], n: usize) {
 
 /// Shifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ.
 ///
-/// Newton's method on a convex, increasing, piecewise linear function, started to the right of its root. It ends at the exact root
-/// after finitely many steps. Values are relative to the largest one, so that rounding does not affect the smallest forces.
+/// Newton's method finds the root of a convex, increasing, piecewise linear function. It starts to the right of the root and
+/// reaches the exact root after finitely many steps. `z` is measured from its largest value, so that rounding does not affect the
+/// smallest forces.
 fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     let mut top = 0;
     for i in 0..z.len() {
@@ -190,10 +192,11 @@ fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
     [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
 }
 
-/// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force.
+/// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = f, where f is the prescribed force. `planes` contains the
+/// predictors ẑ and the pressures p; a is the step size `step`, clip the radial return to the disc of radius p.
 ///
 /// v minimises a convex potential, the sum of Huber functions over the cells, by damped Newton steps. `wanted`: the scaled force
-/// f̂ = M⁻¹ Rᵀ f.
+/// f̂ = M⁻¹ Rᵀ f. R and M are the matrices of [`FrictionScaling`].
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -235,8 +238,8 @@ fn shift_for_force(
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
-            // If rounding hides the change of the potential, the force error decides. The error alone would allow ever longer steps
-            // across the root if all tractions are far beyond their limits in one direction.
+            // If rounding hides the change of the potential, the force error decides. The force error alone would allow ever longer
+            // steps across the root if all tractions are far beyond their limits in one direction.
             let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
@@ -257,10 +260,10 @@ fn shift_for_force(
 }
 
 struct ClippedSum {
-    /// Σ A h(ẑ - y), h'(x) = clip(x; p).
+    /// Σ A h(ẑ - y), with Huber's function h, whose derivative is clip(x; p).
     potential: f64,
     sum: [f64; 2],
-    /// -d sum / d y: (11, 12, 22).
+    /// Components 11, 12, 22 of the derivative -∂sum/∂y.
     jacobian: [f64; 3],
 }
 
@@ -310,7 +313,7 @@ mod tests {
         }
     }
 
-    /// Scaled traction planes: bowl-shaped pressures, and tangential tractions beyond their limits, some by far and all in one
+    /// Scaled tractions by planes: irregular pressures, and tangential predictors beyond their limits, some by far and in one
     /// direction.
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
@@ -324,7 +327,8 @@ mod tests {
         [first, second, pressures].concat()
     }
 
-    /// Truth: the shifted tractions, clipped at the friction limit, carry the force to the rounding of tractions of their size.
+    /// Truth: Σ A times the shifted and clipped tractions equals the prescribed force, to the rounding error of the largest
+    /// predictor.
     #[test]
     fn shifts_carry_their_forces() {
         let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });

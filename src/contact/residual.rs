@@ -12,8 +12,8 @@ impl Increment<'_> {
     /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step, relative to the
     /// largest pressure. Prescribed forces contribute their relative defects, and the largest value counts.
     ///
-    /// The step has c = 1 / diag S, including the diagonal of the implicit wear. The residual is 0 for an open state without
-    /// penetration and NaN if any number is NaN.
+    /// The step size is c = 1 / diag S, where S includes the diagonal of the implicit wear. The residual is 0 for an open state
+    /// without penetration and NaN if any number is NaN.
     pub fn natural_residual(&self, it: &ContactState) -> f64 {
         let [normal, tangential] = self.natural_residual_parts(it);
         nan_max(normal, tangential)
@@ -74,7 +74,8 @@ impl Increment<'_> {
         deepest <= SUM_ROUNDING * largest
     }
 
-    /// Relative defects of the prescribed normal and tangential forces of a path point; 0 without a prescribed force.
+    /// Relative defects of the prescribed normal and tangential forces of a path point; 0 without a prescribed force. The defect of
+    /// a balance is the second value.
     fn force_residuals(&self, it: &ContactState, end: usize) -> [f64; 2] {
         let n = self.n();
         if let Some(balance) = &self.path_points[end].balance {
@@ -94,8 +95,8 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // The defect is relative to the friction capacity at least. If the friction coefficient is very small, small forces
-            // must be met as well.
+            // The defect is relative to the larger of the prescribed force and μ times the normal force. The factor μ keeps the
+            // check strict for small forces at very small friction.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }

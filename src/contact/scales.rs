@@ -1,11 +1,12 @@
-//! Scales of a flexibility operator: local compliances for the natural residual, and largest eigenvalues for step sizes.
+//! Scales of a flexibility operator: local stiffnesses for the natural residual, and largest eigenvalues for step sizes.
 
 use std::sync::OnceLock;
 
 use crate::flexibility::Flexibility;
 use crate::laws::friction::FrictionEllipse;
 
-/// Transformation between physical and scaled (hatted) vectors: rotation R into the friction axes, and scaling by M = diag(μ1, μ2).
+/// Transformation between physical and scaled (hatted) vectors. R rotates components along the friction axes to components along x,
+/// y; M = diag(μ1, μ2) scales them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrictionScaling {
     pub mu: [f64; 2],
@@ -42,12 +43,12 @@ impl FrictionScaling {
     }
 }
 
-/// Local stiffnesses and largest eigenvalues for one operator and friction ellipse.
+/// Local stiffnesses and largest eigenvalues for one flexibility operator and one friction ellipse.
 #[derive(Debug, Clone)]
 pub struct ContactScales {
     /// c_n = 1 / S_nn of each cell, MPa/mm (docs/theory-contact.md).
     pub c_normal: Vec<f64>,
-    /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell; empty without friction.
+    /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell, MPa/mm, with Ŝ = M Rᵀ S_tt R M; empty without friction.
     pub c_tangential: Vec<f64>,
     normal: OnceLock<f64>,
     tangential: OnceLock<f64>,
@@ -55,7 +56,7 @@ pub struct ContactScales {
 
 const POWER_ITERATIONS: usize = 12;
 
-/// Smallest tangential compliance of a cell along one friction axis, relative to the largest compliance of the cell.
+/// Lower bound on Ŝ11 and Ŝ22 of a cell, relative to the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
 const MIN_COMPLIANCE_SHARE: f64 = 1e-2;
 
 impl ContactScales {
@@ -91,7 +92,7 @@ impl ContactScales {
         *self.normal.get_or_init(|| power_iterations(areas, 1, |p, gap| operator.apply_normal(p, gap)))
     }
 
-    /// Largest eigenvalue of M S_tt M, mm/MPa, from a few power iterations on the first call.
+    /// Largest eigenvalue of M Rᵀ S_tt R M, mm/MPa, from a few power iterations on the first call.
     pub(super) fn max_tangential_eigenvalue(
         &self,
         operator: &dyn Flexibility,
@@ -102,7 +103,7 @@ impl ContactScales {
     }
 }
 
-/// Fixed start vector near the smooth eigenvector of the largest eigenvalue, with a pseudo-random part.
+/// Fixed start vector with a pseudo-random part, near the smooth eigenvector of the largest eigenvalue.
 fn start(n: usize) -> Vec<f64> {
     let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
     (0..n)
@@ -135,7 +136,7 @@ fn weighted_norm(areas: &[f64], v: &[f64]) -> f64 {
     if unit > 0.0 && unit.is_finite() { unit * squares(unit).sqrt() } else { sum.sqrt() }
 }
 
-/// Estimates the largest eigenvalue of an operator on `planes` planes by a few power iterations.
+/// Estimates the largest eigenvalue of an operator on fields of `planes` components by a few power iterations.
 fn power_iterations(areas: &[f64], planes: usize, mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
     let mut v = start(planes * areas.len());
     let mut image = vec![0.0; v.len()];

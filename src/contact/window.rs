@@ -60,7 +60,7 @@ impl Window {
     }
 
     /// Interpolates a window field to the frame cells of the window, plane by plane. The interpolation is bilinear between the
-    /// centres of the window cells in `count`. Frame cells without such a neighbour keep their value.
+    /// centres of the window cells marked in `count`. Frame cells without a marked neighbour keep their value.
     pub fn interpolate(&self, field: &[f64], count: &[bool], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
         for ix in 0..self.cells[0] * self.factor {
@@ -165,7 +165,7 @@ impl<'a> WindowProblem<'a> {
         })
     }
 
-    /// The equations of the increment on the window.
+    /// Equations of the increment `whole` on the window.
     pub fn problem<'b>(&'b self, whole: &'b Increment) -> Increment<'b> {
         Increment {
             flexibility: self.operator.flexibility(),
@@ -181,7 +181,7 @@ impl<'a> WindowProblem<'a> {
         }
     }
 
-    /// State on the window with the restricted tractions and the motions of a state on the frame.
+    /// State on the window: restricted tractions and the motions of the state `whole` on the frame.
     pub fn state(&self, whole: &ContactState) -> ContactState {
         let mut it = ContactState::new(self.window.n(), whole.rigid_motion.clone());
         it.mode_amplitudes.clone_from(&whole.mode_amplitudes);
@@ -189,7 +189,7 @@ impl<'a> WindowProblem<'a> {
         it
     }
 
-    /// Writes tractions and motions to a state on the frame.
+    /// Writes tractions and motions to the state `whole` on the frame. Tractions outside the window become zero.
     pub fn write_back(&self, it: &ContactState, whole: &mut ContactState) {
         self.window.prolong(&it.scaled, &mut whole.scaled);
         whole.rigid_motion.clone_from(&it.rigid_motion);
@@ -197,8 +197,8 @@ impl<'a> WindowProblem<'a> {
     }
 }
 
-/// Restricts the upstream cells of steady rolling to a window. Material from outside enters at the window's edge. The rigid slip of
-/// a coarser cell is larger by `factor`, because the passage takes longer.
+/// Restricts the upstream cells of steady rolling to a window. Material from outside enters at the window's edge. A window cell has
+/// `factor` times the mean rigid slip of its frame cells, because the passage takes longer.
 fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
@@ -233,8 +233,8 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
 mod tests {
     use super::*;
 
-    /// Truth: the means of a linear field are its values at the cell centres. Restriction followed by prolongation reproduces the
-    /// field.
+    /// Truth: the mean of a linear field over a coarse cell is its value at the centre. For windows of frame cells, restriction and
+    /// prolongation reproduce the field inside the window and give zero outside.
     #[test]
     fn means_and_back() {
         let frame = [8, 6];

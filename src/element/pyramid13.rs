@@ -30,7 +30,7 @@ impl DualShapeFunctions<13> for Pyramid13 {
 
     /// Shape functions; [`super::Pyramid14`] corrects them with its bubble.
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {
-        // Half side of the cross-section at height z; the value at the apex is the limit.
+        // Half side of the cross-section at height z, kept positive so that the shape functions take their limits at the apex.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let (to_x, to_y) = (|a: f64| side + x * a, |b: f64| side + y * b);
         Self::NODES.map(|[a, b, height]| match (height > 0.0, a == 0.0, b == 0.0) {

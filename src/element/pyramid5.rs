@@ -16,7 +16,7 @@ impl DualShapeFunctions<5> for Pyramid5 {
         [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 5] {
-        // Half side of the cross-section at height z; the value at the apex is the limit.
+        // Half side of the cross-section at height z, kept positive so that the shape functions take their limits at the apex.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         Self::NODES.map(|[a, b, tip]| match tip == 1.0 {
             true => z,

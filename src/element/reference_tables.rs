@@ -9,7 +9,7 @@ use super::ElementKind::{self, Quad4, Quad8, Quad9, Tri3, Tri6};
 type Face = (ElementKind, &'static [usize]);
 
 impl ElementKind {
-    /// Node order of VTK: node `i` of the VTK cell is node `vtk_order()[i]` here (13 entries for the 14-node pyramid).
+    /// Node order of VTK: node `i` of the VTK cell is node `vtk_order()[i]` in gmsh's order (13 entries for the 14-node pyramid).
     pub fn vtk_order(self) -> &'static [usize] {
         match self {
             Self::Tet10 => TET10_VTK,

@@ -60,9 +60,9 @@ mod tests {
         check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
     }
 
-    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step 1e-5. Differences of
-    /// functions quadratic along a coordinate have only rounding errors, 1e-10. Rational functions add 1e-10 times the third
-    /// derivative, 1e-9. Sums of more than nine terms round to 1e-14.
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step 1e-5. For functions
+    /// quadratic along a coordinate, the differences have only rounding errors, 1e-10. For rational functions, they add 1e-10 times
+    /// the third derivative, so 1e-9. Sums of more than nine terms round to 1e-14.
     fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
         let name = std::any::type_name::<S>();
         for (a, node) in S::NODES.iter().enumerate() {

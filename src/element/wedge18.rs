@@ -1,4 +1,4 @@
-//! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic in each.
+//! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times the line [-1, 1], quadratic on both.
 
 use super::dual::{Dual, quadratic, triangle6};
 use super::shape::DualShapeFunctions;

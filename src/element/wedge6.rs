@@ -1,4 +1,4 @@
-//! The 6-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], linear in each.
+//! The 6-node wedge on the triangle (0,0), (1,0), (0,1) times the line [-1, 1], linear on both.
 
 use super::Wedge18;
 use super::dual::{Dual, one_minus};

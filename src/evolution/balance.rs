@@ -14,7 +14,7 @@ use crate::evolution::model::PreparedModel;
 use crate::evolution::step::Step;
 use crate::geometry::Side;
 
-/// Norm below which the remaining part of a unit direction counts as zero.
+/// Norm below which the part of a unit direction orthogonal to the directions before it counts as zero.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 impl Run<'_> {
@@ -87,7 +87,7 @@ impl PreparedModel<'_> {
         let floating = self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
             let mut motion = [0.0; MOTION_COMPONENTS];
             motion[3 + j] = 1.0;
-            // The contact carries the prescribed force and holds the body against its own loads.
+            // The contact carries the prescribed force and supports the body against the body's own loads.
             BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
         });
         let mut wanted: Vec<BalanceConstraint> = floating.collect();
@@ -208,7 +208,7 @@ impl PreparedModel<'_> {
     }
 }
 
-/// Rotation of body 2 about an axis through the frame's centre, with the required work of the tractions on it.
+/// Rotation of body 2 about an axis through the frame's centre, with the work that the tractions must do on this rotation.
 fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
     let mut motion = [0.0; MOTION_COMPONENTS];
     motion[3..6].copy_from_slice(axis.as_slice());
@@ -224,7 +224,7 @@ fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector
     }
 }
 
-/// Sign that makes the largest component positive: a fixed motion has no sense of direction.
+/// Sign that makes the largest component positive: the sense of an unresisted motion is arbitrary.
 fn sign_of_largest(direction: Vector3<f64>) -> f64 {
     direction[direction.iamax()].signum()
 }

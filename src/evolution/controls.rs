@@ -7,7 +7,7 @@ use crate::contact::{NormalControl, TangentialControl};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
-/// Controls in force. A quantity that a step does not prescribe keeps its control (approach or force, for example).
+/// Controls that act at present. A quantity that a step does not prescribe keeps its control (approach or force, for example).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct ActiveControls {
     pub normal: Normal,
@@ -37,14 +37,14 @@ impl ActiveControls {
         }
     }
 
-    /// Prescribed force on body 1; 0 along directions without a prescribed force.
+    /// Prescribed force on body 1, N; 0 along directions without a prescribed force.
     fn force(&self) -> Vector3<f64> {
         let [x, y] = if let Tangential::Force(force) = self.tangential { force } else { [0.0; 2] };
         let n = if let Normal::Force(force) = self.normal { -force } else { 0.0 };
         Vector3::new(x, y, n)
     }
 
-    /// Loads in force at a given tangential position.
+    /// Prescribed loads of these controls, with the tangential displacement fixed instead of a tangential force.
     pub fn loads_at_shift(&self) -> PrescribedLoads {
         let normal = match self.normal {
             Normal::Approach(_) => NormalControl::Approach,
@@ -61,12 +61,12 @@ impl ActiveControls {
     }
 }
 
-/// Prescribed forces and moments. Where none is prescribed, the motion is given.
+/// Prescribed forces and moments. Along directions without a prescribed load, the motion is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
     pub tangential: TangentialControl,
-    /// Moments on body 2 about the frame's x, y, n through its centre.
+    /// Moments on body 2 about the frame's x, y, n through its centre, N mm; `None` where the rotation is given.
     pub moment: [Option<f64>; 3],
 }
 
@@ -87,14 +87,14 @@ impl PrescribedLoads {
 /// Controls of one increment, and the rigid motion from which its solution starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct IncrementControls {
-    /// Displacement along x, y, n.
+    /// Displacement of body 2 along x, y, n, mm.
     pub rigid: [f64; 3],
-    /// Rotation about x, y, n.
+    /// Rotation of body 2 about x, y, n, radians.
     pub turn: [f64; 3],
     pub loads: PrescribedLoads,
 }
 
-/// Rigid motion of body 2 and resultants on body 1, in the frame's axes.
+/// Rigid motion of body 2 (mm, radians) and resultants on body 1 (N, N mm), in the frame's axes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPathStart {
     pub rigid: [f64; 3],
@@ -109,14 +109,14 @@ pub(super) struct LoadPath {
     /// Initial state. The force on body 1 is the contact force. Along unconstrained directions, where the contact also carries the
     /// bodies' own loads, it is the force prescribed before.
     start: LoadPathStart,
-    /// Approach at which the first cell closes.
+    /// Approach at which the first cell closes, mm.
     first_touch: f64,
     /// Controls at the end.
     pub end: ActiveControls,
 }
 
 impl LoadPath {
-    /// Path of `step` from a start with the contact force; `held`: controls before the step.
+    /// Path of `step` from a start with the contact force. `held`: controls before the step.
     pub fn new(
         step: &Step,
         held: ActiveControls,
@@ -128,7 +128,7 @@ impl LoadPath {
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
-    /// The same path if first touch is farther along n by `by`.
+    /// The same path after first touch has moved by `by` (mm) along n.
     pub fn with_later_first_touch(mut self, by: f64) -> Self {
         self.first_touch += by;
         self.start.rigid[2] += by;

@@ -5,16 +5,16 @@ use crate::error::warning;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, bounds};
 
-/// Largest reliable tangential displacement of body 2 over the half-width of the contact in its direction. Beyond it, material
-/// points meet others than their partners in the model, with gaps that differ by the square of this ratio.
+/// Largest reliable tangential displacement of body 2 over the half-width of the contact in its direction. Beyond it, the touching
+/// surface points are not the pairs of the model. Their gaps differ from the model by the square of this ratio.
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
-/// Part of the warning by which it is found again.
+/// Text by which an earlier warning about large sliding is found.
 const WHAT: &str = "of the half-width of the contact in this direction";
 
 /// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact, at a reversal point or after
-/// an increment. `None` for steady rolling, without contact, and without friction and wear. `None` also if the contact covers the
-/// whole frame along the motion (an infinite line), or if `earlier` has a warning of the step.
+/// an increment. `None` for steady rolling, without contact, and if neither tangential force nor wear occurs. `None` also if the
+/// contact covers the whole frame along the motion (an infinite line), or if `earlier` contains this warning for the step.
 pub(super) fn large_sliding_warning(
     frame: &ContactFrame,
     record: &IncrementRecord,
@@ -59,8 +59,9 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: half-width of the contact from its cells. Along x, 6 of 20 cells of 0.1 are in contact, 0.3 to each side. Along y all
-    /// 4 cells are in contact, an infinite line. The amplitude of a fretting cycle follows from its reversal points.
+    /// Truth: a warning appears if the displacement exceeds 0.2 times the half-width of the contact. Along x, 6 of 20 cells of side
+    /// 0.1 are in contact, so the half-width is 0.3. Along y all 4 cells are in contact, an infinite line without limit. For a
+    /// fretting cycle the displacements at the reversal points count.
     #[test]
     fn displacements_against_the_half_width() {
         let frame = ContactFrame::grid([1.0, 0.2], [20, 4], [0.0; 2], 0.0).unwrap();

@@ -1,8 +1,8 @@
 //! Load steps, fretting cycles and cycle jumps: the main loop of a simulation.
 //!
-//! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments; each is one contact problem whose
-//! slip refers to the end of the increment before (docs/theory-contact.md). A wear step consists of jumps over many cycles (see
-//! `fretting`). A [`records::Observer`] receives progress, records and checkpoints.
+//! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments. Each increment is one contact
+//! problem, whose slip refers to the end of the previous increment (docs/theory-contact.md). A wear step consists of jumps over
+//! many cycles (see `fretting`). A [`records::Observer`] receives progress, records and checkpoints.
 
 mod balance;
 mod checkpoint;
@@ -179,7 +179,7 @@ fn run_on_this_thread(
         run.restore(snapshot)?;
     }
     if let Err(error) = run.run_steps() {
-        // A body may detect the signal before the solver does.
+        // A body may detect the interrupt signal before the solver does.
         if error.kind() == ErrorKind::Interrupted {
             run.report_checkpoint(CheckpointEvent::Aborted)?;
         }
@@ -369,8 +369,8 @@ impl<'a> Run<'a> {
 const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
 
 /// Warning that large friction may admit several solutions (Klarbring 1990: "Examples of non-uniqueness and non-existence of
-/// solutions to quasistatic contact problems with friction"). `None` unless tangential tractions change the pressures; otherwise
-/// the solution is unique for any friction coefficient.
+/// solutions to quasistatic contact problems with friction"). `None` for coefficients below [`LARGE_FRICTION_COEFFICIENT`]. `None`
+/// also if tangential tractions do not change the pressures, because the solution is then unique.
 fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
     let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
     (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
@@ -382,7 +382,7 @@ fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexi
 
 /// Warning about frictional steps in one increment, because the number of increments is part of the load path.
 fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
-    // A history prescribes its path, and a steady state has none.
+    // A history prescribes its load path, and a steady state does not depend on the path.
     let by_path =
         |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);

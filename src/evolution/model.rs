@@ -54,11 +54,11 @@ pub(super) struct PreparedModel<'a> {
     /// Gap per unit of each additional mode, `[3, N]`: rigid-body modes of unconstrained bodies, or rotations of body 2 about the
     /// frame's x, y, n if steps control them.
     pub mode_gaps: Vec<Vec<f64>>,
-    /// Motions of these modes: translation and rotation of body 2 relative to body 1 in the frame's axes.
+    /// Motions of the additional modes: translation and rotation of body 2 relative to body 1 in the frame's axes.
     pub mode_motions: Vec<[f64; 6]>,
-    /// Whether the modes are the rotations.
+    /// Whether the additional modes are rotations of body 2 that steps control.
     pub controls_rotation: bool,
-    /// Work of the bodies' own loads on each rigid-body mode.
+    /// Work of the bodies' own loads on each unit rigid-body mode.
     pub mode_loads: Vec<f64>,
     /// Groups of cells whose flexibility the run has formed, in order.
     formed_cells: Mutex<Vec<Vec<usize>>>,

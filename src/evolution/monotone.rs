@@ -26,12 +26,12 @@ pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
     pub slip_repeats: f64,
-    /// Factors on the wear path of each cell, `[N]`; `None` for 1.
+    /// Factors on the wear depth per pressure of each cell, `[N]`; `None` for 1.
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
 impl ActiveLaws<'_> {
-    /// Laws of a step for one pass whose wear does not change the gap.
+    /// Laws of a step for an increment whose wear does not change the gap.
     pub fn of(step: &Step) -> Self {
         Self { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None }
     }
@@ -64,7 +64,7 @@ pub(super) fn increment_problem<'b>(
     }
 }
 
-/// Part of a stage of the run that one solve covers, for the observer: name of the stage and fractions done.
+/// Part of a stage of the run that one solve covers, for the observer: name of the stage, fractions done before and after.
 pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
@@ -74,7 +74,7 @@ pub(super) struct ProgressSpan<'s> {
 /// Solves an increment and reports the progress of the residual to the observer, on a logarithmic scale.
 ///
 /// # Errors
-/// If a number becomes non-finite.
+/// If a number becomes non-finite, or pressures are so small that their squares underflow.
 fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -100,13 +100,13 @@ fn solve(
     Ok(report)
 }
 
-/// Smallest peak pressure. Below it the squares of the resolved pressures underflow, and with them the friction law.
+/// Smallest allowed peak pressure. Below it the squares of the other pressures underflow, and the friction law fails.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
 /// Refuses nonzero pressures so small that their squares underflow.
 ///
 /// # Errors
-/// If there are any, and the largest is below [`MIN_PEAK_PRESSURE_MPA`].
+/// If the largest pressure is positive and below [`MIN_PEAK_PRESSURE_MPA`].
 fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
     let n = problem.n();
     let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
@@ -119,8 +119,8 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     Ok(())
 }
 
-/// Solves and checks a `problem` of `prepared`. Where the bodies overlap in cells whose flexibility is not formed, it is formed and
-/// the solve continues.
+/// Solves and checks the increment `problem`. If the bodies overlap in cells whose flexibility is not formed, it forms the
+/// flexibility of these cells and continues.
 ///
 /// # Errors
 /// As [`solve`], and if a body cannot be solved.
@@ -145,7 +145,7 @@ pub(super) fn solve_and_check(
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
         let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
-        // The operator is the same in all increments of a step.
+        // The operator is the same in all increments of a step: only the last increment checks it.
         let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
         let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete_unformed_cells(it)?;
@@ -277,14 +277,14 @@ impl Run<'_> {
         self.deliver(record, fields)
     }
 
-    /// Refuses loads that cannot be balanced: a tangential force or a spin moment without friction.
+    /// Refuses a tangential force or a spin moment that nothing can balance: without friction, or in rolling.
     fn check_controls(&self) -> Result<()> {
         let step = self.step();
         let rolls = step.rolling.is_some();
         if self.has_friction() && !rolls {
             return Ok(());
         }
-        // On the way to zero the load vanishes at once, because nothing carries it.
+        // A prescribed force of zero is allowed. Without friction, the tangential force vanishes at once.
         let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
         // Inclined cells carry a spin moment by their pressures.
         let level = self.prepared.model.frame.has_uniform_axes();
@@ -311,7 +311,8 @@ impl Run<'_> {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Drops zero tangential force and spin moment without friction, where any position satisfies them, and both for rolling.
+    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction both
+    /// are zero, and any position satisfies them. Only inclined cells carry a spin moment without friction.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;
@@ -383,7 +384,7 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
-        // A load path that begins without contact gets one warning, not one per increment.
+        // A series of increments without contact gets one warning, not one per increment.
         let follows_same = self.result.records.last().is_some_and(|last| {
             last.name == record.name
                 && last.contact_area == 0.0
@@ -394,7 +395,7 @@ impl Run<'_> {
             && !follows_same
             && let Some(note) =
                 self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap)
-            // Strokes have no record of their own.
+            // Strokes add no record, so `follows_same` does not find their warnings.
             && !self.result.warnings.contains(&note)
         {
             self.result.warnings.push(note);
@@ -415,7 +416,7 @@ impl Run<'_> {
                 "step \"{}\" ({}): the contact reaches the edge of the frame and is cut off there, although the bodies continue: loads and pressures are wrong; {larger}",
                 record.name, record.increment
             ));
-            // Strokes have no record of their own.
+            // Strokes add no record, so the search in the records does not find their warnings.
             if !self.result.warnings.contains(&note) {
                 self.result.warnings.push(note);
             }

@@ -6,10 +6,10 @@ use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 
 impl PreparedModel<'_> {
-    /// Message that nothing is in contact although `record` converged; `left`: smallest gap, in the scene's length.
+    /// Message that nothing is in contact although `record` converged. `left`: smallest gap, in the length unit of the scene.
     ///
-    /// Cells touch when the mean gap over the cell closes: an overlap of the surfaces below that is not resolved. `None` under zero
-    /// force, for which this is the correct solution.
+    /// A cell touches when its mean gap closes: the model does not resolve smaller overlaps of the surfaces. `None` under zero
+    /// force, because no contact is then the correct solution.
     pub(super) fn no_contact_message(
         &self,
         record: &IncrementRecord,

@@ -8,10 +8,10 @@ use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::omitted::{OmittableWork, OmittedWork};
 
-/// Properties of the operator that allow to omit work.
+/// Properties of the operator that allow the solver to omit work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OperatorOmissions {
-    /// Whether the operator belongs to a grid.
+    /// Whether the operator acts on a regular grid of cells.
     pub grid: bool,
     /// Whether steps are solved on windows of the frame.
     pub windows: bool,
@@ -31,7 +31,7 @@ impl OperatorOmissions {
     }
 }
 
-/// Work of the contact solution that is omitted in these steps.
+/// Work of the contact solution that is omitted in `steps`.
 pub fn omitted_contact_work(
     friction: &FrictionLaw,
     wear: &WearLaw,
@@ -93,7 +93,7 @@ pub fn omitted_contact_work(
     skipped
 }
 
-/// Returns whether fewer cycles are solved than the step has.
+/// Returns whether the step solves at most half as many cycles as it covers.
 fn jumps(step: &Step) -> bool {
     step.cycles.as_ref().is_some_and(|cycles| {
         let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));

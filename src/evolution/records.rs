@@ -19,7 +19,7 @@ pub struct RollingRecord {
 /// Independent checks of a converged increment (docs/theory-contact.md), recomputed from the tractions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
-    /// Natural residual over the largest pressure.
+    /// Natural residual: largest change of a traction by one projection step, over the largest pressure.
     pub natural_residual: f64,
     /// Smallest normal gap over the approach.
     pub min_gap: f64,
@@ -31,13 +31,13 @@ pub struct Certificate {
     pub tangential_gap_energy: f64,
     /// Relative imbalance of work and elastic energy over the increment.
     pub energy_balance: f64,
-    /// Largest relative difference between S P and its direct summation in some loaded cells. `None` without loaded cells, and for
-    /// operators that are no sum of half-spaces on a grid.
+    /// Largest difference between S P and an independent evaluation in some loaded cells, relative to the largest value. `None`
+    /// without loaded cells or without an independent evaluation.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub operator_defect: Option<f64>,
 }
 
-/// Resultants at one reversal point; forces and moments act on body 1, components along the frame's axes.
+/// Resultants at one path point; forces and moments act on body 1, components along the frame's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Resultants {
     /// Displacement of body 2 along x, y, mm.
@@ -60,9 +60,9 @@ pub struct Resultants {
     pub peak_pressure: f64,
 }
 
-/// One entry of `summary.steps`: an increment or a cycle jump. For a jump, areas, peak and normal force are means of the two
-/// reversal points; tangential force and moment are those at the + reversal point. Forces and moments act on body 1, components
-/// along the frame's axes.
+/// One entry of `summary.steps`: an increment or a cycle jump. For a jump, displacements, rotations, areas, peak and normal force
+/// are means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on body
+/// 1, components along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct IncrementRecord {
     /// Name of the step.
@@ -125,7 +125,7 @@ pub struct IncrementRecord {
     /// The two reversal points (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stroke_ends: Option<[Resultants; 2]>,
-    /// Jump of a record of cycles or sliding.
+    /// Length, work and errors of a jump over cycles or sliding; `None` for an increment.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub jump: Option<JumpRecord>,
     /// Creepages of a step of rolling.
@@ -134,7 +134,7 @@ pub struct IncrementRecord {
 }
 
 impl IncrementRecord {
-    /// Replaces the resultants of the record by the resultants of a path point.
+    /// Replaces the resultants of the record by `values`.
     pub fn with_resultants(self, values: &Resultants) -> Self {
         Self {
             shift: values.shift,
@@ -166,8 +166,8 @@ pub struct FrettingLoop {
     pub cycles_done: u64,
     /// Friction dissipation of the cycle, N mm.
     pub dissipation: f64,
-    /// Values after each increment, starting from the - reversal point: displacement of body 2 along x, y from the centre of the
-    /// cycle, tangential force on body 1 along x, y, normal force; mm and N.
+    /// Values after each increment of the cycle, which begins at the - reversal point. Displacement of body 2 along x, y from the
+    /// centre of the cycle (mm), tangential force on body 1 along x, y, and normal force (N).
     pub points: Vec<[f64; 5]>,
 }
 
@@ -184,7 +184,7 @@ pub struct JumpRecord {
     pub depth_error: f64,
     /// Estimated error of the wear volume, mm3.
     pub volume_error: f64,
-    /// Longest stable explicit jump.
+    /// Longest stable explicit jump: cycles, or mm of sliding.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub critical_length: Option<f64>,
     /// Increments per stroke of the cycle resolved before the jump; `None` if no cycle was resolved.
@@ -239,7 +239,7 @@ pub trait Observer: Send {
     /// Called during a stage with its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
-    /// Called before increments with their frame: at the start, and where the frame changes.
+    /// Called before the increments on a frame: at the start, and after the frame has changed.
     fn on_frame(&mut self, _frame: &ContactFrame) {}
 
     /// Called after every increment or cycle jump.

@@ -18,8 +18,8 @@ impl Rolling {
         frame.grid.map_or(0.0, |grid| grid.spacing[self.axis().0])
     }
 
-    /// Slip over the passage of a cell for the fraction `share` of creepages and spin. The material of a cell comes from its
-    /// neighbour on the leading side. The rigid slip is evaluated halfway between both.
+    /// Rigid slip over the passage of a cell for the fraction `share` of creepages and spin, and upstream cells. The material of a
+    /// cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both centres.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -73,8 +73,9 @@ impl Run<'_> {
 
     /// Adds dissipation and wear of increment `number` of a rolling step over its part of the distance.
     ///
-    /// Over the passage of a cell the tractions are the mean of those at both ends: friction then dissipates exactly the work of
-    /// the creepages. The wear volume is spread over a track of unknown length, so the gap does not change.
+    /// The tractions during a passage are the means of a cell and its upstream cell. Without normal-tangential coupling, friction
+    /// then dissipates exactly the work of the creepages. The wear volume is spread over a track of unknown length, so the gap does
+    /// not change.
     pub(super) fn add_rolling_wear(
         &mut self,
         rolling: &Rolling,
@@ -117,8 +118,8 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: a rotation of the frame coordinates by a quarter turn rotates the rigid slip. It is (ξ - φ y', η + φ x') along and
-    /// left of the direction, half a cell ahead of the centre. The material comes from the cell ahead.
+    /// Truth: over a passage h the rigid slip is h (ξ - φ y', η + φ x'), half a cell ahead of the centre. ξ and η are the
+    /// creepages, φ is the spin. x' points along the direction of rolling, y' to its left. The material comes from the cell ahead.
     #[test]
     fn directions_are_turned_copies() {
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();

@@ -11,19 +11,19 @@ use crate::evolution::records::{Certificate, FrameState, Resultants};
 /// State at the end of an increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RunState {
-    /// Tractions on body 2, `[3, N]`.
+    /// Tractions on body 2, `[3, N]`, MPa.
     pub tractions: Vec<f64>,
-    /// Elastic displacement S P, `[3, N]`.
+    /// Elastic displacement S P, `[3, N]`, mm.
     pub elastic: Vec<f64>,
-    /// Tangential gap that the next slip refers to, `[2, N]`.
+    /// Tangential gap that the next slip refers to, `[2, N]`, mm.
     pub slip_reference: Vec<f64>,
-    /// Wear depth, `[N]`.
+    /// Wear depth, `[N]`, mm.
     pub wear_depth: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's x, y, n (n = first touch - approach).
+    /// Rigid motion of body 2 along the frame's x, y, n, mm (n = first touch - approach).
     pub rigid_motion: [f64; 3],
-    /// Amplitudes of the additional modes.
+    /// Amplitudes of the additional rigid modes.
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
-    /// Cumulative friction dissipation.
+    /// Cumulative friction dissipation, N mm.
     pub dissipation: f64,
     /// Wear volume by rolling, mm3.
     pub rolling_wear_volume: f64,
@@ -139,8 +139,8 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
     }
 }
 
-/// Relative difference between ½ Δ(Pᵀ A S P) and Σ A P̄·Δ(S P). The quadratic identity holds to rounding for a symmetric operator
-/// (docs/theory-contact.md).
+/// Relative difference between ½ Δ(Pᵀ A S P) and Σ A P̄·Δ(S P). Δ is the change since the state `before`, P̄ the mean of the
+/// tractions before and after. Both are equal to rounding for a symmetric operator (docs/theory-contact.md).
 pub(super) fn energy_balance(
     prepared: &PreparedModel,
     before: &RunState,

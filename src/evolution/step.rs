@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum Normal {
     /// Motion of body 2 towards body 1, mm, 0 = first touch of the undeformed surfaces.
     Approach(f64),
-    /// Normal force on body 1, compression positive.
+    /// Normal force on body 1, compression positive, N.
     Force(f64),
 }
 
@@ -17,7 +17,7 @@ pub enum Normal {
 pub enum Tangential {
     /// Displacement of body 2 along the frame's x, y, mm.
     Shift([f64; 2]),
-    /// Tangential force on body 1 along the frame's x, y.
+    /// Tangential force on body 1 along the frame's x, y, N.
     Force([f64; 2]),
 }
 
@@ -26,7 +26,7 @@ pub enum Tangential {
 pub enum Tilt {
     /// Small rotation about x, y, radians.
     Rotation([f64; 2]),
-    /// Moment on body 1 about x, y; the rotation is unknown.
+    /// Moment on body 1 about x, y, N mm; the rotation is unknown.
     Moment([f64; 2]),
 }
 
@@ -35,7 +35,7 @@ pub enum Tilt {
 pub enum Spin {
     /// Small rotation, radians.
     Twist(f64),
-    /// Moment on body 1; the twist is unknown.
+    /// Moment on body 1, N mm; the twist is unknown.
     Moment(f64),
 }
 
@@ -64,25 +64,26 @@ pub enum CycleMotion {
     },
 }
 
-/// Closed path of displacements or tangential forces about those at the start of the step. It starts at the + reversal point.
+/// Closed path of displacements or tangential forces about their values at the start of the step. It starts at the + reversal
+/// point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
     /// Quantity that follows the path.
     pub drive: Drive,
-    /// Half-axes: along `angle`, and a quarter turn to the left of it (0 for a line), mm or N.
+    /// Half-axes: along `angle`, and 90 degrees to the left of `angle` (0 for a line), mm or N.
     pub amplitude: [f64; 2],
     /// Direction from the frame's x, radians.
     pub angle: f64,
-    /// Increments per stroke (half a cycle) between the path points that are solved together.
+    /// Number of increments per stroke (half a cycle). Their ends are the path points that are solved together.
     pub increments: usize,
-    /// Resolved cycles, which determine the wear between the reversal points; `None` without them.
+    /// Settings of resolved cycles, which determine the wear between the reversal points; `None` without resolved cycles.
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
 /// Settings of cycles whose strokes are solved in many increments, one after the other. They supplement the coupled path points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
-    /// Relative tolerance of the wear of a cycle (larger error of volume and root-mean-square depth) for the refinement.
+    /// Relative tolerance of the wear of a cycle. Refinement ends when root-mean-square wear depth or wear volume changes less.
     pub tolerance: f64,
     /// Use of the resolved cycles.
     pub correction: Correction,
@@ -93,9 +94,10 @@ pub struct ResolvedCycleSettings {
 /// Effect of resolved cycles on the wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
-    /// Wear is corrected; the cycle is resolved again whenever the slip has changed.
+    /// Wear is corrected. The cycle is resolved again when the slip has changed by more than the tolerance.
     Always,
-    /// As `Always`, but without correction while the whole contact slides and the first resolved cycle agrees within the tolerance.
+    /// As `Always`, but without correction in two cases. Either the whole contact slides and the wear volumes of coupled and
+    /// resolved cycles agree, or the correction would miss more wear than it corrects.
     WhereNeeded,
     /// Wear is not corrected; one resolved cycle at the start of the step measures its error.
     Never,
@@ -114,7 +116,8 @@ pub enum Drive {
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
-    /// Largest displacement of body 2 from its position at the start of the step, mm; `None` if forces are prescribed.
+    /// Largest displacement of body 2 from its position at the start of the step, mm; 0 for steady sliding, `None` if forces are
+    /// prescribed.
     pub fn reach(&self) -> Option<f64> {
         match &self.motion {
             CycleMotion::ClosedPath(closed) if closed.drive == Drive::Force => None,
@@ -123,7 +126,7 @@ impl Cycles {
         }
     }
 
-    /// Expected number of cycles to solve: stages of all jumps, and the first strokes before them.
+    /// Expected number of contact solutions: all stages of all jumps, and the first strokes before them.
     pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
             JumpPolicy::Number(jumps) => jumps,
@@ -151,14 +154,16 @@ impl ClosedPath {
 
     /// Offsets with graded increments on a line with prescribed displacement: increment k of K ends at (k/K)^m of its stroke.
     /// Increments are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of
-    /// the stroke in which it spreads: m = max(2, log2(1/transition)) makes the first of two increments end there.
+    /// the stroke in which slip spreads. The first of two increments ends there if m = log2(1/transition); m is at least 2. Other
+    /// paths have equal increments.
     pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
         self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offsets at the fractions `of` 1/K, 2/K, .. 1 of both strokes.
+    /// Offsets at the fractions `of(k/K)`, k = 1..K, of both strokes, with K increments per stroke; the + reversal point comes
+    /// first.
     fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let (s, c) = self.angle.sin_cos();
@@ -243,7 +248,7 @@ pub struct Step {
     pub wear: bool,
     /// Fretting cycles or steady sliding instead of a monotone step.
     pub cycles: Option<Cycles>,
-    /// Load point of a history; increments are numbered on from the points before.
+    /// Load point of a history; numbers of increments continue from the previous load point.
     pub history_row: Option<HistoryRow>,
     /// Steady rolling instead of a monotone step.
     pub rolling: Option<Rolling>,
@@ -253,8 +258,8 @@ pub struct Step {
 mod tests {
     use super::*;
 
-    /// Truth: increments span a stroke between two reversal points, with increasing lengths. The first of two increments ends at
-    /// the transition, or at a quarter of the stroke.
+    /// Truth: increment 1 of 2 ends at the share (1/2)^m = min(1/4, transition) of a stroke. With 8 increments, positions decrease
+    /// from one reversal point to the other, and the second stroke mirrors the first.
     #[test]
     fn graded_increments() {
         let path = |increments: usize| ClosedPath {

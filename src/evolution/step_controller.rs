@@ -5,10 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Target of the error of a jump, as a share of the allowed error.
+/// Safety factor on the length of the next jump.
 const ERROR_TARGET: f64 = 0.9;
 
-/// Exponents of the present and the last error, to be divided by the order of the error per length.
+/// Exponents of the present and the last error in the length of the next jump. Both are divided by the order of the error per
+/// length.
 const CURRENT_ERROR_EXPONENT: f64 = 0.7;
 const LAST_ERROR_EXPONENT: f64 = 0.4;
 
@@ -16,7 +17,7 @@ const LAST_ERROR_EXPONENT: f64 = 0.4;
 const MAX_LENGTH_GROWTH: f64 = 5.0;
 const MIN_LENGTH_GROWTH: f64 = 0.2;
 
-/// Length of the next jump, and ratio of the last error to the allowed error.
+/// Controller of jump lengths: next length (cycles or mm), and ratio of the last estimated error to the allowed error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
     next_length: f64,
@@ -28,13 +29,13 @@ pub(super) struct StepController {
 }
 
 impl StepController {
-    /// Controller with a first length; `order`: order of the error per length of the integrator.
+    /// Controller with a first length. `order`: order of the integrator, which is the order of the error per length.
     pub fn new(first: f64, order: f64) -> Self {
         Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
     }
 
-    /// Length of the next jump: the rest divided into equal parts, in multiples of `unit` if that is not zero. It is shorter than a
-    /// rejected jump, but at least `unit`.
+    /// Length of the next jump: the remaining length `left`, divided into equal jumps. If `unit` is positive, the length is a
+    /// multiple of `unit` and shorter than a rejected jump, but never below `unit`.
     pub fn length(&self, left: f64, unit: f64) -> f64 {
         let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -53,7 +54,7 @@ impl StepController {
         self.next_length = self.next_length.min(most);
     }
 
-    /// Sets the next length after an accepted jump; `ratio`: estimated over allowed error.
+    /// Sets the next length after an accepted jump; `ratio`: estimated error over allowed error.
     pub fn accept(&mut self, length: f64, ratio: f64) {
         let ratio = ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
@@ -64,7 +65,7 @@ impl StepController {
         (self.last_error_ratio, self.rejected_length) = (Some(ratio), None);
     }
 
-    /// Sets the next length after a jump that was rejected for its error.
+    /// Sets the next length after a jump that was rejected for its error; `ratio`: estimated error over allowed error.
     pub fn reject(&mut self, length: f64, ratio: f64) {
         let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);
@@ -82,8 +83,8 @@ impl StepController {
 mod tests {
     use super::*;
 
-    /// Truth: for an error that is a power of the length, the lengths converge to a constant. There ERROR_TARGET
-    /// ratio^((LAST_ERROR_EXPONENT - CURRENT_ERROR_EXPONENT) / order) = 1.
+    /// Truth: if the error is a power of the length, the lengths converge to a constant. In this limit the growth factor
+    /// ERROR_TARGET ratio^((LAST_ERROR_EXPONENT - CURRENT_ERROR_EXPONENT) / order) is 1.
     #[test]
     fn lengths_settle_at_the_aim() {
         for order in [1.0, 2.0] {
@@ -109,7 +110,7 @@ mod tests {
         }
     }
 
-    /// Truth: a rejected jump is repeated with fewer cycles, down to one.
+    /// Truth: every repetition of a rejected jump has fewer whole cycles, until one cycle is left.
     #[test]
     fn rejected_jumps_get_shorter() {
         for (left, rejected) in [(1000.0, 2.0), (1000.0, 7.0), (5.0, 4.0), (5.0, 5.0), (2.0, 2.0)] {
@@ -126,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Truth: the remaining cycles are divided into equal jumps of whole cycles, without a short last one.
+    /// Truth: 1000 remaining cycles and a next length of 300 give four equal jumps of 250 cycles, without a short last jump.
     #[test]
     fn the_rest_is_shared_out() {
         let control = StepController::new(300.0, 2.0);

@@ -21,7 +21,7 @@ pub struct PreviousModel {
 }
 
 impl PreviousModel {
-    /// Gaps of `model`.
+    /// Initial gap and gaps per unit mode of `model`.
     pub fn of(model: &Model) -> Self {
         let motions = model.floating.iter().flat_map(|body| &body.modes);
         Self {
@@ -49,9 +49,9 @@ impl RunCheckpoint {
     /// Transfers the checkpoint to the operators of `model`. `new_cell_indices`: new index of each cell, `[N]`. `previous`: gaps of
     /// the previous model if the bodies have changed.
     ///
-    /// Tractions and depths stay identical to the last bit, and so do elastic displacement and gap if the bodies are unchanged. On
-    /// changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes by the same amount, so
-    /// that no cell slips. New cells have no wear and no tractions; their slip refers to their present tangential gap.
+    /// Tractions and depths stay identical to the last bit. Elastic displacement and gap do so as well if the bodies are unchanged.
+    /// On changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the tangential
+    /// gap, so that no cell slips. New cells have no wear and no tractions; their slip refers to their present tangential gap.
     ///
     /// # Errors
     /// If the checkpoint is within a monotone step, the frames do not match, or a body cannot be solved.
@@ -100,7 +100,7 @@ impl RunCheckpoint {
     }
 }
 
-/// Target of the transfer.
+/// Transfer of a state to the operators of `prepared`.
 struct StateTransfer<'a> {
     new_cell_indices: &'a [usize],
     prepared: &'a PreparedModel<'a>,
@@ -109,9 +109,9 @@ struct StateTransfer<'a> {
 
 /// Changes of the gap due to changed bodies.
 struct OperatorChange {
-    /// Change of the tangential gap in the previous cells, `[2, N]`.
+    /// Change of the tangential gap in the cells of the previous frame, `[2, N]`, mm.
     gap: Vec<f64>,
-    /// Change of the approach at which the first cell closes.
+    /// Change of the approach at which the first cell closes, mm.
     touch: f64,
 }
 
@@ -166,7 +166,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// Transfers a wear step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
+    /// Transfers a wear step in progress. `reference`: tangential gap with the new operators, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
         mut cycling: WearStepState,
@@ -190,7 +190,7 @@ impl StateTransfer<'_> {
         cycling.wear_rate = extend_field(&cycling.wear_rate, places, n, |_| 0.0);
         cycling.resolved_cycle = cycling.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut cycling.slip_source, n > places.len()) {
-            // The slip per length is uniform, because the frame is level.
+            // The slip per length is uniform, because all cells of the frame have the same axes.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }

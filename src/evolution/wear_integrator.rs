@@ -1,8 +1,9 @@
 //! Integration of wear over a jump of ΔN cycles (docs/theory-wear.md).
 //!
-//! A jump integrates dw/dN = F(w), F = Σ p|s|_i over the increments of a cycle, whose path points are solved together. The slip of
-//! an increment is the difference of the tangential gaps at its path points (elastic recovery included). The wear of the stage is
-//! implicit in all of them. Cells that stick through the whole cycle keep their stick gap.
+//! A jump integrates dw/dN = F(w) with wear depth w and number of cycles N. F = Σ p|s|_i sums pressure times slip over the
+//! increments of a cycle; the norm |s|_i contains the specific wear rates. The path points of a cycle are solved together. The slip
+//! s of an increment is the difference of the tangential gaps at its path points (elastic recovery included). The wear depth is
+//! common to all path points and implicit. Cells that stick through the whole cycle keep their stick gap.
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
@@ -26,14 +27,15 @@ const MAX_STICK_PASSES: usize = 8;
 /// only single cells at the edge open and close.
 const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
 
-/// Estimated error of the wear volume over the estimate of the embedded method. That estimate is a third of the error or more if
-/// the whole contact wears uniformly (docs/theory-wear.md).
+/// Ratio of the reported error of the wear volume to the embedded estimate. At tilt 90 of the reference scene the embedded estimate
+/// contains a fifth to a third of the error (docs/theory-wear.md).
 const VOLUME_ERROR_FACTOR: f64 = 2.0;
 
 /// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
 const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
 
-/// Stage of an integrator, with wear w_explicit + `implicit_weight` ΔN F(w_stage); it adds `solution_weight` ΔN F(w_stage).
+/// Stage of an integrator at the wear depth w_stage = w + `implicit_weight` ΔN F(w_stage), with w the depth before the stage. The
+/// stage adds `solution_weight` ΔN F(w_stage) to the wear of the jump.
 #[derive(Debug, Clone, Copy)]
 struct StageWeights {
     implicit_weight: f64,
@@ -51,9 +53,9 @@ struct Scheme {
     error_weights: &'static [f64],
 }
 
-/// Embedded third-order quadrature with the rates at 0, γ, 1: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. It captures the error of growing
-/// contacts, the larger part, completely. It captures the error of a rate that is linear in the depth only in part
-/// (docs/theory-wear.md).
+/// L-stable SDIRK method of order 2 with an embedded third-order quadrature. Its weights b̃ for the rates at the abscissae c = 0, γ,
+/// 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains the error of growing contacts, the larger part, completely. It
+/// contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
         StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
@@ -63,7 +65,7 @@ const SDIRK2: Scheme = Scheme {
     error_weights: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
 };
 
-/// b - b̃, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
+/// Differences b - b̃ of the weights, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
 const SDIRK2_ERROR: [f64; 3] = {
     let first = (1.0 / 6.0) / (GAMMA - GAMMA * GAMMA);
     let second = 0.5 - GAMMA * first;
@@ -93,9 +95,10 @@ impl Integrator {
         }
     }
 
-    /// Part of the error of a step that a jump with a `share` of its wear may have. With SDIRK2 most of the error is in cells that
-    /// come into contact. These differ from jump to jump, so their errors add up by squares. Errors of the Euler methods have the
-    /// same sign in all cells. In proportion to the share, no jump is short enough for cells that come into contact.
+    /// Allowed error of a jump, as a fraction of the allowed error of its step. `share`: part of the step that the jump covers.
+    /// With SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so their errors add
+    /// up by squares. Errors of the Euler methods have the same sign in all cells. A budget proportional to `share` alone would be
+    /// too small for any jump, because of cells that come into contact.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
@@ -108,16 +111,16 @@ impl Integrator {
 
 /// Result of a jump.
 pub(super) struct WearJump {
-    /// Iterations and applications of all stages; stop reason and residual of the last stage.
+    /// Iterations and operator applications of all stages; stop reason and residual of the last stage.
     pub report: SolveReport,
     /// Worst checks of all stages.
     pub checks: StateChecks,
     /// Number of contact problems solved.
     pub solves: usize,
     pub dissipation: f64,
-    /// Wear depth of the jump, `[N]`.
+    /// Wear depth of the jump, `[N]`, mm.
     pub wear_depth: Vec<f64>,
-    /// Estimated error of the wear depth, `[N]`.
+    /// Estimated error of the wear depth, `[N]`, mm.
     pub error_field: Vec<f64>,
     /// Root mean square of the estimated error over the contact at the end of the jump, mm.
     pub depth_error: f64,
@@ -168,7 +171,7 @@ impl WearJump {
     }
 }
 
-/// Adds a multiple of a field to another.
+/// Adds `factor` times a field to the field `to`.
 fn add(to: &mut [f64], factor: f64, field: &[f64]) {
     to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
 }
@@ -226,7 +229,7 @@ impl Run<'_> {
             .collect()
     }
 
-    /// Share of the former contact area that no longer carries pressure.
+    /// Share of the previous contact area that no longer carries pressure.
     fn lost_contact_share(&self, before: &[bool], it: &ContactState) -> f64 {
         let (mut lost, mut all) = (0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
@@ -314,9 +317,10 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: dw/dN = λ w, w(0) = 1, gives exp(z) after a jump, z = λΔN. Error and estimate have the order of the integrator plus
-    /// one. Their ratio tends to 1 for the Euler methods. For SDIRK2 it tends to the ratio of the defects of Σ b A c = 1/6: (Σb̃Ac -
-    /// ΣbAc) / (1/6 - ΣbAc), A c = (γ², 1/2).
+    /// Truth: dw/dN = λ w with w(0) = 1 gives w = exp(z) after a jump ΔN, z = λΔN. Error and estimate have the order of the
+    /// integrator plus one. Their ratio tends to 1 for the Euler methods. For SDIRK2 it tends to (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc),
+    /// because 1/6 is the exact value of Σ b A c. Weights of the method are b, embedded weights b̃, the Runge-Kutta matrix is A, and
+    /// A c = (γ², 1/2).
     #[test]
     fn estimates_of_a_linear_rate() {
         let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;
@@ -351,7 +355,8 @@ mod tests {
         }
     }
 
-    /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1. If the rate depends on the cycle alone, the SDIRK2 estimate is exact.
+    /// Truth: for the rate N² the exact wear of a jump from N = 0 to 1 is ∫ N² dN = 1/3. The SDIRK2 estimate equals the computed
+    /// wear minus 1/3, because the rate depends on N alone.
     #[test]
     fn estimate_of_a_given_rate() {
         let worn: f64 =

@@ -15,7 +15,7 @@ use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
-/// Elements computed in parallel before they are added; limits the memory of their stiffnesses (14 MB for hex27).
+/// Number of elements computed in parallel before they are added. Limits the memory of their stiffnesses (14 MB for hex27).
 const ELEMENTS_PER_BATCH: usize = 512;
 
 /// Data for the stiffness of an element in addition to its nodes.
@@ -72,7 +72,7 @@ impl ElementContext<'_> {
     }
 }
 
-/// Assembles K of the free dofs, including `foundations`, and the right-hand side -K_fc ū of the prescribed dofs, `[n_free]`.
+/// Assembles K of the free dofs, including `foundations`, and the forces -K_fc ū, `[n_free]`, of prescribed displacements ū.
 ///
 /// Elements are computed in parallel and added in their order. `graph`, in which the nodes of each element are connected, gives the
 /// sparsity pattern. The result has the same bits for any number of threads.

@@ -58,7 +58,7 @@ impl ColumnSolver {
     }
 }
 
-/// Forces due to displacements of the prescribed dofs with all free dofs fixed, for each column.
+/// Forces due to displacements of the prescribed dofs with all free dofs fixed, for each column of displacements.
 pub struct PrescribedDisplacementForces {
     /// Forces on the free dofs, N, `[n_columns, n_free]`.
     pub on_free_dofs: Vec<f64>,
@@ -81,8 +81,8 @@ impl FeModel {
         })
     }
 
-    /// Forces K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs, mm,
-    /// `[n_columns, n_prescribed]`. [`Self::prescribed_dofs`] lists the dofs; g replaces the values that the model prescribes.
+    /// Forces K_fb g on free and K_bb g on `prescribed` dofs, foundations included, for displacements g of the `prescribed` dofs,
+    /// mm, `[n_columns, n_prescribed]`. [`Self::prescribed_dofs`] lists the dofs; g replaces the values of the model.
     ///
     /// # Errors
     /// If memory does not suffice.

@@ -39,7 +39,7 @@ impl Default for CondensationResources<'_> {
 /// Results of a condensation that the cache stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CacheContents {
-    /// Flexibility of the contact nodes. The factor too if the body has own loads or is unconstrained.
+    /// Flexibility of the contact nodes, and the factor if the body has loads of its own or is unconstrained.
     Flexibility,
     /// Flexibility and the factor, which the recovery of fields needs.
     FlexibilityAndFactor,
@@ -120,8 +120,8 @@ impl FeModel {
         CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// Bytes that a factorisation takes, from the cache entry of the flexibility of `contact_nodes` by `method`. Only the head and
-    /// the size of the entry are checked. `None` if there is no entry.
+    /// Memory of a factorisation, bytes, as stored with the flexibility of `contact_nodes` computed by `method`. Checks only the
+    /// header and the size of the cache entry. `None` if the cache has no entry.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -254,7 +254,7 @@ impl CondensedBody {
             CondensationMethod::Factorisation => Box::new(self.factor()?),
             CondensationMethod::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
         };
-        // Another thread may have set the solver first; both are equal.
+        // Another thread may have stored its solver first. The solvers of all threads are equal.
         Ok(self.solver.get_or_init(|| solver).as_ref())
     }
 
@@ -268,7 +268,7 @@ impl CondensedBody {
             return Ok(factor);
         }
         let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
-        // A failed write only costs the next run time.
+        // If the write fails, the next run takes longer but gives the same result.
         let _ = cache.write_factor(key, factor.values());
         Ok(factor)
     }
@@ -315,7 +315,7 @@ impl CondensedBody {
         &self.contact_free_displacement
     }
 
-    /// Relative residual of the check of the factorisation, or the largest one of the columns solved by conjugate gradients.
+    /// Relative residual: of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -340,7 +340,7 @@ pub(super) fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 
-/// Condenses the body by `method`. A factor is written to the cache in `kept`.
+/// Condenses the body by `method`. If `kept` is given and a factor is computed, writes the factor to this cache under this key.
 fn compute(
     model: &FeModel,
     analysis: SymbolicAnalysis,
@@ -400,7 +400,7 @@ fn expand_to_contact_dofs(
     Ok(full)
 }
 
-/// Replaces forces on the free dofs, `[n_free]`, by their displacements. Unconstrained bodies use the generalised inverse.
+/// Replaces forces on the free dofs, `[n_free]`, by the resulting displacements. Unconstrained bodies use the generalised inverse.
 fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
     match model.generalised_inverse() {
         Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),

@@ -31,9 +31,9 @@ fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<
     strain
 }
 
-/// Adds Bᵀ C B of one integration point, times its volume, to the packed lower triangle (row by row).
+/// Adds Bᵀ C B of one point, times its volume, to the packed lower triangle, row by row. B maps nodal displacements to strain.
 fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packed: &mut [f64]) {
-    // C B of every node: three columns of six entries.
+    // C B of every node times the volume: three columns of six entries.
     let stress: [[[f64; 6]; 3]; N] = point.gradients.map(|g| {
         std::array::from_fn(|component| {
             let mut column = [0.0; 6];
@@ -120,7 +120,7 @@ fn as_node_array<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values.try_into().expect("as many nodes as the kind has")
 }
 
-/// State of an element for given `strains` at the mapped points of a rule; forces by the displacement interpolation.
+/// State of an element for `strains` at the mapped points of a rule. Forces are ∫ Bᵀ σ dV with B of the displacement interpolation.
 fn state_of_strains<const N: usize>(
     rule: &[ReferencePoint<N>],
     mapped: &[MappedPoint<N>],
@@ -161,7 +161,7 @@ pub(super) fn element_state(
     visit_element(kind, StateKernel { nodes, u, c, rules })
 }
 
-/// State kernel of the displacement interpolation.
+/// Kernel of the element state with the strains of the displacement interpolation.
 struct StateKernel<'a> {
     nodes: &'a [[f64; 3]],
     u: &'a [[f64; 3]],
@@ -274,8 +274,8 @@ mod tests {
         .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
     }
 
-    /// Truth: an element has exactly six zero modes, the rigid-body modes, and no negative eigenvalue, also if it is distorted or
-    /// slender (catalogue rigid-body-modes: |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest).
+    /// Truth: a free element has exactly six zero eigenvalues, its rigid-body modes, and no negative one, also if distorted or
+    /// slender (`rigid-body-modes` in docs/verification.md: |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest).
     #[test]
     fn six_zero_modes() {
         let rules = RuleSet::new();
@@ -292,7 +292,7 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let largest = values[n - 1];
             assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
-            // Slender quadratic elements have smaller nonzero eigenvalues: the catalogue's 1e-9.
+            // Slender quadratic elements have smaller nonzero eigenvalues, hence 1e-9 for them.
             let least = if matches!(kind, ElementKind::Hex8 | ElementKind::Tet4) { 1e-7 } else { 1e-9 };
             assert!(values[6] > least * largest, "{values:?}");
         };
@@ -314,8 +314,8 @@ mod tests {
         }
     }
 
-    /// Truth: the nodal forces equal stiffness times displacements, and the energy is half of their product. Both are alternative
-    /// evaluations of the condensed element. Tolerance: rounding.
+    /// Truth: nodal forces are K u and the energy is ½ uᵀ K u, with the element stiffness K and nodal displacements u. K comes from
+    /// a separate function. Tolerance: rounding.
     #[test]
     fn forces_are_stiffness_times_displacements() {
         let rules = RuleSet::new();

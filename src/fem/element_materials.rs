@@ -11,12 +11,12 @@ use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
-/// Largest rotation of the axes of one material between neighbouring elements for which stress is continuous, as in a filament
-/// winding; radians.
+/// Largest rotation of the material axes between neighbouring elements of one material that counts as continuous, radians. It
+/// allows for filament windings.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
-/// Solid cells with their materials and material axes. Elements with equal material and axes share one table entry. Stiffnesses are
-/// rotated on request, because a stored stiffness per element takes far more memory.
+/// Solid cells with their materials and material axes. Elements with equal material and equal axes share one stored pair.
+/// Stiffnesses are rotated on request, because a stored stiffness per element takes far more memory.
 #[derive(Debug, Clone)]
 pub struct ElementMaterials {
     /// Solid cells of the mesh, `[n_cells]`.
@@ -88,7 +88,7 @@ impl ElementMaterials {
         &self.cells
     }
 
-    /// Index of the element of the solid `cell`.
+    /// Index of the solid `cell` in [`Self::cells`]; `None` if the mesh has no such solid.
     pub fn element(&self, cell: CellRef) -> Option<usize> {
         // Cells are sorted, block by block.
         self.cells.binary_search(&cell).ok()
@@ -144,7 +144,7 @@ pub struct RegionReport {
 pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let (cells, region) = cells_and_regions(spec)?;
     let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
-    // Only stacked regions need the corners.
+    // Only regions with stacked plies need the corners of their cells.
     let stacked: Vec<bool> = spec.regions.iter().map(|(_, placement)| placement.is_stacked()).collect();
     let mut corners_by_region: Vec<Vec<Vec<Point>>> = vec![Vec::new(); spec.regions.len()];
     for (&cell, &region) in cells.iter().zip(&region) {
@@ -155,7 +155,7 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let mut findings = Vec::with_capacity(problems.len());
     for (((_, placement), problem), corners) in spec.regions.iter().zip(problems).zip(corners_by_region) {
         let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
-        // A region without elements has no empty plies to report.
+        // Empty plies are reported only in regions that have elements.
         if errors.is_empty() && !corners.is_empty() {
             errors = placement.empty_ply_errors(&corners);
         }
@@ -167,7 +167,7 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     Ok(findings)
 }
 
-/// Solid cells, and the index of the region of each.
+/// Solid cells, and the region index of each cell.
 fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
     let mesh = &spec.mesh;
     let cells: Vec<CellRef> = mesh.volume_cells().collect();

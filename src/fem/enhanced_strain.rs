@@ -1,9 +1,9 @@
 //! Nine enhanced strain modes of the 8-node hexahedron, condensed in the element.
 //!
-//! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ). M is linear in ξ with zero mean, so ∫ G dV = j0 T0 ∫ M dξ = 0. Constant
-//! stresses then do no work on the modes, and the patch test holds on any hexahedron. The modes are the strains of Wilson's
-//! incompatible displacements 1 - ξ². With H = ∫ Gᵀ C G dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed
-//! stiffness is K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
+//! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ). Here j = det J, 0 marks the centre, and T0 maps natural to global
+//! strains. M is linear in ξ with zero mean, so ∫ G dV = j0 T0 ∫ M dξ = 0. Constant stresses then do no work on the modes, and the
+//! patch test holds on any hexahedron. The modes are the strains of Wilson's incompatible displacements 1 - ξ². With H = ∫ Gᵀ C G
+//! dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed stiffness is K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
 //!
 //! # Source
 //! Simo and Rifai (1990), Int. J. Numer. Meth. Engng 29, eqs. 3.6-3.15; Taylor, Beresford and Wilson (1976).

@@ -11,7 +11,7 @@ use crate::linalg::cache::{CacheLookup, list_bytes};
 pub(super) const FILE_EXTENSION: &str = "factor";
 
 impl FlexibilityCache {
-    /// Whether a complete factor exists for a key, judged by head and size.
+    /// Whether a complete factor exists for a key, judged by the header and the size of the file.
     pub(super) fn has_factor(&self, key: &CacheKey) -> bool {
         self.has_list(key, FILE_EXTENSION)
     }
@@ -66,7 +66,7 @@ mod tests {
         bytes[100_000] ^= 1;
         fs::write(&path, &bytes).unwrap();
         assert_eq!(cache.read_factor(&key, 20_000).unwrap(), None);
-        // Factors in an older format with its own head count as damaged, and are rewritten.
+        // A file in an older format, which has another header, counts as damaged and is overwritten.
         bytes[..8].copy_from_slice(b"ORTHOFCT");
         fs::write(&path, &bytes).unwrap();
         assert!(!cache.has_factor(&key) && cache.read_factor(&key, 20_000).unwrap().is_none());

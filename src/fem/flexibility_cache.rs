@@ -1,7 +1,7 @@
 //! Cache of condensed flexibilities on disk: a second run of the same body skips the factorisation.
 //!
-//! An entry is a list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
-//! triangle row by row, `[n (n + 1) / 2]`. The cache also stores the factors of bodies and the lists of other modules.
+//! An entry is one list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
+//! triangle of the flexibility row by row, `[n (n + 1) / 2]`. The cache also stores factors and the lists of other modules.
 
 use crate::error::Result;
 use crate::linalg::cache::CacheKeyBuilder;
@@ -42,8 +42,8 @@ impl CacheKey {
 }
 
 impl FlexibilityCache {
-    /// Bytes that a factorisation takes, from the entry of a flexibility of `n` rows. Reads only the size and the head of the
-    /// entry; `None` if there is no entry.
+    /// Memory of a factorisation, bytes, as stored with a flexibility of `n` rows. Reads only the size and the header of the entry.
+    /// `None` if the cache has no entry of this size.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
         let (found, [_, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
         (found == n_values(n) as u64).then_some(bytes as usize)
@@ -121,8 +121,8 @@ mod tests {
         FlexibilityEntry { flexibility, residual: 1e-15, factorisation_bytes: 77 }
     }
 
-    /// Truth: the cache returns written entries to the last bit. Another matrix or other rows have another key, and an entry of
-    /// another size is damaged.
+    /// Truth: the cache returns written entries to the last bit. Other contact rows have another key. An entry read with a wrong
+    /// number of rows is reported as damaged.
     #[test]
     fn entries_come_back() {
         let folder = tempfile::tempdir().unwrap();

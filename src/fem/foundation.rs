@@ -14,7 +14,7 @@ pub(super) struct FoundationFace {
     pub face: LoadedFace,
     /// Nodes of the face.
     pub nodes: Vec<usize>,
-    /// Lower triangle row by row, N/mm; component c of node a has index 3 a + c.
+    /// Stiffness matrix, lower triangle row by row, N/mm; component c of node a has index 3 a + c.
     pub packed: Vec<f64>,
 }
 
@@ -78,7 +78,7 @@ fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     )))
 }
 
-/// ∫ N_a k N_b dS of one face; the rules are exact on flat faces.
+/// ∫ N_a k N_b dS of one face. The rules are exact on flat faces with straight edges.
 fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> FoundationFace {
     let n = 3 * face.nodes.len();
     let mut packed = vec![0.0; n * (n + 1) / 2];

@@ -20,7 +20,7 @@ pub(super) struct GeneralisedInverse {
     pub modes: RigidBodyModes,
     /// R: each mode at the free dofs, `[n_free]`.
     modes_on_dofs: Vec<Vec<f64>>,
-    /// Columns of M R, `[n_free]` each; subtracting them puts the forces in equilibrium.
+    /// Columns of M R, `[n_free]` each. Forces are put in equilibrium by subtracting multiples of these columns.
     weighted_modes: Vec<Vec<f64>>,
 }
 
@@ -47,8 +47,8 @@ impl GeneralisedInverse {
         Ok(Self { modes, modes_on_dofs, weighted_modes })
     }
 
-    /// Adds grounding springs at as many dofs as there are modes. Each dof is chosen for the largest part of the modes that the
-    /// dofs before it leave free. The spring stiffness is the diagonal entry of K at the dof.
+    /// Adds grounding springs at as many dofs as there are modes. Each step chooses the dof that moves most in the modes that the
+    /// springs before leave free. The spring stiffness is the diagonal entry of K at the dof.
     pub fn add_grounding_springs(&self, stiffness: &mut SymmetricSparse) {
         let n = stiffness.n();
         let diagonal = stiffness.diagonal();
@@ -137,7 +137,7 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Mean of a displacement of the free dofs along each mode.
+    /// Mean rigid-body motions Rᵀ M u of a displacement u of the free dofs, one per mode.
     fn mean_motions(&self, displacement: &[f64]) -> Vec<f64> {
         self.weighted_modes.iter().map(|column| dot(column, displacement)).collect()
     }

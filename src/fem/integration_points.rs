@@ -44,7 +44,7 @@ pub(super) struct ElementState {
     pub points: Vec<PointStress>,
     /// Strain energy.
     pub energy: f64,
-    /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`.
+    /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`. B maps nodal displacements to strain.
     pub forces: Vec<[f64; 3]>,
 }
 

@@ -106,7 +106,7 @@ pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalFor
 
 /// Adds the nodal forces ∫ N_a t dS of one face.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
-    // The integrand is N_a times the area vector: bilinear on quad4, of degree 2 or 3 in each direction on second order.
+    // Exact: N_a times the area vector has degree 1 (tri3), 4 (tri6), and in each direction 2 (quad4), 5 (quad8, quad9).
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
         let normal = area.try_normalize(0.0).unwrap_or_default();
         let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
@@ -193,7 +193,7 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // Uses the signed Jacobian: the longer rule of the loads may detect a fold at a node that the stiffness rule misses.
+        // det J keeps its sign, unchecked: the load rule has more points and may meet a fold that the stiffness rule misses.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::integration_points::{ElementState, MappedPoint, unit_strain};
 
-/// Change of each normal strain at an integration point due to the mean dilatation, by node and component.
+/// Change of each normal strain at an integration point per unit displacement, by node and component.
 type NormalStrainCorrection = [[f64; 3]; 8];
 
 /// Strain corrections at all integration points.
@@ -51,7 +51,7 @@ impl MeanDilatation {
         }
     }
 
-    /// Adds ∫ B̄ᵀ C B̄ dV to the packed lower triangle.
+    /// Adds ∫ B̄ᵀ C B̄ dV to the packed lower triangle. B̄ maps nodal displacements to the strain ε̄.
     pub fn add_stiffness(&self, mapped: &[MappedPoint<8>; 8], c: &Matrix6<f64>, packed: &mut [f64]) {
         for (point, change) in mapped.iter().zip(&self.corrections) {
             let strains: [Vector6<f64>; 24] = std::array::from_fn(|dof| {

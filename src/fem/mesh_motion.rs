@@ -30,11 +30,11 @@ const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
 /// Smallest allowed length of a moved edge, relative to its length before.
 const MIN_EDGE_RATIO: f64 = 0.1;
 
-/// Elements computed in parallel before they are added.
+/// Number of elements whose matrices are computed in parallel before they are assembled.
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes `axes`, `[n_points]`. `None` marks other nodes,
-/// which follow. `contact` lists the faces of the contact surface.
+/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes `axes`, `[n_points]`. `None` marks the other
+/// nodes, which follow the contact nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
 /// If an element would be inverted, fold, or lose more than nine tenths of an edge; if memory does not suffice.
@@ -74,7 +74,7 @@ pub(crate) fn move_mesh(
     Ok(mesh)
 }
 
-/// Projects the motion of contact nodes on adjacent plane faces, such as symmetry planes, into these planes. The magnitude of the
+/// Projects the motion of a contact node into the plane of an adjoining plane face, such as a symmetry plane. The magnitude of the
 /// motion is kept.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
@@ -108,8 +108,8 @@ enum MotionConstraint {
     WithinPlane,
 }
 
-/// Constraints on the motion of nodes along `axis`, `[n_points]`. Supports, outer faces and material interfaces constrain a node,
-/// unless the axis lies in the face.
+/// Constraints on the motion of nodes along `axis`, `[n_points]`. A support constrains its nodes unless `axis` is normal to the
+/// prescribed components. Outer faces and material interfaces constrain their nodes unless `axis` lies in the face.
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,
@@ -295,8 +295,8 @@ mod tests {
         assert!((moved[1].unwrap() - Point::new(5e-4, 0.0, 0.0)).norm() < 1e-18, "{moved:?}");
     }
 
-    /// Truth: linear functions are harmonic and in the space of the elements. The function is prescribed on the outer faces of a
-    /// distorted block of hexahedra or tetrahedra.
+    /// Truth: a linear function is harmonic and lies in the finite-element space. Its values on the outer faces of a distorted
+    /// block of hexahedra or tetrahedra therefore determine the same function inside.
     #[test]
     fn linear_functions_are_found() {
         for solids in [BlockElements::Hex8, BlockElements::Tet4] {

@@ -21,11 +21,11 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
 
-/// Bytes per unknown of mesh, elements and assembly, without the matrix. Measured: 290 to 500 on bodies of 50 000 unknowns, up to
-/// 1360 on small bodies (first and second order, tetrahedra and hexahedra).
+/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Measured: 290 to 500 on bodies of 50 000
+/// unknowns, up to 1360 on small bodies (first and second order, tetrahedra and hexahedra).
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
-/// Bytes per unknown of mesh and elements after assembly.
+/// Bytes per unknown for the mesh and the elements after assembly.
 const RESIDENT_BYTES_PER_DOF: usize = 350;
 
 /// Peak memory of the assembly of a body with `n_free` unknowns and `n_stored` matrix entries, bytes.
@@ -64,7 +64,7 @@ impl FeModel {
     ///
     /// # Errors
     /// If the body does not fit (kind `Resources`). If an element is inverted or has no material, or a group is missing. If
-    /// supports contradict one another, or leave rigid-body modes of one of several parts free; the message names these modes.
+    /// supports contradict one another. If a body of several unconnected parts has free rigid-body modes; the message names them.
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let name = spec.name.clone();
         let build = || {
@@ -159,13 +159,13 @@ impl FeModel {
         &self.stiffness
     }
 
-    /// Right-hand side of the free dofs, `[n_free]`, N: loads, and -K_fc ū of the prescribed displacements.
+    /// Right-hand side of the free dofs, `[n_free]`, N: loads, minus the forces K_fc ū of the prescribed displacements ū.
     pub fn load_vector(&self) -> Vec<f64> {
         let rows = self.dof_map.dofs_of_rows().iter().zip(&self.prescribed_dof_forces);
         rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
     }
 
-    /// Whether the body has own loads or prescribed displacements other than zero.
+    /// Whether the body has loads other than contact forces, or prescribed displacements other than zero.
     pub fn has_own_loads(&self) -> bool {
         self.load_vector().iter().any(|&f| f != 0.0)
             || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
@@ -181,8 +181,8 @@ impl FeModel {
         self.body_force
     }
 
-    /// Loads on faces: the solid, the index of its face, pressure (MPa) and traction (global axes, MPa). A face with several loads
-    /// is listed once per load.
+    /// Pressures and tractions on faces: the solid, the index of its face, pressure (MPa) and traction (global axes, MPa). A face
+    /// with several loads is listed once per load.
     pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
         self.loaded_faces.iter().filter_map(|face| {
             let at = (face.owner, face.local_face);
@@ -238,7 +238,7 @@ impl FeModel {
         Ok(())
     }
 
-    /// Nodes and components of the rows of the system.
+    /// Node and component of each row of the system, with the coordinates of the nodes.
     pub fn unknowns(&self) -> NodalUnknowns {
         let mut place = vec![usize::MAX; self.mesh.n_points()];
         let mut points = Vec::new();
@@ -260,7 +260,7 @@ impl FeModel {
         format!("the node at {}, direction {}", format_point(&self.mesh.points[dof / 3]), AXIS_NAMES[dof % 3])
     }
 
-    /// Faces with loads or foundations. A face with several of them is listed once for each.
+    /// Faces with loads or foundations. A face with several loads or foundations is listed once for each.
     pub(super) fn loaded_faces(&self) -> &[LoadedFace] {
         &self.loaded_faces
     }

@@ -26,7 +26,7 @@ pub use superconvergent::StressRecovery;
 pub use surface_stress::SurfaceStressPoint;
 pub(crate) use surface_stress::{FaceAverages, FaceContribution, surface_stress_points};
 
-/// Elements evaluated in parallel before they are added.
+/// Number of elements evaluated in parallel before their states are visited.
 const ELEMENTS_PER_BATCH: usize = 4096;
 
 impl FeModel {

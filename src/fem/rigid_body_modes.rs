@@ -14,7 +14,7 @@ use crate::linalg::ordering::NodeGraph;
 /// another than a millionth of the body size do not prevent a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
-/// Part of a unit vector outside a subspace below which the vector lies in the subspace.
+/// Tolerance for a vector to lie in a subspace: on eigenvalues of projectors, and on the relative part of a vector outside.
 pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
 /// Rigid-body modes that the supports of a body leave free.
@@ -24,13 +24,13 @@ pub struct RigidBodyModes {
     pub names: Vec<String>,
     centre: Vector3<f64>,
     size: f64,
-    /// Translation, and rotation times the body size, about the centre.
+    /// For each mode: translation of the centre, then rotation about the centre times the body size.
     basis: Vec<Vector6<f64>>,
 }
 
 impl RigidBodyModes {
-    /// Rigid-body modes of the points `part` among `points` that leave the points of `held` at rest along the given directions. The
-    /// modes are orthonormal as vectors of translation and rotation.
+    /// Rigid-body modes of the points with indices `part` that do not move the points of `held` along the given directions. As
+    /// vectors of translation and scaled rotation, the modes are orthonormal.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],
@@ -83,7 +83,7 @@ impl RigidBodyModes {
         [0, 3].map(|row| self.basis[j].fixed_view::<3, 1>(row, 0).into_owned())
     }
 
-    /// The same modes, orthonormal in the weighted mean over the points. `None` if they are linearly dependent there.
+    /// Orthonormalises the modes u_i: Σ_k weight(k) u_i · u_j = δ_ij. `None` if the modes are linearly dependent at the points k.
     pub(crate) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
         let n = self.n_modes();
         let mut gram = DMatrix::<f64>::zeros(n, n);
@@ -109,14 +109,14 @@ impl RigidBodyModes {
 ///
 /// # Errors
 /// If supports contradict one another. If a body of several parts without shared nodes is not fixed in all of them. Errors in the
-/// materials of the elements are not reported here, but by [`super::FeModel::new`].
+/// materials of the elements give `None` here; [`super::FeModel::new`] reports them.
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;
     rigid_body_modes_of_dofs(spec, &dofs, &node_graph(&spec.mesh, &regions.cells))
 }
 
-/// As [`find_rigid_body_modes`], for numbered dofs.
+/// As [`find_rigid_body_modes`], with the dofs and the node graph given.
 ///
 /// # Errors
 /// As [`find_rigid_body_modes`].
@@ -209,8 +209,8 @@ pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Names of a basis of the space spanned by `directions`, along the coordinate axes where the space contains them. `what` is the
-/// prefix for a coordinate axis and for any other direction.
+/// Names of a basis of the space spanned by `directions`. Every coordinate axis in the space is a vector of the basis. `what` holds
+/// the prefix for coordinate axes and the prefix for other directions.
 fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
     let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
     let mut rank = 0;
@@ -231,7 +231,7 @@ fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> 
 }
 
 fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
-    // Rounding of a zero must not appear as a sign.
+    // Components that are zero up to rounding are set to zero, so that no minus sign is printed.
     let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
         Some(c) => format!("{} {}", what[0], AXIS_NAMES[c]),

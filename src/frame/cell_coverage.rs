@@ -1,4 +1,4 @@
-//! Intersections of a cell with the contact faces, seen along its normal, and the cell averages of their shape functions.
+//! Intersections of a cell with the contact faces, projected along the cell normal, and cell averages of the face shape functions.
 
 use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
 use super::facets::{Facet, facets_of_face};
@@ -13,16 +13,16 @@ use crate::mesh::faces::SurfaceFace;
 /// Maximum share of a cell that may be covered twice; on grids also the maximum uncovered share.
 const COVERAGE_TOLERANCE: f64 = 1e-9;
 
-/// Relative rounding error of a cell's area, per rounding error of its corner coordinates relative to its side.
+/// Relative rounding error of a cell's area, divided by the rounding error of the coordinates relative to the cell's side.
 const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
-/// Maximum uncovered share of a cell made from a face. If two bodies end at one edge or symmetry plane, their edges are slightly
-/// offset along an inclined cell normal, because of the gap. Averages refer to the covered part.
+/// Maximum uncovered share of a cell made from a face. If two bodies end at one edge or symmetry plane, the gap slightly offsets
+/// their edges in a projection along an inclined cell normal. Averages refer to the covered part.
 const MAX_UNCOVERED_SHARE: f64 = 0.1;
 
 /// Faces found under one cell.
 pub(super) struct CellCoverage {
-    /// Pairs (mesh node or other function, weight), ascending.
+    /// Pairs (mesh node or index of another basis function, weight), ascending.
     pub(super) weights: Vec<(usize, f64)>,
     /// Covered share of the cell.
     pub(super) coverage: f64,
@@ -63,7 +63,8 @@ impl<'a> FacetIndex<'a> {
         self.facets[hit.facet].face
     }
 
-    /// Overlaps of a cell with the facets of the nearest sheets, and a folded face, if any.
+    /// Overlaps of a cell with the facets, and a folded face, if any. If several sheets of faces cover a cell that is no grid cell,
+    /// only the nearest sheets count.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -80,8 +81,8 @@ impl<'a> FacetIndex<'a> {
         self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
     }
 
-    /// As [`Self::cover`], for other functions on the faces: `parts` gives the share of each in the shape function of a face's
-    /// local node.
+    /// As [`Self::cover`], for other basis functions. `parts(face, local)` expresses the shape function of a local node by pairs
+    /// (basis function, coefficient).
     pub(super) fn cover_of(
         &self,
         frame: &ContactFrame,

@@ -134,8 +134,8 @@ mod tests {
         assert!((overlap(&triangle, &SQUARE) - 1.0).abs() < 1e-15);
     }
 
-    /// Truth: by hand. An L of area 3 and its mirror image; a dart; a square with a corner in the middle of a side, also shifted by
-    /// rounding, stays whole. Each part is convex, and the parts have the area of the whole.
+    /// Truth: each part is convex, and the parts have the area of the polygon, known by hand. An L, its mirror image and a dart are
+    /// divided. A square with a fifth corner on one side, also shifted by rounding, stays whole.
     #[test]
     fn parts_of_a_polygon_are_convex() {
         let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];

@@ -1,4 +1,4 @@
-//! Curvature correction of flat faces: estimates the distance of a curved surface from its flat faces from neighbouring nodes.
+//! Curvature correction of flat faces: estimates from neighbouring nodes how far a curved surface lies from its flat faces.
 //!
 //! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / 8R. A
 //! quadratic fit through the nodes around each node gives the curvature there. An edge is corrected by the smaller of the
@@ -29,7 +29,7 @@ const MIN_FIT_NEIGHBOURS: usize = 8;
 /// Maximum number of layers of faces around a node that are searched for neighbours.
 const MAX_NEIGHBOUR_LAYERS: usize = 3;
 
-/// Singular values below this share of the largest are undetermined shapes, for example on a single row of faces.
+/// Singular values below this fraction of the largest mark undetermined terms of the fit, for example on a single row of faces.
 const RANK_TOLERANCE: f64 = 1e-6;
 
 /// Edge of a flat face, and its distance from the surface.
@@ -44,12 +44,12 @@ pub struct EdgeSagitta {
 }
 
 impl EdgeSagitta {
-    /// The larger height, mm.
+    /// The larger absolute height, mm.
     pub fn largest(&self) -> f64 {
         self.sagittas_at_ends[0].abs().max(self.sagittas_at_ends[1].abs())
     }
 
-    /// Height that the correction applies, mm.
+    /// Absolute height that the correction applies, mm.
     pub fn applied(&self) -> f64 {
         self.midpoint_offset.norm()
     }
@@ -67,7 +67,7 @@ struct Curvature {
 }
 
 /// Sagittas of the edges of `faces`, one list per face in the order of its edges. `None` for second-order faces, whose middle nodes
-/// lie on the surface, and for edges between two creases.
+/// lie on the surface, and for edges with both ends on creases.
 pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagitta>; 4]> {
     let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
     let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
@@ -111,7 +111,7 @@ pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[
     edge_sagittas(mesh, faces).into_iter().map(bows).collect()
 }
 
-/// Kind of a flat face with quadratic edges.
+/// Second-order face kind with the corners of `flat` and middle nodes on the edges.
 pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
     if flat.n_corners() == 3 { Tri6 } else { Quad8 }
 }

@@ -68,8 +68,9 @@ impl FaceMap {
         Self::with_basis(frame, mesh, (side, faces), own_node)
     }
 
-    /// The same for basis functions other than the shape functions, with indices in place of node numbers. `parts` gives the share
-    /// of each function in the shape function of a face's local node. Both bases span the same space.
+    /// As [`Self::new`], for other basis functions than shape functions, with indices in place of node numbers.
+    /// `parts(face, local)` expresses the shape function of a local node by pairs (basis function, coefficient). Both bases span
+    /// the same space.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -144,7 +145,7 @@ impl FaceMap {
         entries(&self.rows, cell)
     }
 
-    /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes. Overwrites `local`.
+    /// Cell averages in local axes, `[3, N]` (all x, all y, all n), of nodal vectors `[n_c, 3]` in global axes. Overwrites `local`.
     pub fn apply(&self, nodal: &[f64], local: &mut [f64]) {
         let n = self.n_cells();
         for cell in 0..n {
@@ -165,15 +166,15 @@ impl FaceMap {
         local
     }
 
-    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` by planes, mm.
+    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` as in [`Self::apply`], mm.
     pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let mut gap = self.mean_displacement(of_node);
         gap.iter_mut().for_each(|g| *g *= side.gap_sign());
         gap
     }
 
-    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes (MPa). Overwrites
-    /// `forces`.
+    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` as in [`Self::apply`] (MPa). A
+    /// are the cell areas. Overwrites `forces`.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {

@@ -129,7 +129,7 @@ impl FrameBuilder {
         Some(())
     }
 
-    /// Builds the frame of these cells. The z of its origin is their mean height.
+    /// Builds the frame of the collected cells. The z of the frame's origin is the mean height of the cells.
     pub(super) fn frame(self, center: [f64; 2], azimuth: f64) -> ContactFrame {
         let total: f64 = self.areas.iter().sum();
         let on_planes = self.planes.iter().any(|planes| planes.contains(&true));

@@ -9,7 +9,7 @@ use crate::geometry::{Point, Side};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Middle nodes within this share of the edge length from the middle count as lying there.
+/// A middle node counts as in the middle of its edge if its distance from there is below this fraction of the edge length.
 const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
 /// Corners of the facets as node numbers of the face; 8 is the centre of a quadrangle.
@@ -23,7 +23,7 @@ pub(super) struct Facet {
     pub(super) face: usize,
     pub(super) corners: Vec<Point>,
     pub(super) reference: Vec<[f64; 2]>,
-    /// Squared size.
+    /// Square of the facet's size, mm2.
     pub(super) scale: f64,
 }
 
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
     use crate::element::{self, ShapeFunctions};
 
-    /// Truth: the nodes of the elements themselves.
+    /// Truth: the reference coordinates equal `NODES` of the elements.
     #[test]
     fn reference_coordinates_of_the_nodes() {
         assert_eq!(reference_nodes(Tri6)[..6], element::Tri6::NODES);

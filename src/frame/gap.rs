@@ -4,7 +4,7 @@ use super::ContactFrame;
 use super::height_table::HeightTable;
 use crate::error::{Error, Result};
 
-/// Shape of the gap between the undeformed surfaces; lengths in mm, angles in radians from the frame's x.
+/// Shape of the gap between the undeformed surfaces, r^2 = x^2 + y^2; lengths in mm, angles in radians from the frame's x.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GapShape {
     /// Two planes.
@@ -48,7 +48,7 @@ pub enum GapShape {
         /// Coefficient B, mm^(1 - n).
         coefficient: f64,
     },
-    /// Given heights. Their smallest value over the frame is the first touch.
+    /// Given heights. The gap is the height minus the smallest height over the frame.
     Heights(HeightTable),
     /// Given distance for each cell, `[N]`, mm, used unchanged.
     PerCell(Vec<f64>),
@@ -74,7 +74,7 @@ impl From<GapShape> for InitialGap {
 }
 
 impl InitialGap {
-    /// Gap at the centre of each cell, `[N]`, mm. It vanishes where the undeformed surfaces first touch.
+    /// Gap at the centre of each cell, `[N]`, mm. Zero at the origin of a closed form, or at the smallest height over the frame.
     ///
     /// # Errors
     /// If a parameter is not admissible, the frame reaches beyond an exact surface, or heights do not match the frame. Also for
@@ -118,7 +118,7 @@ impl InitialGap {
             }
             GapShape::SemiAxes { semi_axes: [a, b, c], angle } => {
                 let [x, y] = along(angle);
-                // Scaled by the semi-axes, it is a unit sphere.
+                // In coordinates divided by the semi-axes, the ellipsoid is a unit sphere.
                 c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
                     Error::input(format!(
                         "the frame extends beyond an exact ellipsoid with the semi-axes {a} and {b} in its plane: use a smaller frame, or remove gap.exact"
@@ -216,7 +216,7 @@ mod tests {
         InitialGap { shape, offset, exact }.evaluate(&frame()).expect("an admissible gap")
     }
 
-    /// Truth: the closed forms, in the frame's own axes (cell 0 is centred at (-1, -1)).
+    /// Truth: the closed form of each shape at the centre of cell 0, which is (-1, -1) in the frame's own axes.
     #[test]
     fn closed_forms() {
         let check = |gap: Vec<f64>, value: f64| {
@@ -231,7 +231,7 @@ mod tests {
             gap_of(GapShape::Ellipsoid { radii: [2.0, 7.0], angle: quarter }, [0.0, -1.0], false),
             1.0 / 14.0,
         );
-        // The same curvature; with equal axes, the same sphere.
+        // Equal semi-axes give a sphere. Unequal semi-axes are checked along each axis.
         let ball = GapShape::SemiAxes { semi_axes: [5.0; 3], angle: 0.3 };
         check(gap_of(ball.clone(), [0.0; 2], true), 5.0 - 23f64.sqrt());
         check(gap_of(ball, [0.0; 2], false), 2.0 / 10.0);
@@ -293,7 +293,7 @@ mod tests {
         }
     }
 
-    /// Truth: the documented refusals; each message names the key or the remedy.
+    /// Truth: each inadmissible gap is an error whose message names the key or the remedy.
     #[test]
     fn nonsense_is_refused() {
         let refused = |shape: GapShape, exact: bool, word: &str| {

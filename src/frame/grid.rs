@@ -87,7 +87,7 @@ impl Grid {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// Global point at `lines` along x and y; `triad`: the frame's axes.
+    /// Global point at the grid lines `lines` along x and y, half steps included. `triad` holds the frame's axes.
     fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
         let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
         Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))
@@ -112,7 +112,7 @@ impl Grid {
     }
 }
 
-/// Extends a cell field to an enlarged frame of `n` cells, plane by plane. `places[i]` is the new index of cell i. New cells get
+/// Extends a cell field, `[planes, N]`, to an enlarged frame of `n` cells. `places[i]` is the new index of cell i. New cells get
 /// the value of `fill` at their index in the result.
 pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
@@ -152,7 +152,7 @@ fn check_cells(cells: [usize; 2]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Truth: the definition (index ix * ny + iy, total area 4 w_x w_y, right-handed corners, symmetric centres).
+    /// Truth: cell (ix, iy) has the index ix * ny + iy, the total area is 4 w_x w_y, corners are right-handed, centres symmetric.
     #[test]
     fn cells_lie_as_defined() {
         let frame = ContactFrame::grid([1.2, 0.6], [4, 3], [5.0, -2.0], 0.3).unwrap();
@@ -179,7 +179,7 @@ mod tests {
         );
     }
 
-    /// Truth: the definition: a periodic direction has no edge cells, and positions beyond half a side have an image.
+    /// Truth: a periodic direction has no edge cells, and positions beyond half a side have an image within the frame.
     #[test]
     fn repeated_frames_have_no_rim() {
         let frame = |periodic| {
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
     }
 
-    /// Truth: the definition: cells keep their coordinates bit by bit, and the centre stays; the indices of the outer rows by hand.
+    /// Truth: cells keep their coordinates bit by bit, and the centre stays. The index of the first old cell is counted by hand.
     #[test]
     fn wider_grids_keep_their_cells() {
         for (cells, half) in [([5, 4], [1.3, 0.7]), ([6, 3], [0.1, 1.0 / 3.0])] {
@@ -215,7 +215,7 @@ mod tests {
         assert!(frame.with_periodicity([true, false]).enlarged([1, 1]).unwrap().is_none());
     }
 
-    /// Truth: the documented refusals.
+    /// Truth: half-widths, cell numbers and centres that are not admissible are errors.
     #[test]
     fn nonsense_is_refused() {
         assert!(ContactFrame::grid([0.0, 1.0], [4, 4], [0.0; 2], 0.0).is_err());

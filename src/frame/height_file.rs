@@ -69,7 +69,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
 mod tests {
     use super::*;
 
-    /// Truth: the definition of the table; separators may be commas, semicolons or blanks.
+    /// Truth: each text holds the table [[1, 2.5], [-3, 40]]; separators may be commas, semicolons or blanks.
     #[test]
     fn separators() {
         for text in [

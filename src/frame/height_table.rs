@@ -99,7 +99,7 @@ impl HeightTable {
         Ok((0..frame.n_cells()).map(|cell| self.values[frame.grid_index(cell)]).collect())
     }
 
-    /// Whether the table is one period of a periodic frame, along x and y. Its first value then follows its last.
+    /// Whether the table is one period of a periodic frame, along x and y. The first value of the table then follows the last.
     fn repeats(&self, frame: &ContactFrame, spacing: [f64; 2]) -> [bool; 2] {
         let Some(grid) = frame.grid else { return [false; 2] };
         [0, 1].map(|axis| {

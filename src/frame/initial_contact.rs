@@ -14,7 +14,7 @@ use super::shape_integrals::ProjectedFacet;
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::{Point, bounds};
 
-/// Maximum number of step halvings of a search, from the size of a polygon.
+/// Maximum number of halvings of the search step, which starts at half of the edges and diagonals of a polygon.
 const MAX_STEP_HALVINGS: usize = 16;
 
 /// Maximum number of rounds of a search; the remaining error is rounding.
@@ -36,7 +36,7 @@ struct FacePiece {
     plane: ProjectedFacet,
     kind: ElementKind,
     heights: [f64; MAX_FACE_NODES],
-    /// Offsets of the edge midpoints from the chords.
+    /// Offsets of the edge midpoints from the chords along the cell normal, mm.
     bows: [f64; 4],
 }
 
@@ -66,12 +66,12 @@ struct DistanceRange {
     spread: f64,
 }
 
-/// Motion of body 2 against the frame's n until first touch. Infinite if no cell counts. `None` is the plane through the global
-/// origin perpendicular to n.
+/// Motion of body 2 against the frame's n until first touch, mm. Infinite if no cell counts. A surface `None` is the plane through
+/// the global origin perpendicular to n.
 ///
-/// Only cells count whose normal component along n exceeds the share `facing` of the largest one. The result is the smallest
-/// distance along a cell normal over that component. First-order faces are curvature-corrected, so that their corners do not touch
-/// first.
+/// A cell counts if the component of its normal along n exceeds the fraction `facing` of the largest component. The result is the
+/// smallest distance along a cell normal, divided by this component. First-order faces are curvature-corrected, so that their
+/// corners do not touch first.
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
     let n = frame.axes.normal();

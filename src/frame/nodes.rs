@@ -2,7 +2,7 @@
 //!
 //! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face: the bilinear displacement of a
 //! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined. One traction
-//! per node does not: on a regular mesh, a checkerboard of nodal cells keeps a quarter of its work.
+//! per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells retains a quarter of its work.
 //!
 //! # Source
 //! Uniqueness of the tractions: locally never more frame points than displacement nodes of the finer side.

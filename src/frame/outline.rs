@@ -34,8 +34,8 @@ pub enum Outline {
     },
 }
 
-/// Points outside by less than this share of the size count as on the curve. Cells that are mirror images of each other are then
-/// both in or both out.
+/// Points that lie outside by less than this fraction of the outline's size count as on the curve. Cells that are mirror images of
+/// each other are then both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Maximum number of vertices of a polygon; all pairs of its edges are compared.
@@ -45,7 +45,7 @@ impl Outline {
     /// Checks that the outline encloses an area and does not intersect itself.
     ///
     /// # Errors
-    /// If not; the message gives the numbers of edges or vertices (from 1).
+    /// If the check fails; the message gives the numbers of edges or vertices (from 1).
     pub fn check(&self) -> Result<()> {
         let positive = |what: &str, value: f64| {
             let fine = value.is_finite() && value > 0.0;
@@ -86,7 +86,7 @@ impl Outline {
         }
     }
 
-    /// Enclosed area.
+    /// Enclosed area, mm2.
     pub fn area(&self) -> f64 {
         match self {
             Self::Circle { radius, .. } => PI * radius * radius,
@@ -256,8 +256,8 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the areas. 3e-3: error of counting cells with 75 and 30 along the radii (errors of the cells on the border average
-    /// out).
+    /// Truth: the cells inside an outline have the total area of the outline. 3e-3: error of counting 75 and 30 cells along the
+    /// radii (errors of the cells on the border average out).
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn lines_through_centres_are_symmetric() {
         let frame = ContactFrame::grid([1.0, 1.0], [10, 10], [0.0, 0.0], 0.0).unwrap();
-        // Centres at +-0.1, 0.3, 0.5, 0.7, 0.9; a circle through (0.3, 0.5), and a square through centres.
+        // Cell centres at +-0.1, 0.3, 0.5, 0.7, 0.9; a circle through (0.3, 0.5), and a square through centres.
         for outline in [
             Outline::Circle { radius: 0.3_f64.hypot(0.5), center: [0.0, 0.0] },
             Outline::Polygon { vertices: vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] },
@@ -299,7 +299,7 @@ mod tests {
         assert!(wide.edge_cells().contains(&true), "the grid's edge is one");
     }
 
-    /// Truth: the documented refusals, each by the number of edges or vertices.
+    /// Truth: each inadmissible outline is an error that names the wrong value, or the edges or vertices by number.
     #[test]
     fn nonsense_is_refused() {
         let refused = |outline: Outline, word: &str| {

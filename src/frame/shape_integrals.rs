@@ -19,7 +19,7 @@ pub(super) struct ProjectedFacet {
     n: usize,
     /// x = c0 + c1 xi + c2 eta + c3 xi eta.
     map: [[f64; 2]; 4],
-    /// Reference coordinates of the face, with the same terms.
+    /// Reference coordinates of the face as a function of xi and eta, with the same terms as `map`.
     reference: [[f64; 2]; 4],
 }
 
@@ -104,11 +104,11 @@ impl ProjectedFacet {
     /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node. `scale` is the area to which the
     /// error (1e-15) is relative.
     ///
-    /// The integral is transformed to facet coordinates and, by Green's theorem, to the boundary of the polygon: the integral of
-    /// N_j J is the boundary integral of F_j d(eta), with dF_j/d(xi) = N_j J. Two Gauss points give F_j, because N_j J has degree 3
-    /// in xi at most. Along straight edges F_j is a smooth function of one variable. On triangles and parallelograms it is a
-    /// polynomial of degree 5 at most, for which three Gauss points are exact. Inner edges of neighbouring polygons cancel, so that
-    /// sums over a partition of the face are exact on any quadrangle.
+    /// The integral is transformed to facet coordinates, with J the Jacobian of `map`. By Green's theorem it becomes a boundary
+    /// integral: the integral of N_j J is the boundary integral of F_j d(eta), with dF_j/d(xi) = N_j J. Two Gauss points give F_j,
+    /// because N_j J has degree 3 in xi at most. Along straight edges F_j is a smooth function of one variable. On triangles and
+    /// parallelograms it is a polynomial of degree 5 at most, for which three Gauss points are exact. Inner edges of neighbouring
+    /// polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
     pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
@@ -163,7 +163,7 @@ impl ProjectedFacet {
                 (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
                 (own[1] + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
             ];
-            // The error after a step is of the order of its square.
+            // The error after a step is of the order of the squared step.
             if step[0].abs().max(step[1].abs()) < 1e-9 {
                 break;
             }
@@ -205,8 +205,8 @@ mod tests {
         ProjectedFacet::new(kind, corners, reference)
     }
 
-    /// Truth: N_j of a parallelogram is a product of linear functions. Its integral is A / 4 over the whole face, and
-    /// (1/64)(3,1)x(3,1) of A over a quarter of it.
+    /// Truth: N_j of a parallelogram of area A is a product of two linear functions. Its integral is A / 4 over the face. Over the
+    /// quarter at node 0, the integrals of the four N_j are A / 64 times 9, 3, 1, 3.
     #[test]
     fn parallelogram() {
         let face = whole(Quad4, &[[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);

@@ -21,7 +21,7 @@ const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
     /// Cells on symmetry planes, ascending, with the projector P onto the components (x, y, n) in these planes. P = 1 - m m^T, with
-    /// the tangent m of the cell normal to its plane; both tangents where two planes meet.
+    /// m the cell tangent normal to the symmetry plane. Where two planes meet, P removes both tangents.
     ///
     /// The traction and the relative tangential displacement across a symmetry plane vanish.
     pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
@@ -71,7 +71,7 @@ pub(super) struct ReflectedCell {
 }
 
 /// Completes the part of a cell with `corners` by reflection. `open`: the part starts with the node itself, at the border of the
-/// faces. A plane among `planes` counts if an edge of the part that ends in the node lies in it.
+/// faces. A symmetry plane in `planes` counts only if it contains an edge of the part at the node.
 pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
     let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
@@ -112,8 +112,8 @@ mod tests {
     use super::*;
     use crate::frame::faces::vector_area;
 
-    /// Truth: the square of side 2 around the origin, from its quarter, its half on either side of a plane, or its half at a free
-    /// border. Each is counter-clockwise.
+    /// Truth: a quarter at two planes, or a half at one plane, is reflected to the square of side 2 around the origin. A quarter at
+    /// one plane gives half of the square. All results are counter-clockwise.
     #[test]
     fn parts_of_a_square_make_it_whole() {
         let point = |x: f64, y: f64| Point::new(x, y, 0.0);

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use crate::geometry::fibre_axes;
 
-    /// Truth: the definition of a fibre by tilt and azimuth.
+    /// Truth: the fibre direction of `fibre_axes(tilt, azimuth)`, alone or with a second direction, gives the same axes.
     #[test]
     fn a_direction_gives_the_axes_of_its_angles() {
         for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {

@@ -17,7 +17,7 @@ pub struct ElementAxes {
 }
 
 impl ElementAxes {
-    /// Creates a set without axes; `source` names it in messages ("the field \"fibre\" of block.msh").
+    /// Creates a set without axes; `source` is the origin of the axes in messages ("the field \"fibre\" of block.msh").
     pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), axes: HashMap::new() }
     }

@@ -136,7 +136,7 @@ impl Orthotropic {
     }
 }
 
-/// Largest difference from an isotropic stiffness, over the largest entry, that counts as rounding.
+/// Largest difference from an isotropic stiffness, relative to the largest entry, that counts as rounding.
 const ISOTROPY_TOLERANCE: f64 = 1e-11;
 
 impl Stiffness {
@@ -236,8 +236,8 @@ impl Stiffness {
     }
 
     /// Poisson's ratio of the isotropic material with the same relative volume change: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
-    /// components of the compliance. The numerator is the volume change under pressure; the denominator is that under each normal
-    /// stress without lateral contraction.
+    /// components of the compliance. The numerator is the volume change under unit pressure. The denominator is the same volume
+    /// change without lateral contraction.
     pub fn volumetric_poisson_ratio(&self) -> f64 {
         let s = self.compliance();
         let normal = s.fixed_view::<3, 3>(0, 0);
@@ -336,7 +336,7 @@ mod tests {
         }
     }
 
-    /// Truth: the definition of the engineering constants as strains under single stresses.
+    /// Truth: single stresses give the input constants: E_i = 1 / S_ii, ν_ij = -S_ji / S_ii, and 1 / G on the shear diagonal of S.
     #[test]
     fn compliance_gives_back_the_engineering_constants() {
         let s = Stiffness::orthotropic(&IM7).expect("IM7").compliance();
@@ -374,8 +374,8 @@ mod tests {
         }
     }
 
-    /// Truth: a rotation about its axis leaves a transversely isotropic material unchanged, and a fibre along the normal has E1
-    /// there.
+    /// Truth: a rotation about the fibre leaves a transversely isotropic material unchanged. With the fibre along z, Young's
+    /// modulus along z is E1.
     #[test]
     fn transverse_isotropy_is_invariant_about_the_fibre() {
         let ti = Stiffness::transversely_isotropic(167230.0, 9544.0, 5292.0, 0.272, 0.369).expect("CFRP");
@@ -386,7 +386,7 @@ mod tests {
         assert!((1.0 / upright.compliance()[(2, 2)] / 167230.0 - 1.0).abs() < 1e-12);
     }
 
-    /// Truth: the conditions of a positive strain energy; each message names the constant and the bound.
+    /// Truth: constants without a positive strain energy are errors; each message names the constant and the bound.
     #[test]
     fn inadmissible_constants_are_refused_by_name() {
         let refused = |change: fn(&mut Orthotropic)| {
@@ -406,7 +406,7 @@ mod tests {
         assert!(message(Stiffness::transversely_isotropic(1e5, 1e4, 5e3, 0.3, 1.0)).contains("nu23 = 1"));
     }
 
-    /// Truth: a stiffness is symmetric and positive definite.
+    /// Truth: a matrix that is not finite, symmetric and positive definite is an error.
     #[test]
     fn inadmissible_matrices_are_refused() {
         let mut c = *Stiffness::isotropic(210e3, 0.3).expect("steel").voigt();

@@ -59,7 +59,7 @@ impl RegionMaterial {
 const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
-    /// Ranges of the plies or wound layers in the coordinate along their stacking, and this coordinate of a point.
+    /// Ranges of the plies in z or of the wound layers in radius, and the function that gives this coordinate of a point.
     #[allow(clippy::type_complexity)]
     fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
         match self {
@@ -74,7 +74,7 @@ impl RegionMaterial {
         }
     }
 
-    /// Whether the region has plies or wound layers.
+    /// Whether the region has plies or several wound layers.
     pub fn is_stacked(&self) -> bool {
         self.stacking_coordinate().is_some()
     }

@@ -119,7 +119,7 @@ mod tests {
         }
     }
 
-    /// Truth: a hoop direction exists off the axis only; layers are nested.
+    /// Truth: the axis has no hoop direction, and layers must be nested and contain the element; everything else is an error.
     #[test]
     fn impossible_windings_are_refused() {
         let winding = Winding::new([0.0, 0.0, 1.0], [0.0; 3], vec![layer(1.0, 2.0, 90.0)]).unwrap();

@@ -32,8 +32,8 @@ struct SurfaceTopology<'a> {
 ///
 /// # Errors
 /// If there are no surface cells, or an element has no area. If the surface is open or branches; the message names the edges. If
-/// neighbours on a smooth part are oriented against each other, or the surface has one side only. If it encloses no volume,
-/// intersects itself, or has parts that lie apart.
+/// neighbours on a smooth part are oriented against each other, or the surface has one side only. If the surface encloses no
+/// volume, intersects itself, or has parts that lie apart.
 pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let surface = SurfaceTopology::new(mesh)?;
     surface.refuse_flat()?;
@@ -369,7 +369,7 @@ mod tests {
         assert!((volume(&orient_outward(&hollow).unwrap().0) - 7.0).abs() < 1e-12);
     }
 
-    /// Truth: the defect of each surface and the elements at it, known by construction.
+    /// Truth: each surface has one defect by construction. The error names the defect, and the elements where they are known.
     #[test]
     fn surfaces_that_are_none() {
         let (points, triangles) = cube(0.0, 2.0, 0);
@@ -399,7 +399,7 @@ mod tests {
         assert!(refusal(points, &[]).contains("neither solid nor surface"));
     }
 
-    /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces. They enclose its volume, and its top remains a group.
+    /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces. They enclose its volume and keep the surface group.
     #[test]
     fn skins() {
         let solids = GradedBlock::uniform([1.0, 1.5], 2.0, [4, 3, 2]).mesh().unwrap();

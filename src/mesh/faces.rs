@@ -134,8 +134,8 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
 /// the orientation of the surface elements.
 ///
 /// # Errors
-/// If there is no such group, it is not a group of surfaces, or it is empty. If one of its elements is an inner face or belongs to
-/// no solid. If it has other nodes than its solid's face, or repeats the face of another element.
+/// If the group does not exist, is not a group of surfaces, or is empty. If a surface element is an inner face or belongs to no
+/// solid. If a surface element has other nodes than the face of its solid, or repeats the face of another surface element.
 pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
     let group = mesh.group_of_dim(name, 2)?;
     if group.cells.is_empty() {

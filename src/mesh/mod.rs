@@ -1,5 +1,5 @@
 //! Meshes of solids and surfaces: a [`Mesh`] has points, cells by kind ([`CellBlock`]) and physical groups ([`PhysicalGroup`]). The
-//! modules read them, find faces, and check their quality.
+//! modules read meshes, find faces, and check the quality of meshes.
 
 pub mod closed_surface;
 pub mod faces;

@@ -63,7 +63,7 @@ mod tests {
     use crate::mesh::CellBlock;
     use crate::mesh::faces::outer_faces;
 
-    /// Truth: two triangles that intersect by construction, and the same triangles moved apart; for each axis as the longest.
+    /// Truth: two triangles intersect by construction, and do not after one is moved away. Each axis is once the longest.
     #[test]
     fn faces_that_cross() {
         let at = |height: f64, turn: usize| {

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 
-/// Edge length of the regular solid of a kind and a volume.
+/// Edge length of the regular solid of kind `kind` with the volume `volume`.
 pub fn edge_length(kind: ElementKind, volume: f64) -> f64 {
     let unit = match kind.n_corners() {
         4 => 1.0 / 72f64.sqrt(),
@@ -46,7 +46,7 @@ pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64>
         if *count > 0.0 { (sum / count).exp().clamp(bounds.least, bounds.largest) } else { 0.0 }
     };
     let mut sizes: Vec<f64> = sum.iter().zip(&count).map(mean).collect();
-    // Shortest-path search from the smallest size: each node is final when it is taken. Positive numbers are ordered as their bits.
+    // Dijkstra's search from the smallest size: a size is final when the queue returns it. Positive floats sort like their bits.
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..sizes.len()).filter(|&i| sizes[i] > 0.0).map(|i| Reverse((sizes[i].to_bits(), i))).collect();
     while let Some(Reverse((bits, node))) = queue.pop() {
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the volumes of the regular solids of edge 2.
+    /// Truth: the known volumes of the regular solids of edge 2 give the edge length 2.
     #[test]
     fn edges_of_regular_solids() {
         for (kind, volume) in [
@@ -84,8 +84,8 @@ mod tests {
         }
     }
 
-    /// Truth: along edges of the block, from the cell of the smallest size on, the size grows with the distance as allowed; bounds
-    /// hold.
+    /// Truth: beyond the cell of the smallest size, the size grows along the edges of the block by `growth` times the distance. All
+    /// sizes lie within the bounds.
     #[test]
     fn sizes_grow_no_faster_than_allowed() {
         let mesh = GradedBlock::uniform([2.0, 2.0], 4.0, [4, 4, 4]).mesh().unwrap();

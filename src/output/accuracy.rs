@@ -30,7 +30,7 @@ pub struct EstimatedResult {
     pub name: &'static str,
     /// Result of the last converged run.
     pub value: f64,
-    /// Estimated error.
+    /// Estimated absolute error, in the unit of `value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
     /// Estimated relative error. Its reference is the total force for forces, the motion for displacements, otherwise the value.
@@ -42,7 +42,7 @@ pub struct EstimatedResult {
     /// Error due to the increments.
     #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
-    /// Error due to the jumps.
+    /// Error due to the cycle jumps.
     #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
     /// Order of convergence in the last refined setting, if the changes show one.
@@ -59,10 +59,10 @@ pub struct RefinementRun {
     /// Numbers of cells of the frame, if it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[usize; 2]>,
-    /// Number of increments as a multiple of that in the scene.
+    /// Number of increments as a multiple of the number in the scene.
     #[serde(rename = "increments")]
     pub increment_factor: usize,
-    /// Tolerance or number of the jumps over cycles.
+    /// Tolerance or number of the cycle jumps.
     #[serde(rename = "jumps", skip_serializing_if = "Option::is_none")]
     pub jump_setting: Option<f64>,
     /// Computing time, s.

@@ -131,7 +131,7 @@ pub(crate) fn write_error(reason: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Truth: docs/command-line.md: exit code 4. A disk that fills during a write gives the same advice as a full disk.
+    /// Truth (docs/command-line.md): a full disk has exit code 4. The errors of both functions advise the user to free some space.
     #[test]
     fn disks_that_fill_have_advice() {
         let reason = io::Error::from(io::ErrorKind::StorageFull);

@@ -28,8 +28,8 @@ pub struct BodyOutput<'a> {
 }
 
 impl BodyOutput<'_> {
-    /// Stress peaks of a meshed body; `None` if no stress was recovered. `tractions` act on body 2, one triple per cell in its
-    /// local axes.
+    /// Stress peaks of a meshed body; `None` if no stress was recovered. `tractions` act on body 2, one triple per cell in the
+    /// local axes of the cell.
     pub(crate) fn peaks(
         &self,
         frame: &ContactFrame,
@@ -44,7 +44,7 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction at every node of the mesh in global axes: area-weighted mean over the cells over which the node lies, zero off the
+    /// Traction at every node of the mesh in global axes: area-weighted mean of the cells over which the node lies, zero off the
     /// contact surface. `faces` are the outer faces.
     fn node_tractions(
         &self,
@@ -96,12 +96,12 @@ pub enum RecoveryLocation<'a> {
 }
 
 /// Displaced surface of a body with its displacement and traction in global axes. `tractions` act on body 2, one triple per cell in
-/// its local axes.
+/// the local axes of the cell.
 ///
 /// The displacement excludes the rigid motion of body 2.
 ///
 /// # Errors
-/// If the recovered field does not fit the shape (kind `Numerical`).
+/// If the number of recovered displacements differs from the number of cells or nodes (kind `Numerical`).
 pub fn surface_grid(
     output: &BodyOutput<'_>,
     frame: (&ContactFrame, &FrameMesh),
@@ -167,7 +167,7 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// Vertex of a body's output surface: mesh node and recovery point of its stress (the node without stress).
+/// Vertex of a body's output surface: mesh node, and recovery point of its stress. Without stress, the recovery point is the node.
 struct SurfaceVertex {
     node: usize,
     recovery_point: usize,
@@ -206,7 +206,7 @@ fn push_faces(
     points
 }
 
-/// Outward direction at the nodes of the contact surface: sum of the area vectors of the outer `faces` in contact, zero elsewhere,
+/// Outward direction at the nodes of the contact surface: sum of the area vectors of the outer `faces` there, zero elsewhere,
 /// `[n_points]`.
 fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];

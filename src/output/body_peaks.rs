@@ -10,7 +10,7 @@ use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::output::surface_stress::SurfaceStress;
 
-/// Fraction of the squared error in the cells that the summary reports.
+/// Fraction of the squared error that the reported cells with the largest errors contain.
 const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
 /// Largest value and its position.
@@ -38,9 +38,9 @@ pub struct IndexPeak {
 /// Estimated error of a body in one increment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRecord {
-    /// Relative error in the energy norm, over the norm of the stress.
+    /// Estimated error in the energy norm, relative to the norm of the stress.
     pub relative: f64,
-    /// Error in the energy norm: square root of twice the energy of the difference.
+    /// Error in the energy norm: square root of twice the energy of the difference between recovered stress and element stress.
     pub energy_norm: f64,
     /// Centre of the cell with the largest error.
     pub position: [f64; 3],
@@ -48,7 +48,7 @@ pub struct ErrorRecord {
     pub worst_cells: WorstCells,
 }
 
-/// Location of the error.
+/// Cells with the largest errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorstCells {
     /// Number of cells: the fewest that contain half of the squared error.
@@ -103,7 +103,7 @@ impl BodyPeaks {
     }
 }
 
-/// Index and value of the largest value; the first of equal ones, `None` without values.
+/// Index and value of the largest value, at the first position where it occurs. `None` without values.
 fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().fold(None, |best, (i, value)| match best {
         Some((_, found)) if value <= found => best,

@@ -21,7 +21,7 @@ pub struct BoundaryElementRecord {
     pub asymmetry: f64,
     /// Error of the tabulated kernels, relative to their largest values.
     pub kernel_error: f64,
-    /// Relative residual of recomputed equations.
+    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
     /// "dense" or "compressed".
     pub equations: &'static str,

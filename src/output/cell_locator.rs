@@ -44,8 +44,8 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells over which the point lies along their normals, with the body on its side of them. Several cells share a point on a
-    /// common edge; a point outside the frame has none. The bodies may be apart.
+    /// Cells over which the point lies along their normals, if the surface at the point faces the cell. A point on a common edge of
+    /// cells has several cells, a point outside the frame has none. The surface and the cells may be apart.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -58,8 +58,8 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame over which the point lies, at most one bin away along their normals. If there are none, the nearest
-    /// ones.
+    /// Cells of a curved frame over which the point lies, at most one bin away along their normals. If no cell is so close, the
+    /// nearest cells over which the point lies.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -91,7 +91,7 @@ impl<'a> CellLocator<'a> {
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// Bin of a point. If all cells have the same normal, the bin of its projection.
+    /// Bin of a point. If all cells have the same normal, the bin of the point's projection along this normal.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
@@ -126,7 +126,7 @@ impl<'a> CellLocator<'a> {
             if (a + edge * along).norm() <= slack {
                 return true;
             }
-            // Does a ray along x cross the edge?
+            // Counts the edges that a ray from the point along x crosses: an odd number if the point lies inside.
             if (a.y > 0.0) != (b.y > 0.0) && (a.x - a.y * edge.x / edge.y) > 0.0 {
                 crossings += 1;
             }
@@ -147,7 +147,7 @@ fn grid_cells(grid: &Grid, point: &Point) -> Vec<usize> {
     along_x.iter().flat_map(|ix| along_y.iter().map(move |iy| ix * grid.cells[1] + iy)).collect()
 }
 
-/// Unit intervals among the first `n` that contain `at`: two at a common end.
+/// Indices i < `n` of the unit intervals `[i, i + 1]` that contain `at`. A common end of two intervals belongs to both.
 fn intervals(at: f64, n: usize) -> Vec<usize> {
     let (low, high) = ((at - 1e-9).floor(), (at + 1e-9).floor());
     let mut found: Vec<usize> =
@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use crate::geometry::Triad;
 
-    /// Truth: unit intervals by hand.
+    /// Truth (definition): interval i reaches from i to i + 1. Common ends belong to two intervals, outside points to none.
     #[test]
     fn ends_belong_to_both_intervals() {
         assert_eq!(intervals(0.0, 3), [0]);
@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Truth: by hand. The notch of a dart lies outside; corners and edges belong to the cell.
+    /// Truth: points in and around a dart-shaped cell, by hand. The notch lies outside; corners and edges belong to the cell.
     #[test]
     fn a_cell_may_be_a_dart() {
         let mut frame = two_cells(0.0);
@@ -223,7 +223,7 @@ mod tests {
         }
     }
 
-    /// Truth: by hand. A point lies over a cell at any height. The far side of the same body faces away.
+    /// Truth: a point on the normal of a cell lies over this cell at any height. A surface that faces away has no cells.
     #[test]
     fn distance_does_not_matter_but_the_side_does() {
         for angle in [0.0, -0.2] {

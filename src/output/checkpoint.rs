@@ -90,7 +90,7 @@ pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     }
 }
 
-/// Writes checkpoint `number` (from 1) into `folder`. It replaces the older one of the two files.
+/// Writes checkpoint `number` (from 1) into `folder`. Of the two checkpoint files, it replaces the older one.
 ///
 /// # Errors
 /// If it cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
@@ -278,7 +278,8 @@ mod tests {
         assert!(FILES.iter().all(|name| text.contains(name)) && text.contains("without --resume"), "{text}");
     }
 
-    /// Truth: docs/checkpoints.md: a checkpoint of another format and a state with other fields are refused with these reasons.
+    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused, and the message names the format. A state with other
+    /// fields is refused as the state of another build.
     #[test]
     fn foreign_checkpoints_are_refused() {
         let dir = tempfile::tempdir().unwrap();

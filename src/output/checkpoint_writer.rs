@@ -205,7 +205,7 @@ mod tests {
         CompletedWork { entries, cycles }
     }
 
-    /// Truth: docs/checkpoints.md: due after a time or a number of cycles, 0 disables either, and only with new entries.
+    /// Truth (docs/checkpoints.md): a checkpoint is due after a time or number of cycles (0: never), if there are new entries.
     #[test]
     fn when_one_is_due() {
         assert!(!keeper(0.0, 0).is_due(progress(9, 900)));

@@ -60,7 +60,7 @@ pub type PointStates = Option<Vec<PointState>>;
 /// Writer of the requested fields of a frame and its bodies.
 pub struct FieldWriter<'a> {
     frame: &'a ContactFrame,
-    /// Built when first written.
+    /// Built when the first grid is written.
     frame_mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     kinds: Vec<FieldKind>,
@@ -171,7 +171,7 @@ impl<'a> FieldWriter<'a> {
             self.write_interior_points(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
-        // Last, since the output before may be cancelled.
+        // Recorded last, because the output above may be cancelled.
         if self.kinds.contains(&FieldKind::Svg) {
             self.written.pictures.record_entry(self.frame.n_cells(), record, state);
         }

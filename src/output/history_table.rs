@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::evolution::records::{JumpRecord, RollingRecord};
 
-    /// Truth: RFC 4180, and shortest-digit text that reads back to the same bits.
+    /// Truth: names are quoted as in RFC 4180, and numbers read back to the same bits.
     #[test]
     fn rows_read_back() {
         let record = IncrementRecord {
@@ -167,7 +167,7 @@ mod tests {
         );
     }
 
-    /// Truth: docs/results.md: values that only some entries have are in columns of their own.
+    /// Truth (docs/results.md): values that only some entries have are in columns of their own.
     #[test]
     fn rolling_and_direct_sums_have_columns() {
         let roll = RollingRecord { creepage: [1e-3, -2e-3], spin: 0.25, distance: 7.0 };

@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Truth: docs/scene.md: even spacing, the first side fastest, distances from the first point. A tension p along x with a
-    /// pressure p along z has the largest shear stress p and the von Mises stress √3 p.
+    /// Truth (docs/scene.md): points are evenly spaced, the first side changes fastest, and distances count from the first point. A
+    /// tension p along x with a pressure p along z has the largest shear stress p and the von Mises stress √3 p.
     #[test]
     fn points_and_rows() {
         let request = rectangle();

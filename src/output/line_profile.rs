@@ -137,7 +137,8 @@ mod tests {
         }
     }
 
-    /// Truth: coordinates and values of the cells. On a grid with an even number of rows, the axis lies between two rows.
+    /// Truth: the samples lie at the cell centres. If the number of rows is even, the axis lies between two rows and the samples
+    /// are means.
     #[test]
     fn rows_are_met_on_their_centres() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(at(FRAC_PI_2), [[-0.5, 3.0], [0.5, 4.0]]);
     }
 
-    /// Truth: the same cells as polygons give the same samples. An oblique line gives the values of the cells that it cuts.
+    /// Truth: cells as polygons give the samples of the grid. An oblique line gives the values of the cells that it cuts.
     #[test]
     fn polygons_are_cut() {
         let grid = ContactFrame::grid([2.0, 1.0], [4, 2], [0.0, 0.0], 0.0).unwrap();

@@ -12,13 +12,13 @@ pub struct NearFieldRecord {
     /// Reason for the near field of the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Largest height by which flat faces of the body are curved in the gap between the meshes, mm.
+    /// Largest height of the curvature correction of the body's flat faces, mm, for a gap between meshes.
     #[serde(rename = "bow", skip_serializing_if = "Option::is_none")]
     pub max_face_deviation: Option<f64>,
     /// Estimated errors of the surface displacement under the frame due to loads and prescribed displacements of the body itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_error: Option<AppliedLoadError>,
-    /// Quality indicators of the half-space correction, also if it was rejected.
+    /// Quality indicators of the half-space correction, also if the correction was rejected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,
 }

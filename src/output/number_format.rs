@@ -26,7 +26,7 @@ pub fn five_digits_of_small(x: f64) -> String {
 mod tests {
     use crate::output::number_format::{five_digits, five_digits_of_group};
 
-    /// Truth: five significant digits.
+    /// Truth: the numbers rounded to five significant digits by hand.
     #[test]
     fn numbers_are_short() {
         assert_eq!(

@@ -114,7 +114,7 @@ impl OutputDir {
     /// Returns the names of files that were not found.
     ///
     /// # Errors
-    /// Resources, if a file cannot be moved or read.
+    /// If a file cannot be moved or read (kind `Resources`).
     pub fn restage(&mut self, files: Vec<StagedFile>) -> Result<Vec<String>> {
         (self.holds_unfinished_run, self.resumes, self.keep_staging) = (false, true, true);
         let mut missing = Vec::new();
@@ -284,7 +284,7 @@ impl OutputDir {
         if !self.supersedes_earlier(summary) {
             self.set_aside_earlier_results()?;
         }
-        // Files that remain from the resumed run.
+        // The summary lists the files that remain from the resumed run.
         summary.files = earlier_files(&self.target);
         summary.files.retain(|name| self.target.join(name).is_file());
         remove_stale_report(&self.target);
@@ -293,7 +293,7 @@ impl OutputDir {
         finite
     }
 
-    /// Whether the existing summary belongs to the resumed run and has no more entries than this one. Then it may be replaced.
+    /// Whether the existing summary may be replaced: it belongs to the resumed run and has no more entries than the new `summary`.
     fn supersedes_earlier(&self, summary: &Summary) -> bool {
         let Some(earlier) = read_json(&self.target.join(SUMMARY_FILE)).filter(|_| self.resumes) else {
             return false;
@@ -341,8 +341,8 @@ impl Drop for OutputDir {
     }
 }
 
-/// Attempts to lock a directory, and the delay between two. A process that was killed, or that has just started another one, may
-/// hold the lock a moment longer.
+/// Number of attempts to lock a directory, and the delay between two attempts. A process that was killed, or that has just started
+/// another one, may hold the lock a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 
@@ -362,7 +362,7 @@ fn lock(target: &Path) -> Result<Option<File>> {
     )))
 }
 
-/// Folder `previous-N` of this number.
+/// Path of the folder `previous-N` with N = `number`.
 fn previous_dir(target: &Path, number: usize) -> PathBuf {
     target.join(format!("previous-{number}"))
 }

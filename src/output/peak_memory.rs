@@ -22,7 +22,7 @@ fn kib_of(status: &str, key: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Truth: the format of proc(5).
+    /// Truth: lines of /proc/self/status as documented in proc(5). A missing line gives no number.
     #[test]
     fn reads_the_high_water_mark() {
         let status = "VmPeak:\t  900 kB\nVmHWM:\t    1234 kB\nVmRSS:\t  1000 kB\n";

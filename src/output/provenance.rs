@@ -6,7 +6,8 @@ use serde_json::Value;
 /// Keys that may differ on resume. They change no value of an entry, at most the number of entries.
 const KEYS_FREE_TO_DIFFER: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
-/// Key that affects the condensation of bodies and must not differ on resume. The option that takes precedence over it may differ.
+/// Key that affects the condensation of bodies and must not differ on resume. The option --max-memory, which takes precedence over
+/// it, may differ.
 const MEMORY_LIMIT_KEY: &str = "solver.memory_limit";
 
 /// Maximum number of listed differences.
@@ -125,7 +126,7 @@ mod tests {
         Provenance::new(scene, vec![NamedFile { key: "body1.mesh".into(), sha256: "00".into() }])
     }
 
-    /// Truth: docs/checkpoints.md: a different `solver.memory_limit` is refused, and the message names the alternative.
+    /// Truth (docs/checkpoints.md): a different `solver.memory_limit` is refused, and the message names --max-memory instead.
     #[test]
     fn another_memory_limit() {
         let then = json!({ "solver": { "memory_limit": "1 GB" } });
@@ -139,7 +140,7 @@ mod tests {
         }
     }
 
-    /// Truth: docs/checkpoints.md: every differing key is listed with both values, except for title and checkpoint interval.
+    /// Truth (docs/checkpoints.md): every differing key is listed with both values, except for title and checkpoint interval.
     #[test]
     fn differing_keys_are_listed() {
         let then = json!({

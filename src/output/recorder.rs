@@ -36,7 +36,7 @@ pub struct Recorder<'a> {
     /// Cancellation flag.
     pub cancel_flag: Option<&'a AtomicBool>,
     checkpoints: Option<CheckpointState<'a>>,
-    /// Whether the run resumes from checkpoint files while it writes none itself.
+    /// Whether checkpoint files of the run exist although this recorder writes none.
     pub has_checkpoint_files: bool,
 }
 
@@ -85,13 +85,13 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Sets the entries before the next one.
+    /// Sets the records of the entries so far.
     pub fn with_records(mut self, records: Vec<IncrementRecord>) -> Self {
         self.records = records;
         self
     }
 
-    /// Ends the recorder in the middle of the run, for a further segment.
+    /// Ends the recorder in the middle of the run, and returns its state for the recorder of the next segment.
     pub fn into_parts(self) -> RecorderParts {
         RecorderParts {
             output: self.output,

@@ -15,7 +15,7 @@ use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::{Summary, Units};
 use crate::output::surface_properties::SurfaceProperties;
 
-/// Map files.
+/// Kinds of maps and the names of their files.
 const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Pressure, "pressure.svg"),
     (MapKind::Slip, "slip.svg"),
@@ -79,7 +79,7 @@ impl RunFigures {
         output.write_text("history.svg", &history_svg(&summary.steps, units))
     }
 
-    /// Draws tractions and wear depth along e1 and e2, in up to two rows per step.
+    /// Draws profiles of tractions and wear depth along the surface axes e1 and e2, in up to two rows of panels per step.
     fn profiles(&self, (frame, surface): (&ContactFrame, &SurfaceProperties), units: &Units) -> String {
         let mut panels = Vec::new();
         for kept in &self.steps {
@@ -137,7 +137,7 @@ fn traction_panel(
     let plane = |k: usize| kept.tractions.get(k * n..(k + 1) * n).map_or(vec![0.0; n], <[f64]>::to_vec);
     let [x, y, pressure] = [plane(0), plane(1), plane(2)];
     let (sin, cos) = e1.sin_cos();
-    // Tractions on body 1, like the forces: opposite to those on body 2.
+    // Tractions on body 1, like the forces: opposite to the tractions on body 2.
     let turned = |a: f64, b: f64| x.iter().zip(&y).map(|(x, y)| 0.0 - a * x - b * y).collect::<Vec<f64>>();
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
     let rubs = x.iter().chain(&y).any(|q| *q != 0.0);
@@ -203,8 +203,8 @@ mod tests {
         pictures.steps.remove(0)
     }
 
-    /// Truth: the definition. Profiles cross at the origin if a profile through it reaches half of the peak pressure, otherwise at
-    /// the peak.
+    /// Truth (definition): profiles cross at the origin if a profile through it reaches half of the peak pressure, otherwise at the
+    /// cell with the peak.
     #[test]
     fn profiles_go_through_the_contact() {
         let frame = ContactFrame::grid([2.0, 2.0], [9, 9], [1.0, 0.0], 0.0).unwrap();
@@ -226,7 +226,7 @@ mod tests {
         assert_eq!(profile_center(&frame, &surface, &at(-0.9, 1.3, 0.0)), [0.0, 0.0]);
     }
 
-    /// Truth: vector components along axes turned by 30 degrees; tractions on body 1 are opposite to those on body 2. Values are
+    /// Truth: a traction of 20 MPa on body 2 against the fibre gives q1 = 20 MPa and q2 = 0 on body 1. Values are
     /// read back from the picture: a constant traction is a level line, at a height proportional to the traction.
     #[test]
     fn tractions_are_those_on_body_1_along_the_fibre() {

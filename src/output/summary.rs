@@ -317,7 +317,7 @@ mod tests {
         summary
     }
 
-    /// Truth: the fields documented in docs/results.md, which other programs read.
+    /// Truth: docs/results.md documents every field of the summary, its entries and certificates, because other programs read them.
     #[test]
     fn json_has_the_documented_fields() {
         let mut summary = summary();
@@ -340,7 +340,7 @@ mod tests {
         }
     }
 
-    /// Truth: a value that is not finite is an error and visible in the file.
+    /// Truth: a value that is not finite is an error, and the written summary has the status `failed` and names the value.
     #[test]
     fn not_a_number_is_a_failure() {
         let mut summary = summary();
@@ -354,7 +354,7 @@ mod tests {
         assert!(value["error"].as_str().unwrap().contains("tangential_force"));
     }
 
-    /// Truth: docs/results.md: an unsolved linear system counts as non-convergence, with exit code 3.
+    /// Truth (docs/results.md): an unsolved linear system counts as non-convergence, with exit code 3.
     #[test]
     fn a_linear_solver_that_does_not_converge() {
         let (mut summary, error) = (summary(), Error::not_converged("too slow"));

@@ -33,8 +33,8 @@ impl Default for SurfaceProperties {
 }
 
 impl SurfaceProperties {
-    /// Sets e1 to the first axis of the wear law or else of the friction law, if its coefficients are unequal. Without such a law,
-    /// e1 is along the first fibre, or along x without fibres.
+    /// Sets e1 to the first axis of the wear law if its two coefficients are unequal. Otherwise, the friction law determines e1 if
+    /// its coefficients are unequal. If no law does, e1 is along the first fibre, or along x without fibres.
     pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
         let ellipse = friction.ellipse();
         let unequal = |[a, b]: [f64; 2]| a != b;
@@ -54,7 +54,8 @@ impl SurfaceProperties {
 mod tests {
     use super::*;
 
-    /// Truth: the definition. Only laws with two unequal coefficients have axes; the wear depths of the bodies add up to the total.
+    /// Truth (definition): e1 follows the wear law, the friction law or the fibre, in this order. Only laws with two unequal
+    /// coefficients count. The wear depths of the bodies add up to the total.
     #[test]
     fn axes_are_those_of_the_laws() {
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.5, azimuth: 0.3 };

@@ -1,4 +1,4 @@
-//! Half-spaces with a meshed surface, compared with exact ones, in `summary.json`.
+//! Half-spaces with a meshed surface, compared with exact half-spaces, in `summary.json`.
 
 use crate::body::Truncation;
 use crate::error::warning;
@@ -17,9 +17,9 @@ pub struct TruncationRecord {
     pub compliance: f64,
     /// Mean normal displacement of the frame under uniform pressure, exact half-space.
     pub exact_compliance: f64,
-    /// Norm of the difference of the works of uniform tractions on each other's displacements, over the norm of the exact works.
+    /// Relative error of the 3 x 3 matrix of works of uniform tractions on the displacements due to uniform tractions.
     pub difference: f64,
-    /// Relative residual of recomputed equations.
+    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
 }
 

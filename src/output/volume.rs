@@ -69,7 +69,7 @@ fn add_error(grid: &mut UnstructuredGrid, error: &ErrorEstimate) {
     grid.cell_data.push(DataArray::scalar("error_density", error.error_density()));
 }
 
-/// Checks that a field has the size of its points.
+/// Checks that `field` has `n` displacements, and stresses at nodes below `n` only.
 pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
     let found = field.displacement.len();
     if found != n {

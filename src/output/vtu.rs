@@ -250,7 +250,7 @@ mod tests {
         grid.write(&mut Vec::new()).unwrap_err().to_string()
     }
 
-    /// Truth: the documented errors.
+    /// Truth: arrays with a wrong length or a NaN are refused, and the message names the array.
     #[test]
     fn refuses_wrong_lengths_and_what_is_not_finite() {
         assert!(

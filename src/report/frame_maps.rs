@@ -11,7 +11,7 @@ use crate::report::vtu_reader::VtuGrid;
 const MAX_MAP_CELLS: usize = 100_000;
 /// Maximum number of embedded values (4 bytes each) of all entries together.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
-/// Number of values per cell and entry.
+/// Number of values of the [`MAP_FIELDS`] per cell and entry. The status is not counted.
 const NUMBERS_PER_CELL: usize = 9;
 
 /// Frame meshes and fields to embed in the page.
@@ -108,7 +108,7 @@ pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Ve
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files to embed: all, or the last of each step and evenly spread others as far as they fit.
+/// Indices of the files to embed. If not all fit: the last file of each step first, then evenly spread others.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],

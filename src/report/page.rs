@@ -15,7 +15,7 @@ const SCRIPT: &str = include_str!("assets/page.js");
 const VIEWER: &str = include_str!("assets/viewer.js");
 const THREE: &str = include_str!("assets/three.min.js");
 
-/// Table: heads with units, and rows of cells.
+/// Table: column headings with units, and rows of cells.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Table {
     pub title: String,
@@ -76,7 +76,7 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// Creates a page with the content that all kinds share: title, warnings, units, program version.
+    /// Creates a page with the content that runs, comparisons and studies share: title, warnings, units, program version.
     pub(super) fn new(source: &ResultDirectory) -> Self {
         let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();

@@ -111,7 +111,7 @@ impl ResultDirectory {
         self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
-    /// Files with this prefix and suffix, sorted by name. If the summary lists files, only those.
+    /// Files with this prefix and suffix, sorted by name. If the summary lists files, other files are excluded.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());

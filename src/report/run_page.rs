@@ -132,7 +132,7 @@ fn scene(page: &mut Page, scene: &Value, units: &Units) {
     page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(units, value))).collect();
 }
 
-/// Candidate columns of the entry table: key, head. A column is shown if some entry has a value other than zero.
+/// Candidate columns of the entry table: key and heading. A column is shown if some entry has a value other than zero.
 const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("cycles_done", "cycles"),
     ("normal_force", "normal force"),
@@ -217,7 +217,7 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
 /// Quantities for which values below 1e-12 are not round-off, since they may be small in metres.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
-/// Formats numbers of an entry. Tangential forces below 1e-7 load and moments below 1e-7 load √(contact area) are shown as 0.
+/// Formats numbers of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F √A become 0.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
     let least = match key {
@@ -239,7 +239,7 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     }
 }
 
-/// Quantities of the certificate: key, head.
+/// Quantities of the certificate: key and column heading.
 const CERTIFICATE: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
     ("min_gap", "smallest gap / approach"),

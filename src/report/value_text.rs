@@ -16,7 +16,7 @@ pub(super) fn unit_of_key(units: &Units, key: &str) -> String {
     units.of_key(key).replace("degrees", "°").replace("^{2}", "²").replace("^{3}", "³")
 }
 
-/// Formats a number: unchanged if it is short, otherwise with five digits, or two below 1e-12.
+/// Formats a number: unchanged up to 9 characters, otherwise with five digits, or with two digits if it is below 1e-12.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {

@@ -219,7 +219,7 @@ mod tests {
         bytes
     }
 
-    /// Truth: all values are read back bit by bit.
+    /// Truth: the reader returns all values that the writer was given, bit by bit.
     #[test]
     fn reads_back_what_is_written() {
         let grid = VtuGrid::parse(&written()).unwrap();
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn damaged_files_are_refused() {
         let bytes = written();
-        // After the last array only the end of the XML may be missing.
+        // A file that lacks only XML tags after the last array may be read, so the test cuts the file before them.
         let needed = bytes.windows(18).rposition(|w| w == b"\n  </AppendedData>").unwrap();
         for length in 0..needed {
             assert!(VtuGrid::parse(&bytes[..length]).is_err(), "{length} of {} bytes", bytes.len());

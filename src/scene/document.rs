@@ -44,7 +44,7 @@ pub struct TomlEntry {
     pub name: String,
     /// Location of the key.
     pub origin: ValueSource,
-    /// Its value.
+    /// Value of the key.
     pub node: TomlNode,
 }
 

@@ -23,7 +23,8 @@ pub struct MeanMaterial {
 
 /// Material of `fe` at the faces of its contact group under the frame (all faces of a mesh frame).
 ///
-/// Fibres have no sense. Their mean is the first principal axis of ∑ A a aᵀ over the faces (all faces if none is under the frame).
+/// A fibre axis a (unit vector) has no sign. The mean axis is the first principal axis of ∑ A a aᵀ over the faces with areas A. If
+/// no face is under the frame, all faces count.
 ///
 /// # Errors
 /// If the group is not a surface, or if elements have no material.
@@ -103,7 +104,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Weighted mean of directions without sense; it has the sense of the first direction.
+/// Weighted mean of axes (directions without sign). The result has the sign of the first axis.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {
@@ -115,7 +116,7 @@ fn mean_axis(lines: &[(Point, f64)]) -> Point {
     if mean.dot(&first) < 0.0 { -mean } else { mean }
 }
 
-/// Angle between two directions without sense, radians.
+/// Angle between two axes (directions without sign), radians.
 fn angle_between_axes(a: &Point, b: &Point) -> f64 {
     a.cross(b).norm().atan2(a.dot(b).abs())
 }
@@ -124,7 +125,7 @@ fn angle_between_axes(a: &Point, b: &Point) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: directions have no sense. The mean of two directions with equal weights bisects the angle between them.
+    /// Truth: axes have no sign. The mean of two axes with equal weights bisects the angle between them.
     #[test]
     fn the_mean_of_lines_is_between_them() {
         let at = |degrees: f64| Point::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);

@@ -49,7 +49,7 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], for a scene given as text. Messages name it `path`, and relative paths refer to the folder of `path`.
+/// As [`read`], for a scene given as text. Messages name the scene `path`, and relative paths refer to the folder of `path`.
 ///
 /// # Errors
 /// As [`read`].

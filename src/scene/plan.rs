@@ -47,13 +47,13 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// Index (0 or 1) of the body whose fibre direction the friction and the wear law use; `None` if a law uses none or its own.
+    /// Index (0 or 1) of the body whose fibre the friction and wear laws use; `None` for a law without fibre or with own angles.
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
     /// Wear depth, as a fraction of the element size, at which meshes move with the wear; `None` if meshes do not move.
     pub mesh_motion_threshold: Option<f64>,
-    /// Integration of wear over cycle jumps.
+    /// Time integrator of wear over wear jumps.
     pub integrator: Integrator,
     /// The load steps.
     pub steps: Vec<Step>,
@@ -82,7 +82,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Largest positive approach (mm) that the steps prescribe; `None` if there is none.
+    /// Largest positive approach that the steps prescribe, in the length unit of the scene; `None` if there is none.
     pub fn max_prescribed_approach(&self) -> Option<f64> {
         let approach = |step: &Step| match step.normal {
             Some(Normal::Approach(approach)) => Some(approach),
@@ -114,9 +114,9 @@ impl Plan {
 /// Required accuracy of the results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AccuracyPlan {
-    /// Relative error.
+    /// Largest allowed relative error.
     pub relative: f64,
-    /// Quantities that must meet it.
+    /// Quantities whose estimated errors must not exceed `relative`.
     pub quantities: Vec<AccuracyQuantity>,
     /// Parameters that are not refined.
     pub fixed_parameters: Vec<RefinementParameter>,
@@ -153,7 +153,7 @@ pub struct BodyMaterial {
 /// Half-space whose surface is meshed only around the frame.
 #[derive(Debug, Clone)]
 pub struct TruncatedHalfSpacePlan {
-    /// Its material.
+    /// Material of the half-space.
     pub material: BodyMaterial,
     /// Half side length of the meshed square around the frame.
     pub half_size: f64,
@@ -186,7 +186,7 @@ pub struct MeshedBodyPlan {
     pub material: BodyMaterial,
     /// Whether fibre directions are given in any form.
     pub has_fibre: bool,
-    /// Its mesh.
+    /// Mesh of the body.
     pub mesh: Arc<Mesh>,
     /// Name of the mesh file as given in the scene.
     pub mesh_name: String,
@@ -200,7 +200,7 @@ pub struct MeshedBodyPlan {
     pub pressures: Vec<(String, f64)>,
     /// Tractions on surface groups along x, y, z.
     pub tractions: Vec<(String, [f64; 3])>,
-    /// Body force per volume.
+    /// Body force per volume along x, y, z.
     pub body_force: [f64; 3],
     /// Material of each volume group; `None` means the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
@@ -228,9 +228,9 @@ pub struct PrescribedDisplacement {
 pub enum FramePlan {
     /// Grid of uniform rectangular cells.
     Grid {
-        /// Half of the side lengths.
+        /// Half side lengths along the frame's x and y.
         half_width: [f64; 2],
-        /// Number of cells.
+        /// Numbers of cells along the frame's x and y.
         cells: [usize; 2],
         /// Centre in global x, y.
         center: [f64; 2],
@@ -253,7 +253,7 @@ pub enum FramePlan {
         center: [f64; 2],
         /// Angle of the cells' x from global x.
         azimuth: f64,
-        /// Direction from body 1 to body 2, not of unit length.
+        /// Direction from body 1 to body 2, of any length above 0.
         normal: [f64; 3],
     },
 }
@@ -327,7 +327,7 @@ impl MeshedBodyPlan {
         group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
     }
 
-    /// Whether the body has loads of its own.
+    /// Whether pressures, tractions or a body force act on the body.
     pub fn is_loaded(&self) -> bool {
         !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]
     }

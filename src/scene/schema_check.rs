@@ -85,7 +85,7 @@ impl<'a> SchemaWalk<'a> {
         if let Some(types) = schema.get("type").and_then(Json::as_array) {
             let whole = !types.iter().any(|kind| kind == "number");
             return match node.value {
-                // The bounds of the schema apply to the number.
+                // The bounds of a schema with several types apply to numbers only.
                 TomlValue::Integer(_) => self.check_number(node, schema, key, true),
                 TomlValue::Float(_) if !whole => self.check_number(node, schema, key, false),
                 TomlValue::String(_) => {}
@@ -268,7 +268,8 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks that a number is finite, within [`MAGNITUDE_RANGE`] and within the bounds of the schema; counts must be integers.
+    /// Checks that a number is finite, within [`MAGNITUDE_RANGE`] and within the bounds of the schema. A `whole` number must be an
+    /// integer up to [`MAX_INTEGER`].
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,

@@ -2,7 +2,7 @@
 
 use strsim::osa_distance;
 
-/// The candidate with the smallest edit distance to `word`, if that is at most a third of its length (at least 1).
+/// The candidate nearest to `word`, if the edit distance is at most a third of the word's length (for short words: at most 1).
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);

@@ -1,7 +1,7 @@
 //! Warnings about numbers that indicate mixed-up units. The scene is never refused for them.
 //!
-//! Every rule compares magnitudes that differ by orders of magnitude in no realistic scene. Only the rule for moduli reads the
-//! names of units (N and mm, or N and m).
+//! Every rule compares two magnitudes. In realistic scenes they do not differ by orders of magnitude. Only the rule for moduli
+//! reads the names of units (N and mm, or N and m).
 
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ const MAX_MODULUS_MPA: f64 = 5e6;
 /// Ratio of the moduli of two bodies above which the deformation of the stiffer one is negligible.
 const MAX_MODULUS_RATIO: f64 = 1e4;
 
-/// Prefix of these warnings.
+/// Prefix of all warnings about units.
 pub const UNIT_WARNING_PREFIX: &str = "possible unit error";
 
 /// Warnings about the magnitudes of moduli, radii, displacements, forces, meshes and the frame.
@@ -150,7 +150,7 @@ fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
 }
 
-/// Radius of curvature of a gap with a curved shape.
+/// Radius of curvature of a gap with a curved shape: the geometric mean of both radii for ellipsoids.
 fn radius(plan: &Plan) -> Option<f64> {
     match plan.gap.shape {
         GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
@@ -219,7 +219,7 @@ fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
         .sum();
     let width = match line_contact_length(&plan.frame) {
         None => (0.75 * force * radius * compliance).cbrt(),
-        // Line contact: a² = 4 F R / (π L E*).
+        // Line contact of half-width a and length L: a² = 4 F R / (π L E*), with force F, radius R and effective modulus E*.
         Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
     };
     (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))

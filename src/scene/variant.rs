@@ -33,7 +33,7 @@ impl Discretisation {
         Self::Rigid,
     ];
 
-    /// Name in the name of a variant.
+    /// Abbreviation of the model in the names of variants.
     pub fn name(self) -> &'static str {
         match self {
             Self::FiniteElements => "FE",
@@ -95,7 +95,7 @@ pub struct AlternativeMeshes {
 /// Settings of a comparison.
 #[derive(Debug, Clone)]
 pub struct ComparePlan {
-    /// The variants; `None` for the scene as it is and the usual variants.
+    /// Variants to compute; `None` for the scene as written, FE-FE, BE-BE, FE-BE and HS-HS.
     pub variants: Option<Vec<DiscretisationPair>>,
     /// Alternative meshes of bodies 1 and 2.
     pub alternatives: [AlternativeMeshes; 2],

@@ -18,7 +18,7 @@ impl From<Error> for SceneError {
     }
 }
 
-/// Adds the key to a `Result`.
+/// Adds the key of the scene to the error of a `Result`.
 pub(crate) trait AtKey<T> {
     fn at(self, key: &str) -> Result<T, SceneError>;
 }

@@ -1,7 +1,8 @@
 //! Enlarges frames when wear brings the contact to their edge.
 //!
-//! A quarter of the initial cells is added on each side, at most twice, so that the largest frame has four times the initial cells.
-//! Existing cells keep their positions, and their state is transferred bit by bit ([`RunCheckpoint::transfer_to`]).
+//! Each enlargement adds, at both ends of an axis, a quarter of the initial cells along this axis. After at most two enlargements,
+//! the frame has up to four times the initial cells. Existing cells keep their positions, and their state is transferred bit by bit
+//! ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
@@ -20,22 +21,22 @@ use crate::simulation::mesh_motion;
 /// Maximum number of enlargements of a frame.
 pub const MAX_GROWTHS: usize = 2;
 
-/// Gap differences of a cell between two frames below this share of the largest gap are rounding of averages over mesh faces.
+/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap: rounding of averages over mesh faces.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// The same for the gap due to applied loads of half-space near-field bodies, relative to its maximum. Polynomials and quadrature
-/// depend on the frame.
+/// Tolerance for changes of the gap due to applied loads of half-space near-field bodies, relative to the maximum of this gap. The
+/// polynomials and the quadrature of this gap depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// State from which a run continues on a larger frame.
 pub struct FrameGrowth {
     /// Frame before the enlargement.
     pub frame: ContactFrame,
-    /// Initial gap on that frame, `[3, N]` by planes, mm.
+    /// Initial gap on that frame, mm, `[3, N]`: all x components, all y components, then all normal components.
     pub gap: Vec<f64>,
     /// Whether the near field of each body on that frame is a half-space.
     pub half_spaces: [bool; 2],
-    /// State before the jump in which the contact reached the edge.
+    /// State before the cycle jump in which the contact reached the edge.
     pub checkpoint: RunCheckpoint,
 }
 

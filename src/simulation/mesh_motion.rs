@@ -1,6 +1,6 @@
 //! Moves meshes with wear, so that the stiffness follows the decreasing thickness of the bodies.
 //!
-//! The worn gap always enters through the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
+//! Wear always changes the gap on the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
 //! meshes moved by the wear depth. This happens whenever the wear depth exceeds a share of the element height ([`WearBudget`]).
 
 use std::sync::Arc;
@@ -25,9 +25,9 @@ pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 /// Wear depth until the next mesh motion.
 #[derive(Debug, Clone)]
 pub struct WearBudget {
-    /// Wear depth of both bodies at the last mesh motion, `[N]`, mm.
+    /// Wear depth at the last mesh motion, sum of both bodies, `[N]`, mm.
     worn_at_last_move: Vec<f64>,
-    /// Additional wear depth of both bodies beyond which the meshes move, `[N]`, mm.
+    /// Additional wear depth beyond which the meshes move, sum of both bodies, `[N]`, mm.
     allowed_depth: Vec<f64>,
 }
 
@@ -65,7 +65,7 @@ impl WearBudget {
     }
 }
 
-/// Meshed bodies of a plan that wear: index, body, share of the wear depth.
+/// Finite-element bodies of a plan that wear: index, body, share of the wear depth.
 pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
     let parts = [plan.wear_share, 1.0 - plan.wear_share];
     let bodies = plan.bodies.iter().zip(parts).enumerate();
@@ -74,7 +74,7 @@ pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBo
         .filter(|(.., part)| *part > 0.0)
 }
 
-/// Whether a meshed body of a plan wears.
+/// Whether a finite-element body of a plan wears.
 pub(crate) fn wears(plan: &Plan) -> bool {
     plan.wear.specific_rate(plan.friction.ellipse()).is_some() && worn_bodies(plan).next().is_some()
 }
@@ -140,7 +140,7 @@ impl StiffnessUpdate {
     }
 }
 
-/// Warning that meshes do not move.
+/// Warning that the meshes no longer move with wear, with the reason.
 pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Error) -> String {
     format!(
         "the mesh is no longer moved with wear{}: {}; the run continues with the last stiffness of the bodies",

@@ -23,7 +23,7 @@ use crate::simulation::failure::SceneError;
 use crate::simulation::growth;
 use crate::simulation::mesh_motion;
 
-/// Omitted work that the run of `plan` on `frame` will report, in the same order.
+/// Omitted work that the run of `plan` on `frame` will report, in the order of its report.
 ///
 /// # Errors
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.
@@ -96,7 +96,7 @@ fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedW
     })
 }
 
-/// Fields that are not requested.
+/// Omitted work for fields that are not requested.
 fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
@@ -118,7 +118,7 @@ fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     skipped
 }
 
-/// Stresses of meshed bodies that are not requested.
+/// Omitted work for stresses of finite-element bodies that are not requested.
 fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     let wanted = &plan.output.fields;
     let (what, why) = if !FieldKind::require_stress(wanted) {
@@ -137,7 +137,8 @@ pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame)
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
-/// Omitted work for a flexibility of body `index` from the cache. With `solves`, the cache has the factor too.
+/// Omitted work for a flexibility of body `index` from the cache. `solves`: whether fields or loads need the factor, which then
+/// comes from the cache, too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) = (

@@ -25,7 +25,7 @@ pub enum ResumeDecision {
     FromStart,
     /// From a checkpoint.
     FromCheckpoint(Box<ResumePoint>),
-    /// No run: its results are complete.
+    /// No run, because the output directory contains complete results.
     AlreadyDone,
 }
 
@@ -58,7 +58,7 @@ impl CheckpointSettings {
     /// Settings for a run of `plan` from the beginning.
     ///
     /// # Errors
-    /// Resources, if a file that the scene names can no longer be read.
+    /// If a file that the scene names can no longer be read (kind `Resources`).
     pub fn for_new_run(plan: &Plan) -> Result<Self> {
         let mut known: BTreeMap<&PathBuf, String> = BTreeMap::new();
         let mut files = Vec::with_capacity(plan.files.len());
@@ -81,7 +81,7 @@ impl CheckpointSettings {
 /// Decides how the run of `plan` into `output` starts. `say` receives messages for the user.
 ///
 /// # Errors
-/// Input, if the checkpoint belongs to another run or is damaged; resources, if files cannot be read or moved.
+/// If the checkpoint belongs to another run or is damaged (kind `Input`), or files cannot be read or moved (kind `Resources`).
 pub fn decide_resume(
     plan: &Plan,
     origin: &Provenance,

@@ -24,7 +24,7 @@ use crate::simulation::{SceneError, Simulation};
 
 /// Options of a run.
 pub struct RunOptions<'a> {
-    /// Frame made for another plan, if it is shared.
+    /// Frame made for another plan that this run uses, too.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
     pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
@@ -191,7 +191,7 @@ fn run_segments<'p>(
 ) -> std::result::Result<u8, SceneError> {
     let told = (summary.warnings.clone(), summary.skipped.clone());
     loop {
-        // Warnings and omitted work of the last segment only, also after an interruption.
+        // The summary lists the warnings and omitted work of the last segment only, also after an interruption.
         summary.warnings = told.0.iter().chain(&study.warnings).cloned().collect();
         summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
         summary.condensation.clone_from(&study.condensation);
@@ -349,7 +349,8 @@ mod tests {
         (path, few.into_iter().chain([output]).map(str::to_owned).collect())
     }
 
-    /// Records the cell counts of the frames it receives, and of the last frame at each increment.
+    /// Records the cell count of each frame it receives. At each increment, it records the cell counts of the last frame and of the
+    /// state.
     #[derive(Default)]
     struct Frames {
         heard: Vec<usize>,
@@ -368,7 +369,8 @@ mod tests {
         }
     }
 
-    /// Truth: the frame of the scene has 16 cells and does not grow; a scene read from text equals the scene read from the file.
+    /// Truth: the observer receives the frame of 4 x 4 = 16 cells once, before the four increments. A scene read from text has the
+    /// SHA-256 of the scene read from the file.
     #[test]
     fn who_watches_hears_of_the_frame_first() {
         let (path, overrides) = small_scene();
@@ -393,7 +395,7 @@ mod tests {
     }
 
     /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic during a run is reported as an internal error with the
-    /// fingerprint of the scene. The summary contains it and the increments before it, and the checkpoint of these is kept.
+    /// fingerprint of the scene. The summary contains this error. The checkpoint contains the two increments before the panic.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

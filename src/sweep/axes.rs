@@ -68,7 +68,7 @@ impl Axis {
         (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
 
-    /// The number that a value gives to one of the keys, if it is a number.
+    /// Number that the value with index `value` gives to the key with index `key`; `None` if it is not a number.
     pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
             TomlValue::Integer(number) => Some(number as f64),

@@ -148,7 +148,7 @@ fn names(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    /// Truth: the fields of the entry; the last entry of a step is its result.
+    /// Truth: a path gives its field of the last entry of the step, and a curve has one point for each entry.
     #[test]
     fn paths_lead_to_numbers() {
         let entry = |increment: usize, volume: f64| IncrementRecord {

@@ -1,4 +1,4 @@
-//! Plots of a study: curves over the cycles, results over one axis with another as family, heat maps, and scatter plots of samples.
+//! Plots of a study: curves over the cycles, results over one axis for the values of another, heat maps, scatter plots of samples.
 
 use std::collections::HashMap;
 
@@ -137,7 +137,7 @@ impl StudyPlots<'_> {
         order
     }
 
-    /// Results over each key of the sample, with each other axis as family.
+    /// Results over each key of the sample. Each remaining axis in turn is the family: it has one series for each value.
     fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Panels {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
@@ -205,7 +205,7 @@ impl StudyPlots<'_> {
         title
     }
 
-    /// Curves over the cycles: each axis as family, with one panel for each combination of the other axes.
+    /// Curves over the cycles: each axis in turn is the family (one curve per value); one panel per combination of the others.
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
@@ -229,7 +229,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Results over each axis, with each other axis as family.
+    /// Results over each axis. Each remaining axis in turn is the family: it has one series for each value.
     fn results(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         let varied = self.varied();

@@ -6,10 +6,10 @@ use crate::sweep::spec::{Range, Spacing};
 
 /// Maximum difference between the powers of ten of numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;
-/// Digits after the first one in ranges with constant ratio, so that the numbers are the same on every machine.
+/// Digits that numbers of logarithmic ranges keep after the first digit, so that they are the same on every machine.
 const DIGITS: usize = 11;
 
-/// The numbers of the range at `key`, at most `most`. They are integers if all are whole and the file has integer ends.
+/// The numbers of the range at `key`, at most `most`. They are integers if all are whole and the file gives both ends as integers.
 ///
 /// # Errors
 /// The error of an invalid range.
@@ -76,7 +76,7 @@ pub(super) fn values(
     Ok(numbers.into_iter().map(node).collect())
 }
 
-/// Exact decimals with a common power of ten, if the powers of ten of the numbers are close enough.
+/// Exact decimals as integers times a power of ten; `None` if the powers of ten differ by more than [`MAX_EXPONENT_SPREAD`].
 fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut parts = [(0_i128, 0_i32); N];
     for (part, number) in parts.iter_mut().zip(numbers) {
@@ -94,7 +94,7 @@ fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     Some((all, least))
 }
 
-/// The number nearest to a decimal.
+/// The float nearest to `digits` times 10^`power`.
 fn nearest(digits: i128, power: i32) -> f64 {
     format!("{digits}e{power}").parse().unwrap_or(f64::NAN)
 }
@@ -156,7 +156,7 @@ fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String
 mod tests {
     use super::*;
 
-    /// Truth: the decimals that a person would write, bit by bit.
+    /// Truth: the numbers of a range are the decimals that a person would write, bit by bit.
     #[test]
     fn numbers_are_the_decimals_that_are_meant() {
         assert_eq!(linear(0.0, 90.0, 7), [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]);

@@ -31,7 +31,7 @@ pub struct RunSpec {
     pub overrides: Vec<String>,
     /// Name of the folder.
     pub folder: String,
-    /// Memory limit of the scene, or the free memory at the start of the study, whatever the number of parallel runs.
+    /// Memory limit from the scene, or the default at the start of the study; independent of the number of parallel runs.
     pub memory: MemoryLimit,
 }
 
@@ -56,7 +56,7 @@ pub struct Sweep {
     pub left_out: usize,
     /// Notes on the study file for the user.
     pub notes: Vec<String>,
-    /// The runs: all other combinations, with the last axis varying fastest.
+    /// The runs: all combinations that `require` does not omit, with the last axis varying fastest.
     pub runs: Vec<RunSpec>,
     /// Abscissa of the curves of steps with wear jumps, by step name: "cycles" or "distance slid".
     pub curve_abscissa: BTreeMap<String, &'static str>,

@@ -233,7 +233,7 @@ impl<'a> Parser<'a> {
         quoted_list(&names, "`")
     }
 
-    /// The expression of an axis name.
+    /// The value of the axis or key `name` as an expression.
     fn axis(&mut self, name: &str) -> Result<Expression, MessageAndHelp> {
         let known = self.known();
         let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
@@ -271,7 +271,7 @@ mod tests {
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 
-    /// Truth: arithmetic by hand, with the usual precedence and chains of comparisons; decimals that differ by rounding are equal.
+    /// Truth: arithmetic by hand, also of chained comparisons, gives the combinations. Decimals that differ by rounding are equal.
     #[test]
     fn requirements_are_arithmetic() {
         assert_eq!(kept("tilt + 'the angle' == 2.3"), [[0.3, 2.0]]);

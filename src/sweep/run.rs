@@ -128,7 +128,7 @@ impl StudyRunner<'_> {
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
-                // The receiver is dropped only at the end of the study.
+                // Sending can fail only at the end of the study, when the receiver is dropped.
                 let _ = said.send(WorkerMessage::Problem(format!(
                     "the threads for a run cannot be started: {error}"
                 )));

@@ -4,7 +4,7 @@ use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
 use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 
-/// Digits of sampled numbers after the first one.
+/// Digits that a sampled number keeps after its first digit.
 const DIGITS: usize = 11;
 
 /// Points in the unit cube, `[count][dimensions]`.
@@ -83,7 +83,7 @@ pub(super) fn values(
     Ok(ranges.iter().enumerate().map(column).collect())
 }
 
-/// The number at the fraction `share` (0 to 1) of a range, rounded to the digits that are kept.
+/// The number at the fraction `share` (0 to 1) of a range, rounded to [`DIGITS`] digits after the first digit.
 fn within(range: &SampledRange, share: f64) -> f64 {
     let SampledRange { from, to, spacing } = *range;
     let between = |a: f64, b: f64| a * (1.0 - share) + b * share;
@@ -109,8 +109,8 @@ mod tests {
         met.into_iter().filter(|met| *met).count()
     }
 
-    /// Truth: a Latin hypercube has one point in each of `count` intervals of each axis. So has a scrambled Sobol sequence if
-    /// `count` is a power of two; in two dimensions it also has one point in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
+    /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. So does a scrambled Sobol sequence
+    /// if `count` is a power of two. Its first two axes have one point in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
         let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// Truth: the mean of [2, 6] is 4, the logarithmic mean of [1e-9, 1e-5] is 1e-7; both methods err by less than one interval.
+    /// Truth: means of the samples differ from the means of the ranges, 4 and (logarithmic) 1e-7, by less than one interval of 256.
     #[test]
     fn ranges_are_covered() {
         let linear = SampledRange { from: 2.0, to: 6.0, spacing: Spacing::Linear };

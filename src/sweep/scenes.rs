@@ -21,7 +21,7 @@ pub(super) struct SceneReader<'a> {
     pub study_diagnostics: Vec<Diagnostic>,
     /// Errors of the scene itself.
     scene_diagnostics: Option<Diagnostics>,
-    /// For each error of the scene: indices (from 0) of the runs with it, and the axis values of the first of them.
+    /// For each error of the scene: indices (from 0) of the affected runs, and the axis values of the first affected run.
     runs_of_mistakes: Vec<(Vec<usize>, String)>,
     /// Number of runs read.
     n_runs: usize,
@@ -65,7 +65,7 @@ impl<'a> SceneReader<'a> {
                 }
                 let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
-                    // All runs have the memory limit from before the first of them, unless the scene gives one.
+                    // If the scene gives no memory limit, all runs have the default limit that was found before the first run.
                     let given = plan.solver.memory_limit.is_some();
                     let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
@@ -133,7 +133,7 @@ impl<'a> SceneReader<'a> {
         let run = self.n_runs - 1;
         for mistake in std::mem::take(&mut remaining.list) {
             let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
-            // The numbers of a message may differ from run to run.
+            // Messages of different runs are not compared, because their numbers may differ.
             let is_same = |(other, (runs, _)): (&Diagnostic, &(Vec<usize>, String))| {
                 *other == mistake
                     || runs.last() != Some(&run)
@@ -154,7 +154,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Errors of the scene itself. The message of an error that only some runs have names the first of them.
+    /// Errors of the scene itself. If only some runs have an error, its message names the axis values of the first of these runs.
     pub fn scene_diagnostics(&self) -> Option<Diagnostics> {
         let mut diagnostics = self.scene_diagnostics.clone()?;
         for (mistake, (runs, values)) in diagnostics.list.iter_mut().zip(&self.runs_of_mistakes) {

@@ -30,7 +30,7 @@ pub struct StudyResult {
     pub curves: Vec<String>,
     /// Number of combinations of values that `require` omits.
     pub left_out: usize,
-    /// The runs: all other combinations, with the last axis varying fastest.
+    /// The runs: all combinations that `require` does not omit, with the last axis varying fastest.
     pub runs: Vec<StudyRun>,
 }
 

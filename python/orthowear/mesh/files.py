@@ -69,8 +69,8 @@ def _clear(pid: int) -> None:
         shutil.rmtree(_folders[pid], ignore_errors=True)
 
 
-#: Prefix of the folders, and name of the lock file in them. A folder without a lock is stale after this time: its process was
-#: killed.
+#: Prefix of the folders, and name of the lock file in them. A folder whose lock file is not locked is stale after this time,
+#: because its process was killed.
 PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 
@@ -122,7 +122,7 @@ DEEPEST = 8
 
 
 def meshes_to_paths(value: Any, key: str, files: list[MeshFile]) -> Any:
-    """Part of a scene with mesh objects replaced by paths. Appends their files to `files`."""
+    """Replaces mesh objects in a part of a scene by paths. Appends the files of these meshes to `files`."""
     name = key.rpartition(".")[2]
     if name == "mesh" and value is not None and not isinstance(value, str | os.PathLike):
         try:
@@ -146,13 +146,13 @@ def _paths(value: Any) -> Iterator[str]:
 
 
 def mesh_files_of(scene: Mapping[str, Any]) -> tuple[MeshFile, ...]:
-    """Files of the meshes that a scene's dict names."""
+    """Files of the meshes made from objects that a scene's dict names."""
     found = (_files.get(path) for path in set(_paths(scene)))
     return tuple(file for file in found if file is not None)
 
 
 def paths_to_meshes(value: Any, files: Iterable[MeshFile]) -> Any:
-    """Part of a scene with the paths of mesh files replaced by meshes: the inverse of `meshes_to_paths`."""
+    """Replaces the paths of mesh files in a part of a scene by meshes: the inverse of `meshes_to_paths`."""
     meshes = {str(file.path): file.mesh for file in files}
 
     def visit(part: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
-#: Edges and faces by their corners, for each node beyond the corners: in gmsh's order, and in VTK's order, which meshio uses.
+#: Nodes beyond the corners, each given by the corners of its edge, face or solid. meshio uses the order of VTK.
 GMSH_EDGES = {
     "tetra": "01 12 02 03 23 13",
     "hexahedron": "01 03 04 12 15 23 26 37 45 47 56 67",
@@ -87,7 +87,7 @@ def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[n
             taken.add((ELEMENT_TYPES[mesh.cells[i].type][1], tag))
     tags = {(dim, name): tag for (dim, tag), name in names.items()}
     for name, chosen in mesh.cell_sets.items():
-        # These sets are meshio's own metadata.
+        # Cell sets with this prefix are meshio's own metadata.
         if name.startswith("gmsh:"):
             continue
         for i, given in enumerate(chosen):
@@ -131,7 +131,7 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
     order += range(len(order), nodes.shape[1])
     if kind not in ("wedge18", "pyramid14"):
         return nodes[:, order]
-    # meshio does not reorder these types. The order in which mid-edge nodes lie between their corners is the right one.
+    # meshio does not reorder these types. In the right order, mid-edge nodes lie between the corners of their edges.
     ends = np.array([[int(corner) for corner in edge] for edge in GMSH_EDGES[shape].split()])
 
     def off(candidate: npt.NDArray[np.int64]) -> float:
@@ -140,6 +140,6 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
 
     if off(nodes) <= off(nodes[:, order]):
         return nodes
-    if kind == "wedge18":  # The nodes on the quadrilateral faces, too: 0143 0352 1254, of VTK 0143 1254 0352.
+    if kind == "wedge18":  # Nodes on the quadrilateral faces: 0143 0352 1254 in gmsh, 0143 1254 0352 in VTK.
         order[15:] = [15, 17, 16]
     return nodes[:, order]

@@ -14,7 +14,7 @@ from .axes import axes_of, unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Dimension of each number of an entry. The second table names the components of arrays other than (x, y, n).
+#: Dimension of each number of an entry. COMPONENTS names the components of arrays whose components are not (x, y, n).
 ENTRIES = {
     "approach": "length",
     "shift": "length",
@@ -52,10 +52,10 @@ def history(
     component.
 
     Args:
-        name: normal_force, tangential_force, tangential_force.0, contact_area, worn_volume, certificate.min_gap.
-        over: Another number. Default: `cycles_done` where there are cycles, else the number of the entry, from 1.
+        name: For example normal_force, tangential_force, tangential_force.0, contact_area, worn_volume, certificate.min_gap.
+        over: Number on the x axis. Default: `cycles_done` where there are cycles, else the number of the entry, from 1.
         step: Draw the entries of this step only.
-        options: Of matplotlib's plot.
+        options: Options of matplotlib's plot.
     """
     entries, _ = _entries(of, step)
     rows = [flatten(entry) for entry in entries]
@@ -93,8 +93,8 @@ def loop(
     """Draws the tangential force on body 1 over the tangential displacement (`shift`) of body 2.
 
     Results with resolved cycles (`output.fields` with "loops") give a closed loop per cycle, other results the path through the
-    entries. step: of this step only. component: x or y, by default the direction in which body 2 moves further. options: of
-    matplotlib's plot.
+    entries. step: draws this step only. component: x or y, by default the direction in which body 2 moves further. options:
+    options of matplotlib's plot.
     """
     if component not in (None, "x", "y"):
         raise ValueError(f"component {component!r}: allowed are 'x', 'y' and None")
@@ -127,8 +127,8 @@ def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, 
     """Draws the convergence of the results of a scene with `accuracy`: their relative difference from the last run.
 
     Each value of each step (or of `step` only) gives a line over the runs. Runs are labelled by their cells and the factor of
-    their increments. Rings are the estimated errors of the last run. The dashed line is the requested accuracy. options: of
-    matplotlib's plot.
+    their increments. Rings show the estimated errors of the last run, the dashed line the requested accuracy. options: options
+    of matplotlib's plot.
     """
     accuracy = of.summary.get("accuracy")
     if not accuracy or len(accuracy["runs"]) < 2:

@@ -65,7 +65,7 @@ def field(
         colorbar: Whether to draw a colour bar with the unit.
         xy: Positions of the cells (N, 2) in the plot, for frames that are not grids. Use them where cells of a curved frame
             overlap in its plane, such as arc length and height on a cylinder.
-        options: Of matplotlib's pcolormesh, such as cmap, vmin and vmax.
+        options: Options of matplotlib's pcolormesh, such as cmap, vmin and vmax.
 
     Signed components have a colour map centred at 0. Slip is not drawn in open cells. Cells of frames that are not grids are
     drawn as squares of the same area.
@@ -110,11 +110,10 @@ def section(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """Draws a field in a row of cells along x or y: through the middle of the frame, or nearest to `at`, a position on the other
-    axis.
+    """Draws a field in a row of cells along x or y. `at`: position of the row on the other axis (default: middle).
 
-    name, component, xy: as in `field`. options: of matplotlib's plot. By default the label of the line gives the position of
-    the row. On frames that are not grids, the cells that the line crosses are drawn.
+    name, component, xy: as in `field`. options: options of matplotlib's plot. By default the label of the line gives the position
+    of the row. On frames that are not grids, the cells that the line crosses are drawn.
     """
     if along not in ("x", "y"):
         raise ValueError(f"along {along!r}: allowed are 'x' and 'y'")
@@ -164,7 +163,7 @@ def _places(fields: Fields, xy: npt.ArrayLike | None) -> Array:
         if fields.grid is None:
             normals = fields.axes[:, 2]
             mean = normals.mean(axis=0)
-            # For a cylindrical frame over 180° the product is 0 at its ends.
+            # For a cylindrical frame over 180°, the normals at its two ends are perpendicular to the mean normal.
             if not (normals @ mean).min() > 0.1 * np.linalg.norm(mean):
                 warnings.warn(
                     "the frame is curved so strongly that its cells overlap in its plane; give their positions with xy=, such "
@@ -236,7 +235,9 @@ def _edges(fields: Fields) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
-    """Draws arrows at every n-th cell, shorter than their distance. Vectors below 1 % of the largest one get no arrow."""
+    """Draws arrows at every n-th cell, shorter than the distance between them. Vectors below 1 % of the largest vector get no
+    arrow.
+    """
     size = np.hypot(vectors[:, 0], vectors[:, 1])
     largest = size.max(initial=0.0)
     if not largest > 0:

@@ -5,7 +5,8 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b.
+/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b with
+/// the direction n.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l (x·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -68,7 +69,7 @@ impl BodyForceSolution {
 mod tests {
     use super::*;
 
-    /// Truth: a column under its weight b along z, laterally constrained: u_z = -z² b / (2 C33), σ_zz = -b z, for b of any size.
+    /// Truth: a laterally constrained column under its weight b along z has u_z = -z² b / (2 C33), σ_zz = -b z, for b of any size.
     #[test]
     fn columns_under_their_weight() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -22,8 +22,8 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// Error of an entry as a multiple of the tolerance over the square root of the number of unknowns. Rows with such errors stay
-/// below the tolerance relative to the free term 1/2.
+/// Error of an entry, as a multiple of the tolerance over the square root of the number of unknowns. The error of a whole row then
+/// stays below the tolerance relative to the free term 1/2.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 /// Number of right-hand sides solved together.
@@ -56,7 +56,7 @@ pub struct CompressedEquations {
     order: TreeOrder,
     /// Additions to the diagonal blocks of the nodes.
     diagonal_blocks: Vec<Matrix3<f64>>,
-    /// Border of the matrix: columns `[n + motions, motions]` and rows `[n, motions]`.
+    /// Border of the matrix for the free rigid motions: columns `[n + motions, motions]` and rows `[n, motions]`.
     columns: DenseMatrix,
     rows: DenseMatrix,
     /// Right-hand side of the boundary values.
@@ -284,7 +284,7 @@ impl CompressedEquations {
     }
 }
 
-/// Diagonal blocks of displacement: the remainder of the row sums under rigid translations.
+/// Diagonal displacement blocks from rigid translations: minus the row's other blocks, plus the unit matrix for exterior domains.
 fn rigid_translation_blocks(
     matrix: &CollocationMatrix,
     sums: &DenseMatrix,

@@ -103,7 +103,7 @@ impl BoundaryElements {
         &self.nodes[usize::from(!self.panel(i).is_triangle())]
     }
 
-    /// Values of `of` for all nodes; its arguments are the element and the local node index.
+    /// Values of `of` for all nodes. Its arguments are the element, the local node index and the reference nodes.
     fn each_node<T>(&self, of: impl Fn(&Panel, usize, &ElementNodes) -> T) -> Vec<T> {
         let mut all = Vec::with_capacity(self.n_nodes());
         for i in 0..self.n_elements() {

@@ -1,4 +1,5 @@
-//! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element.
+//! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element. U and
+//! T are the displacement and the traction of a unit point force.
 //!
 //! Points off the element are handled by Gauss rules, with the element divided into quarters for near points. For points on the
 //! element the rules run along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r. The number of
@@ -28,7 +29,7 @@ const MOST_DIVISIONS: usize = 14;
 /// Displacement (rows) at a point due to unit tractions and unit displacements of the nodes of an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Influence {
-    /// ∫ U N_a dS, mm/MPa.
+    /// ∫ U N_a dS with the shape function N_a of node a, mm/MPa.
     pub single_layer: [Matrix3<f64>; MOST_NODES],
     /// ∫ T N_a dS.
     pub double_layer: [Matrix3<f64>; MOST_NODES],
@@ -104,7 +105,8 @@ impl DoubleLayer<'_> {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
-    /// Adds the fields of the layer and of a traction, times the area. The kernel falls like 1/r²; differences give it across r.
+    /// Adds displacement and gradient at y due to the layer and a traction, times the area. Along r the derivative of the layer
+    /// follows from its decay like 1/r²; across r it follows from finite differences.
     fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
@@ -152,7 +154,7 @@ impl ReferencePart {
         [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
     }
 
-    /// Linearised image on a panel about the centre of the part.
+    /// Parallelogram that linearises the image of the part on a panel about the centre of the part.
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
@@ -209,7 +211,7 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // The degree plus one; plus two for triangles (collapsed squares) and for elements that are not affine.
+        // The minimum is the degree plus one for affine quadrilaterals, plus two for triangles (collapsed squares) and others.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -271,7 +273,7 @@ impl InfluenceIntegrator {
         });
     }
 
-    /// Influence of an element at its own node `node`. The block of that node in [`Influence::double_layer`] has no value (strongly
+    /// Influence of an element at its own node `node`. The block of this node in [`Influence::double_layer`] has no value (strongly
     /// singular) and stays zero.
     pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
@@ -289,8 +291,8 @@ impl InfluenceIntegrator {
 
     /// Principal value of ∫ T dS over a plane element at its own node `node`.
     ///
-    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the edge; the
-    /// result does not depend on the unit of R. Along a side dφ = d / r² dl, with the distance d of the line of the side.
+    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the edge, in
+    /// any unit. Along a side dφ = d / r² dl, with the distance d from the node to the line of the side.
     pub fn principal_value(&self, element: ElementView, node: usize) -> Matrix3<f64> {
         let panel = &element.prepared.panel;
         let xi = element.nodes.reference_points()[node];

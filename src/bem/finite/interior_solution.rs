@@ -1,8 +1,8 @@
 //! Displacement and stress inside a body, from the state of its surface.
 //!
 //! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. Linear fields
-//! satisfy it. The linear field of the nearest surface point is subtracted before integration and added afterwards; the density
-//! vanishes there.
+//! satisfy this identity. The linear field at the nearest surface point is subtracted before integration and added afterwards. The
+//! density of the remaining field vanishes at this surface point.
 
 use nalgebra::Matrix3;
 
@@ -20,10 +20,10 @@ const STEPS: usize = 30;
 /// A point counts as on an element below this distance, relative to the size of the element.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// Above this cosine a point lies along the normal of its nearest surface point, and not next to an edge.
+/// A point is not next to an edge if the cosine between the surface normal and the direction to the point exceeds this value.
 const MIN_NORMAL_COSINE: f64 = 0.99;
 
-/// Nearest point of a surface to another point.
+/// Surface point that is nearest to a given point.
 #[derive(Debug, Clone, Copy)]
 pub struct NearestPoint {
     /// Element of the nearest point.
@@ -32,7 +32,7 @@ pub struct NearestPoint {
     pub xi: [f64; 2],
     /// Position, mm.
     pub position: Point,
-    /// Distance from the other point, mm.
+    /// Distance from the given point, mm.
     pub distance: f64,
 }
 
@@ -65,7 +65,7 @@ impl BoundaryElements {
         if along.abs() > MIN_NORMAL_COSINE * foot.distance {
             return along < 0.0;
         }
-        // Next to an edge: the flux through the surface of a point force at y decides.
+        // Next to an edge, the flux of a point force at y through the surface decides: -3 for y inside, 0 outside.
         let flux = (0..self.n_elements()).map(|i| {
             let influence = self.influence_off_element(i, y);
             influence.double_layer.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
@@ -124,7 +124,7 @@ impl BoundaryElements {
             let (aa, ab, bb, ra, rb) = (a.dot(&a), a.dot(&b), b.dot(&b), a.dot(&away), b.dot(&away));
             let determinant = aa * bb - ab * ab;
             let free = [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant];
-            // At the edge one direction remains.
+            // At an edge of the element, only steps along the edge remain.
             let tries = [free, [ra / aa, 0.0], [0.0, rb / bb], slide(&(a - b), &away)];
             let next = tries.into_iter().flat_map(|step| [1.0, 0.3].map(|share| step.map(|x| share * x)));
             let next = next.map(|step| foot(clamped([0, 1].map(|c| xi[c] + step[c]), triangle)));
@@ -156,7 +156,7 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// Displacement and stress at a point inside or on the surface; the mean over all elements on common sides and corners.
+    /// Displacement and stress at a point inside or on the surface. On common sides and corners: means over the adjacent elements.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

@@ -1,8 +1,8 @@
 //! Finite boundary-element bodies, isotropic or anisotropic: direct collocation with discontinuous elements.
 //!
-//! At each node y of each element c u(y) + ∫ T u dS = ∫ U t dS, with the kernels of [`super::full_space`]. The nodes are quadrature
-//! points inside the elements. Tractions may jump between elements, so edges and corners need no special treatment. Main types:
-//! [`BoundaryElements`], [`BoundaryValueProblem`], [`BoundarySolution`].
+//! The equation of each node y of each element is c u(y) + ∫ T u dS = ∫ U t dS, with the free term c and the kernels U, T of
+//! [`super::full_space`]. The nodes are quadrature points inside the elements. Tractions may jump between elements, so edges and
+//! corners need no special treatment. Main types: [`BoundaryElements`], [`BoundaryValueProblem`], [`BoundarySolution`].
 //!
 //! # Source
 //! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).

@@ -1,6 +1,7 @@
 //! Plane surface of a half-space by the kernels of a full space, fixed beyond its elements.
 //!
-//! At each node ½ u(y) + ∫ T u dS = ∫ U t dS, the first a principal value. The open surface excludes the use of rigid motions.
+//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS; the first integral is a principal value. The surface is open, so
+//! that rigid motions cannot provide the diagonal blocks.
 
 use faer::Par;
 use nalgebra::Matrix3;

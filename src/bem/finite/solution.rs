@@ -41,7 +41,7 @@ impl BoundarySolution {
         &self.loaded
     }
 
-    /// Displacement of a dof due to a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
+    /// Displacement of `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded` = 3 j + c.
     pub fn response(&self, dof: usize, loaded: usize) -> f64 {
         self.unknown.at(dof, 1 + loaded)
     }
@@ -80,7 +80,7 @@ impl BoundarySolution {
         state
     }
 
-    /// Tractions along the free motions that balance these loads, MPa.
+    /// Tractions along the free motions that balance the loads of [`Self::state`] with the same arguments, MPa.
     pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let found = self.superpose(own, tractions);
         found[self.boundary_values.len()..].iter().map(|x| x * self.traction_scale).collect()

@@ -247,7 +247,7 @@ impl BoundaryValueProblem<'_> {
     }
 
     /// Largest residual of recomputed rows, relative to the largest sum of magnitudes in a row. The boundary values and unit
-    /// tractions on all loaded nodes are checked separately, since one may be far larger than the other.
+    /// tractions on all loaded nodes are checked separately, since their magnitudes may differ strongly.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
         let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];
@@ -282,7 +282,7 @@ impl BoundaryValueProblem<'_> {
             let most = rows.fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x), b.max(y)));
             most.0 / most.1
         };
-        // NaN counts as the larger value.
+        // NaN counts as larger than any number.
         Ok([0, 1].map(relative).into_iter().max_by(f64::total_cmp).unwrap_or(f64::NAN))
     }
 }

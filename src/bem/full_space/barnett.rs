@@ -17,8 +17,8 @@ const MAX_CHANGE: f64 = 1e-7;
 /// Field of a unit force at the origin of an anisotropic full space.
 ///
 /// # Source
-/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr². The means are over the unit vectors z normal to T =
-/// x / r. Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹.
+/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr². The means <> are taken over the unit vectors z
+/// normal to T = x / r. Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹, C(u, v)_ik = C_ijkl u_j v_l.
 #[derive(Debug, Clone)]
 pub struct BarnettField {
     stiffness: Stiffness,
@@ -32,12 +32,12 @@ struct Contractions {
     along: [Matrix3<f64>; 2],
 }
 
-/// Sums over directions.
+/// Means over directions.
 #[derive(Clone, Copy)]
 struct Sums {
-    /// Sum of Q⁻¹.
+    /// Mean of Q⁻¹.
     value: Matrix3<f64>,
-    /// Sums of F times the components of z along a and b.
+    /// Means of F times the components of z along a and b.
     slopes: [Matrix3<f64>; 2],
 }
 
@@ -54,7 +54,7 @@ impl BarnettField {
     pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let r = x.norm();
         let t = x / r;
-        // The coordinate axis along which the direction has the smallest component.
+        // `a` is normal to `t` and to the coordinate axis along which `t` has its smallest component.
         let a = t.cross(&Vector3::ith(t.iamin(), 1.0)).normalize();
         let b = t.cross(&a);
         let contractions = Contractions::new(&self.stiffness, (&a, &b, &t));

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Kind of the tables in the cache key.
+/// Name of this field in the cache key of its tables.
 const KIND: &str = "full space";
 
 /// Target error of a table, relative to its largest entry.

@@ -1,9 +1,10 @@
 //! Finite bodies of boundary elements ([`BeBody`]), condensed to the nodes under the frame.
 //!
-//! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions there. Frame
-//! tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame, with nodal areas M. Hence S = I F Iᵀ A as for
-//! finite elements, with F = S_bb M⁻¹. By Betti's theorem F is symmetric, but with collocation only in the limit. `symmetrize.rs`
-//! makes F symmetric and keeps the response to uniform tractions.
+//! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions t at these nodes.
+//! Frame tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame. M contains the nodal areas, A the cell
+//! areas, and I averages nodal values over the cells. Hence S = I F Iᵀ A as for finite elements, with F = S_bb M⁻¹. By Betti's
+//! theorem F is symmetric, but with collocation only in the limit of small elements. `symmetrize.rs` makes F symmetric and keeps
+//! the response to uniform tractions.
 
 mod spec;
 mod stress;
@@ -140,7 +141,7 @@ impl BeBody {
         self.map.gap_of_displacement(self.side, own)
     }
 
-    /// Rigid-body modes in the form that the contact uses.
+    /// Unconstrained rigid-body modes with their gaps, relative motions and load works.
     fn modes_from_free_motions(
         &self,
         free: &RigidBodyModes,
@@ -246,7 +247,7 @@ impl BeBody {
     }
 }
 
-/// Refuses flexibilities that are not positive, as far too large elements produce.
+/// Returns an error if a diagonal entry of the flexibility is not positive, which far too large elements cause.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());

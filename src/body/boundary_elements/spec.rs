@@ -24,7 +24,7 @@ use crate::mesh::{CellRef, Mesh};
 /// Accuracy of the integrals, over the largest values: far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Weight of a shape function in the mean over a cell that counts as rounding.
+/// Largest weight of a shape function in the mean over a cell that counts as rounding.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 /// Points tested between two cancellation checks.
@@ -59,7 +59,7 @@ pub struct BeSpec {
 pub struct FrameFit {
     /// Number of element nodes under the frame.
     pub n_nodes: usize,
-    /// Whether no cell lies over two elements.
+    /// Whether each cell lies on a single element.
     pub cells_within_elements: bool,
     /// Element with the largest ratio of node spacing to the thickness of the body behind it: its number among the outer faces, and
     /// this ratio.
@@ -70,7 +70,7 @@ pub struct FrameFit {
 pub(super) struct NodalConditions {
     /// Whether the displacement is prescribed, by dof.
     pub(super) held: Vec<bool>,
-    /// Displacement of fixed dofs, traction of the other dofs, less the contribution of `weight`.
+    /// Displacement (mm) of fixed dofs and traction (MPa) of the other dofs, less the contribution of `weight`.
     pub(super) values: Vec<f64>,
     /// Particular solution for the body force.
     pub(super) weight: Option<BodyForceSolution>,

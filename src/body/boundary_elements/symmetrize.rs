@@ -1,18 +1,20 @@
 //! Makes a nearly symmetric flexibility symmetric and keeps its response to constant and linear tractions.
 //!
-//! With the antisymmetric part D of F, the nodal forces V of such tractions over the frame, and tractions W with Wᵀ V = 1,
+//! Let D be the antisymmetric part of the flexibility F, and V the nodal forces of these tractions over the frame. With nodal
+//! tractions W such that Wᵀ V = 1,
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
-//! is symmetric and F' V = F V - W Vᵀ D V. The response to uniform stress, which the elements represent exactly, remains. Only the
-//! antisymmetric part of the works of the tractions V on each other's displacements is lost; it measures the error of the elements.
+//! is symmetric and F' V = F V - W Vᵀ D V. The response to uniform stress, which the elements represent exactly, remains. Only Vᵀ D
+//! V is lost, the antisymmetric part of the works Vᵀ F V of the forces on each other's displacements. It measures the error of the
+//! elements.
 
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// Share of a traction's norm below which it depends linearly on earlier tractions.
+/// A traction counts as linearly dependent on earlier tractions if less than this share of its norm remains.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
 /// Response of a flexibility to constant and linear tractions.
@@ -82,7 +84,7 @@ impl Symmetrization {
         columns.map(|(w, d)| d[i] * w[j] + w[i] * d[j]).sum()
     }
 
-    /// Norm of the antisymmetric part of the works over the norm of the whole.
+    /// Norm of the antisymmetric part of the works Vᵀ F V over the norm of Vᵀ F V.
     pub fn asymmetry(&self) -> f64 {
         let apart = 0.5 * (&self.works - self.works.transpose()).norm();
         apart / self.works.norm().max(f64::MIN_POSITIVE)

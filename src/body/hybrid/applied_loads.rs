@@ -1,18 +1,20 @@
 //! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
 //!
-//! Let g = G + u_c be the body's response to a unit force at x on the patch; it vanishes at the supports. Betti's theorem gives
+//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. It
+//! vanishes at the supports. Betti's theorem gives the surface displacement w due to tractions t, body force b and prescribed
+//! displacements ū,
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
 //! with the support forces R under g. The mesh displacement at the surface is not needed: w is smooth if the loads are distant, and
-//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces, also for
-//! the weight: u_p = -z²/2 T⁻¹ b carries b in the half-space and leaves its surface free. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS
-//! over the boundary outside the plane of the patch.
+//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. For the
+//! weight, u_p = -z²/2 T⁻¹ b with T = C(e3, e3) carries b in the half-space and leaves its surface free. Hence ∫ b·G dV = ∫
+//! (t_G·u_p - t_p·G) dS over the boundary outside the plane of the patch. t_G and t_p are the tractions of G and u_p.
 //!
-//! On fixed faces u_c equals -G only at the nodes. Between them, the remaining g works with the support tractions, ∫ (σ n)·g dS,
-//! with the recovered stress σ of the body's own loads.
+//! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS on the
+//! remaining g. Here σ is the recovered stress of the body's own loads, and n the normal.
 //!
-//! Loads in the plane of the patch, on it or near it, act on the half-space. Their displacement is integrated exactly for each
+//! Loads in the plane of the patch, on or near the patch, act on the half-space. Their displacement is integrated exactly for each
 //! cell.
 
 use std::collections::{BTreeMap, HashMap};
@@ -75,7 +77,7 @@ struct PatchLoad {
 pub(super) struct AppliedLoadDisplacement {
     /// Displacement at the nodes of the polynomials, axes of the patch, mm; component j at node i has index 3 i + j.
     at_nodes: Vec<f64>,
-    /// Part of `at_nodes` due to the support tractions between the nodes.
+    /// Part of `at_nodes` due to the work of the support tractions between the mesh nodes.
     support_work: Vec<f64>,
     near_loads: Vec<PatchLoad>,
 }
@@ -84,15 +86,16 @@ pub(super) struct AppliedLoadDisplacement {
 pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Work of the loads on u_c of each force, N mm per N, axes of the patch, `[3 n]`, without the work on the half-space field.
+    /// Work of the loads on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`; without the work on the half-space
+    /// field.
     pub work: Vec<f64>,
-    /// Prescribed displacements.
+    /// Prescribed displacements, split into a rigid motion and a deformation.
     pub prescribed_motion: PrescribedMotion,
 }
 
 impl PrescribedMotion {
-    /// Fits a rigid motion to the displacements of the dofs `prescribed` and subtracts it. With foundations, which would resist it,
-    /// there is no rigid motion.
+    /// Fits a rigid motion to the displacements of the dofs `prescribed` and subtracts it. On elastic foundations, which resist
+    /// rigid motions, nothing is subtracted.
     pub fn new(model: &FeModel, prescribed: &[usize]) -> Self {
         let mesh = model.mesh();
         let value = |&dof: &usize| model.prescribed_displacement(dof / 3, dof % 3).unwrap_or(0.0);
@@ -129,7 +132,7 @@ impl PrescribedMotion {
         supports
     }
 
-    /// Rigid motion of a point, global axes, mm.
+    /// Displacement of a point by the rigid motion, global axes, mm.
     fn rigid(&self, x: &Point) -> Point {
         self.translation + self.rotation.cross(&(x - self.origin))
     }
@@ -139,7 +142,7 @@ impl PrescribedMotion {
 struct FaceAction {
     /// Traction, MPa.
     traction: Point,
-    /// Displacement that works with the tractions of G, mm.
+    /// Displacement on which the tractions of G do work, mm.
     displacement: Point,
 }
 
@@ -153,14 +156,14 @@ struct FaceLoads<'a> {
     supports: HashMap<usize, f64>,
     /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
-    /// Recovered stress due to the body's own loads, global axes, MPa, and its points.
+    /// Recovery points, and the stress at them due to the body's own loads, global axes, MPa.
     stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
     rules: FaceRules,
 }
 
 impl AppliedLoadDisplacement {
-    /// Evaluates the response `own` of a body, with its recovered `stress`, for `forces` on the patch. `field` is the field of
-    /// their half-space.
+    /// Computes the surface displacement from the response `own` of a body and its recovered `stress`, at the positions of `forces`
+    /// on the patch. `field` is the field of the half-space.
     ///
     /// # Errors
     /// If the run is cancelled.
@@ -209,7 +212,7 @@ impl AppliedLoadDisplacement {
         &self.support_work
     }
 
-    /// Contribution to the gap of the cells of a frame, axes of the frame by planes, mm.
+    /// Contribution to the gap of the cells of a frame, axes of the frame, mm: all x components, then all y and all n components.
     ///
     /// # Errors
     /// If the run is cancelled.
@@ -252,7 +255,7 @@ fn displacement(pads: &[PatchLoad], field: &HalfSpaceField, at: [f64; 2]) -> Poi
 }
 
 impl PatchLoad {
-    /// One load for each distinct traction on `faces`, which lie in the plane or represent it.
+    /// One load for each distinct traction on `faces`, which lie in the plane of the patch or, if curved, represent it.
     fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &ContactPatch) -> Vec<Self> {
         let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
         for loaded in faces {
@@ -308,11 +311,11 @@ impl<'a> FaceLoads<'a> {
         let none = Point::zeros();
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
-        // If only some nodes are prescribed, the loads of u_c contain the terms that are missing here.
+        // Components prescribed at all nodes of the face. All others are contained in the loads of u_c.
         let held = [0, 1, 2]
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);
-        // In the plane G has no traction, and loads are near or far patch loads.
+        // On faces in the plane of the patch G has no traction, and the loads are patch loads.
         let load = self.loads.get(&face.id()).filter(|_| !in_plane);
         let moves: Vec<Point> =
             face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
@@ -369,7 +372,7 @@ impl<'a> FaceLoads<'a> {
             acting.traction += axes.to_local(traction) - normal * *pressure;
         }
         let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
-        // A support force does the work of the traction on the body against the displacement.
+        // The traction of G on the fixed face is a part of the support force R(g), which enters w with a minus sign.
         acting.displacement -= axes.to_local(&moved);
         if self.weight != Point::zeros() {
             let none = Point::zeros();
@@ -384,7 +387,7 @@ impl<'a> FaceLoads<'a> {
         acting
     }
 
-    /// Stress and half-space displacements at the nodes of a face.
+    /// Recovered stress and half-space displacements at the nodes of a face.
     fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FixedFaceNode> {
         let mesh = self.model.mesh();
         let (points, stress) = self.stress;

@@ -51,7 +51,7 @@ pub struct HybridBody {
     surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     applied_load_error: Option<AppliedLoadError>,
-    /// Whether nodes of the mesh lie on the surface of the half-space, or on faces that represent it.
+    /// Whether each mesh node lies on the surface of the half-space, or on a curved face that represents it.
     on_surface: Vec<bool>,
 }
 
@@ -145,7 +145,7 @@ impl HybridBody {
         &self.correction
     }
 
-    /// Correction on the frame.
+    /// Polynomial correction of the half-space operator on the frame.
     pub fn far_field(&self) -> &FarField {
         &self.far_field
     }

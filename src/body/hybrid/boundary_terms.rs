@@ -29,12 +29,12 @@ pub(super) struct BoundaryFace {
 
 /// Loads and work of the half-space tractions on the boundary.
 pub(super) struct BoundaryTerms {
-    /// Forces on all dofs of the mesh, -∫ N t, N per unit force, `[3 n_points, n_columns]`.
+    /// Nodal forces -∫ N_a t dS: shape functions N_a, half-space tractions t; N per unit force, `[3 n_points, n_columns]`.
     pub loads: DenseMatrix,
-    /// Work -∫ u·t over the free + ∫ t·u over the fixed boundary, first factor due to the force of the row, mm/N,
-    /// `[n_columns, n_columns]`.
+    /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
+    /// each product is due to the force of the row.
     pub work: DenseMatrix,
-    /// Largest imbalance of tractions and force.
+    /// Largest entry of the sum of unit force and boundary tractions, over all forces. The sum is zero for exact quadrature.
     pub imbalance: f64,
 }
 
@@ -57,7 +57,7 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Largest imbalance of the tractions and each of the `forces`.
+    /// Largest imbalance of the tractions and each of the `forces`, with face parts of at most `ratio` times their distance.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self
@@ -159,7 +159,7 @@ impl FaceContribution {
 
 /// Fields of the forces at the points of a face, and the resulting loads.
 struct Fields {
-    /// Displacements, global rows, `[3 n_points, n_columns]`.
+    /// Displacements at the quadrature points, global axes, mm/N, `[3 n_points, n_columns]`.
     displacements: DenseMatrix,
     /// Tractions times quadrature weights, in the same layout.
     tractions: DenseMatrix,
@@ -215,7 +215,7 @@ impl Fields {
         }
     }
 
-    /// Work -∫ u·t over the free + ∫ t·u over the `held` components.
+    /// Work -∫ u·t of the free components plus ∫ t·u of the `held` components.
     fn work(&self, held: [bool; 3]) -> Result<DenseMatrix> {
         let (n_rows, n) = (self.tractions.n_rows(), self.tractions.n_columns());
         let mut work = DenseMatrix::zeros(n, n)?;

@@ -53,7 +53,8 @@ impl Chebyshev {
 mod tests {
     use super::*;
 
-    /// Truth: polynomials of degree below the number of nodes are reproduced; T_2 has the coefficients 0, 0, 1.
+    /// Truth: interpolation reproduces polynomials of degree below the number of nodes. T_2 has a single coefficient, 1 at
+    /// degree 2.
     #[test]
     fn polynomials_are_reproduced() {
         let nodes = Chebyshev::new(5, 1.2);

@@ -13,7 +13,8 @@ use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::Grid;
 
-/// S = S_hs + Σ Φ Ĉ Φᵀ A, summed over the bodies, on a whole grid.
+/// S = S_hs + Σ Φ Ĉ Φᵀ A on a whole grid: half-space operator plus the far fields of all bodies. Φ are the cell means of the
+/// polynomials, A the cell areas.
 pub struct CorrectedFlexibility {
     near: Arc<dyn Flexibility>,
     far: Arc<Vec<FarField>>,

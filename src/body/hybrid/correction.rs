@@ -1,15 +1,16 @@
 //! Correction of a half-space for a finite body: the matrix between point forces and displacements on the patch.
 //!
-//! A force on the patch causes the displacement u = u_hs + u_c. The correction u_c solves the body's own equations with loads -t_hs
-//! on the free boundary and displacements -u_hs on the fixed boundary. On the patch u_c is smooth, however sharp the traction, so
-//! that a few Chebyshev nodes represent it.
+//! A force on the patch causes the displacement u = u_hs + u_c, half-space displacement plus correction. The correction u_c solves
+//! the body's own equations with loads -t_hs on the free boundary and displacements -u_hs on the fixed boundary. t_hs are the
+//! half-space tractions. On the patch u_c is smooth, however sharp the traction, so that a few Chebyshev nodes represent it.
 //!
 //! # Source
 //! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
 //!
 //! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the fixed boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //!
-//! where b = f_f - K_fb g. It is symmetric, with twice the order of the displacements at the nodes.
+//! where b = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
+//! b mark free and prescribed dofs. Ĉ is symmetric, and its order of convergence is twice the order of the nodal displacements.
 
 use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -23,26 +24,26 @@ use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
 
-/// Imbalance of tractions and force above which faces are subdivided further.
+/// Imbalance of half-space tractions and unit force above which faces are subdivided further.
 pub const TARGET_IMBALANCE: f64 = 1e-4;
 
 /// First and last ratio of the size of face parts to their distance from the forces.
 const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
-/// Reduction of the ratio per step.
+/// Factor of the ratio in each refinement step.
 const FACE_RATIO_FACTOR: f64 = 0.7;
 
 /// Share of the target imbalance that the outermost forces may have.
 const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 
-/// Ratio on bodies with a curved contact surface.
+/// Ratio of face parts to their distance on bodies with a curved contact surface.
 const CURVED_FACE_RATIO: f64 = 0.35;
 
 /// Correction between point forces, and the displacement fields of the forces.
 pub struct Correction {
     /// Ĉ by Betti's theorem, symmetrised, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i has index 3 i + j.
     pub matrix: DenseMatrix,
-    /// u_c at all nodes, global axes, `[3 n_points, 3 n]`.
+    /// u_c at all nodes per unit force, global axes, mm/N, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
     /// Largest imbalance of the half-space tractions on the boundary and the force, per unit force.
     pub imbalance: f64,
@@ -53,7 +54,7 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Solves for `forces` on the patch of the body.
+    /// Computes the correction for `forces` on the patch of the body.
     ///
     /// # Errors
     /// If memory does not suffice, the equations cannot be solved, or the run is cancelled.
@@ -85,9 +86,9 @@ impl Correction {
         Ok(found)
     }
 
-    /// Matrix of Betti's theorem without symmetrisation. It is symmetric up to quadrature with face parts no larger than `ratio`
-    /// times their distance from the forces. Forces may act outside the body; then tractions do not balance them, and their rows
-    /// are meaningless.
+    /// Correction whose matrix follows from Betti's theorem without symmetrisation. It is symmetric except for quadrature errors.
+    /// Face parts are no larger than `ratio` times their distance from the forces. If forces act outside the body, tractions do not
+    /// balance them, and their rows are meaningless.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -153,7 +154,7 @@ impl Correction {
         4 * 8 * 3 * model.mesh().n_points() * columns
     }
 
-    /// Number of quadrature points in elements of other materials than that under the patch of `site`.
+    /// Number of quadrature points in elements whose material differs from the material under the patch of `site`.
     pub fn inclusion_points(model: &FeModel, site: &HalfSpaceFit) -> usize {
         inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
@@ -166,8 +167,8 @@ impl Correction {
         }
     }
 
-    /// Correction evaluated from the mesh displacement at the points of `at`, for each force. It is not symmetric, and of half the
-    /// order.
+    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. It is not symmetric, and its
+    /// order of convergence is half the order of `matrix`.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
@@ -206,7 +207,8 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
     Ok(held)
 }
 
-/// Work of loads and prescribed displacements, less their rigid motion, on the displacements of the free and `held` dofs.
+/// Work of the body's loads and prescribed displacements, less their rigid motion, on the correction of each force. The correction
+/// is given at the `free` and the `held` dofs.
 fn work_of_own(
     model: &FeModel,
     supports: &PrescribedMotion,
@@ -251,7 +253,7 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
     Ok((free, held))
 }
 
-/// Displacement of all dofs; zero at nodes of no solid.
+/// Displacement of all dofs; zero at nodes that belong to no solid.
 fn expand_to_all_dofs(
     model: &FeModel,
     prescribed: &[usize],

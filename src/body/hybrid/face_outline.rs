@@ -10,8 +10,8 @@ use crate::mesh::faces::SurfaceFace;
 /// Sine of the angle below which a corner counts as straight.
 const COLLINEAR_TOLERANCE: f64 = 1e-9;
 
-/// Closed polygons around `faces` in the plane of `patch`. The faces lie on their left, seen against the normal. Curved edges
-/// become two straight ones.
+/// Closed polygons around `faces` in the plane of `patch`. Seen against the normal, each polygon has the faces on its left. A
+/// curved edge becomes two straight edges.
 pub(super) fn outline_loops<'a>(
     mesh: &Mesh,
     faces: impl Iterator<Item = &'a SurfaceFace>,
@@ -76,7 +76,8 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: a rectangle has four corners and a ring eight, whatever their faces; areas from the corners.
+    /// Truth: the outline of a rectangle has four corners, and the two outlines of a ring have four each, whatever their faces. The
+    /// polygons enclose the known areas.
     #[test]
     fn rectangle_and_ring() {
         let mesh = GradedBlock::uniform([2.0, 3.0], 1.0, [6, 6, 2]).mesh().unwrap();

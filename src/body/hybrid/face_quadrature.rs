@@ -32,8 +32,8 @@ impl FaceRules {
         Self { triangles: [2, 4, 6].map(triangle), squares: [2, 3, 4].map(quadrilateral) }
     }
 
-    /// Quadrature points on `face` for a field that varies over distances of `distance(x)`. Parts of the face are at most `ratio`
-    /// times this distance.
+    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. Parts of the face are at most `ratio`
+    /// times this scale, up to the maximum number of subdivisions.
     pub fn points(
         &self,
         mesh: &Mesh,
@@ -149,7 +149,7 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: a closed surface has the solid angle 4π, the flux of x / |x|³, seen from a point inside.
+    /// Truth: the flux of x / |x|³ through a closed surface around the origin is the full solid angle 4π.
     #[test]
     fn solid_angle_of_a_block() {
         let mesh = GradedBlock::uniform([1.0, 1.5], 2.0, [2, 3, 2]).mesh().unwrap();

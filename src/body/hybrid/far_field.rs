@@ -7,14 +7,15 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::simd::wide;
 use crate::quadrature::gauss_legendre;
 
-/// Gap due to tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
+/// Correction of the gap at (x, y) due to a force at (x', y'), Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame. L are
+/// the Lagrange polynomials through the Chebyshev nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarField {
     /// Chebyshev nodes along x and y of the patch.
     nodes: [Chebyshev; 2],
     /// Whether y of the patch is -y of the frame.
     y_flipped: bool,
-    /// Gap due to forces at the nodes, mm/N, by planes: component c at node (a, b) has index (c m_x + a) m_y + b; `[3 m_x m_y]²`.
+    /// Gap per force at the nodes, mm/N, by planes: component c at node (a, b) has index (c m_x + a) m_y + b; `[3 m_x m_y]²`.
     matrix: Vec<f64>,
 }
 
@@ -75,7 +76,7 @@ impl FarField {
         &self.matrix
     }
 
-    /// Computes the gaps at the nodes from forces there, both by planes, for the components `planes`.
+    /// Computes nodal gaps from nodal forces. Both arrays contain one plane of nodes for each component of `planes`.
     fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
         let [mx, my] = self.nodes_per_side();
         let (n, first) = (mx * my, planes.start * mx * my);
@@ -140,7 +141,7 @@ impl FarField {
         all
     }
 
-    /// Entry between components `a` and `b` of two nodes, mm/N.
+    /// Gap component `a` at node `i` due to a unit force along `b` at node `j`, mm/N.
     fn entry(&self, (a, i): (usize, usize), (b, j): (usize, usize)) -> f64 {
         let n = self.nodes_per_side()[0] * self.nodes_per_side()[1];
         self.matrix[(a * n + i) * 3 * n + b * n + j]
@@ -193,7 +194,7 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Adds the gaps due to tractions, both by planes of the components `planes`.
+    /// Adds the cell gaps due to the cell tractions. Both arrays contain one plane of cells for each component of `planes`.
     pub fn add_product(
         &self,
         field: &FarField,
@@ -224,7 +225,7 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Adds the gaps at the nodes to the gaps of the cells, for one component.
+    /// Interpolates the nodal gaps of one component, and adds their cell means to `plane`.
     pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
@@ -243,7 +244,7 @@ impl FarFieldOnGrid {
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Gap of one cell due to tractions on another, from their [`Self::cell_weights`].
+    /// Gap of one cell due to tractions on another cell, from the [`Self::cell_weights`] of both cells.
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =

@@ -12,9 +12,9 @@ pub(super) struct HalfSpaceField {
     pub point_force: PointForceField,
     /// Surface displacement under uniform tractions on polygons of the surface.
     pub patch_integrals: PatchIntegrator,
-    /// C(e3, e_a) for a = x, y.
+    /// Contractions C(e3, e_a)_ik = C_i3ka for a = x, y, MPa.
     tangential: [Matrix3<f64>; 2],
-    /// T⁻¹ = C(e3, e3)⁻¹.
+    /// T⁻¹ = C(e3, e3)⁻¹, 1/MPa.
     inverse_normal: Matrix3<f64>,
 }
 

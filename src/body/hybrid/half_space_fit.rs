@@ -21,14 +21,14 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// at the border that a few polynomials do not resolve.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
-/// Smallest distance to another material, over the shorter half-side. Closer, ten polynomials along each side do not suffice for
-/// cores ten times softer or three times stiffer.
+/// Smallest distance to another material, over the shorter half-side. At smaller distances, ten polynomials along each side do not
+/// suffice for cores ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
 /// Largest rise of a curved surface under the frame, over the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Largest slope of a curved surface around the patch relative to the surface under it, radians.
+/// Largest angle between the normals of the patch and of a face outside the contact group that continues a curved surface, radians.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
 /// Smallest frame, as a fraction of the present frame, that is advised.
@@ -49,11 +49,11 @@ pub struct HalfSpaceFit {
     pub isotropic: bool,
     /// Distance from the patch to the rest of the boundary, or to another material, mm.
     pub distance: f64,
-    /// Whether another material is nearest.
+    /// Whether another material, not the boundary, is nearest to the patch.
     pub limited_by_material: bool,
     /// Height of the surface under the frame over the longer half-side; 0 for a plane.
     pub rise: f64,
-    /// Faces of a curved surface around the patch, which represent its tangent plane.
+    /// Faces of a curved surface around the patch, which count as part of its tangent plane.
     pub curved_faces: Vec<FaceId>,
 }
 
@@ -162,7 +162,7 @@ impl HalfSpaceFit {
 }
 
 impl HalfSpaceFit {
-    /// Initial number of nodes along x and y of the patch, usually sufficient for the distance of the body.
+    /// Initial number of nodes along x and y of the patch. It usually suffices at the `distance` of the fit.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
             let nodes = match self.distance / half {
@@ -178,12 +178,12 @@ impl HalfSpaceFit {
     }
 }
 
-/// Advice: half-widths of a frame with the centre of `level` under which the rise of the `faces` is allowed. `rise` belongs to the
-/// present frame.
+/// Advice: half-widths of a smaller frame, with the centre of `level`, under which the rise of the `faces` is admissible. `rise`
+/// belongs to the present frame.
 fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&ContactPatch, f64)) -> String {
     let (mut factor, mut rise) = (1.0, rise);
     while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
-        // The rise of a paraboloid over the side is proportional to the side.
+        // The rise of a paraboloid, divided by the half-side, is proportional to the half-side.
         factor *= 0.95 * MAX_RISE / rise;
         let half_width = level.half_width.map(|half| round_down(factor * half));
         let narrow = ContactPatch { half_width, ..*level };
@@ -201,8 +201,9 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
     format!(" (half_width up to [{x}, {y}])")
 }
 
-/// Advice: half-widths of a frame with the centre of `patch` that is far enough from its surroundings. The present frame is
-/// `distance` away; a `share` of the shorter half-side is needed. `least` returns the distance of other frames.
+/// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
+/// present frame is `distance` away from them; a `share` of the shorter half-side is needed. `least` returns the distance for
+/// another frame.
 fn smaller_frame_advice(
     patch: &ContactPatch,
     (distance, share): (f64, f64),
@@ -237,7 +238,8 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     })
 }
 
-/// Points on a face, including its edges, with a spacing of at most `apart` along them except on the largest faces.
+/// Points on a face, including its edges. The spacing along the edges is at most `apart`, unless this would need more than
+/// `MAX_SAMPLE_STEPS` steps.
 fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     let n = face.kind.n_corners();
     let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
@@ -274,8 +276,8 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// Faces of a curved surface whose distance from the patch is at most its longer half-side: faces of the contact group, and faces
-/// of any group that continue them with the same curvature.
+/// Faces of a curved surface whose distance from the patch is at most its longer half-side. These are faces of the contact group,
+/// and outer faces beyond the group with limited slope and depth, which continue the curved surface.
 fn curved_surface_faces(
     mesh: &Mesh,
     faces: &[SurfaceFace],
@@ -300,7 +302,7 @@ fn curved_surface_faces(
     outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
-/// Distance from the patch to faces outside its plane and to fixed nodes.
+/// Distance from the patch to supported nodes and to outer faces that neither lie in its plane nor belong to `surface`, mm.
 fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
     let mesh = &spec.mesh;
     let surface: HashSet<FaceId> = surface.iter().copied().collect();
@@ -327,7 +329,7 @@ fn distance_to_others(
     patch: &ContactPatch,
 ) -> f64 {
     let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
-    // Bounding box of an element, in the axes of the patch.
+    // Distance to the bounding box of an element in the axes of the patch.
     let distance = |i: usize| {
         let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
         let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();

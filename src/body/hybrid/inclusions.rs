@@ -18,7 +18,7 @@ use crate::quadrature::gauss_legendre;
 /// Elements evaluated in parallel before summation.
 const ELEMENTS_PER_BATCH: usize = 64;
 
-/// Gauss points along each side of an element part: in general, and for small parts relative to their distance.
+/// Number of Gauss points along each side of an element part: in general, and for parts that are small relative to their distance.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
 /// Edge of a hexahedral part, over the largest undivided size, below which it counts as small.
@@ -33,7 +33,7 @@ const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 /// Maximum number of successive subdivisions of an element.
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// Largest difference of two equal stiffnesses, over the largest entry.
+/// Largest difference between stiffnesses that count as equal, over the largest entry.
 const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
 /// Whether two stiffnesses are equal within the tolerance.
@@ -62,7 +62,7 @@ struct Inclusion<'a> {
     kind: ElementKind,
     nodes: &'a [usize],
     points: Vec<Point>,
-    /// C - C0, global axes.
+    /// C - C0, stiffness of the element less stiffness of the half-space, global axes, MPa.
     stiffness_difference: Matrix6<f64>,
 }
 
@@ -86,7 +86,7 @@ impl Inclusion<'_> {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
 
-    /// Quadrature points for a field that varies over distances of `distance(x)`.
+    /// Quadrature points for a field with the length scale `distance(x)` at x, such as the field of a point force at this distance.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
@@ -96,7 +96,8 @@ impl Inclusion<'_> {
         points
     }
 
-    /// Adds the points in the part of the unit cube that starts at `first` with these sides. Longer edges are halved first.
+    /// Adds the quadrature points in the box of the unit cube with the corner `first` and the given sides. A subdivision halves
+    /// only edges longer than half the longest edge.
     fn divide(
         &self,
         (first, sides): ([f64; 3], [f64; 3]),
@@ -123,7 +124,7 @@ impl Inclusion<'_> {
             }
             return;
         }
-        // The other kinds are collapsed cubes with variable weights and keep the finer rule.
+        // Other element kinds than hexahedra are collapsed cubes with variable weights, and keep the finer rule.
         let lines = edges.map(|edge| {
             &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]
         });
@@ -160,11 +161,11 @@ struct InclusionContribution {
     work: DenseMatrix,
 }
 
-/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material than that under the
-/// patch.
+/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of all elements whose stiffness C differs from the
+/// stiffness C0 under the patch. N are the shape functions, and u the half-space displacements.
 ///
 /// # Errors
-/// If memory does not suffice.
+/// If memory does not suffice, or the run is cancelled.
 pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut BoundaryTerms) -> Result<()> {
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
@@ -179,13 +180,13 @@ pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut 
     Ok(())
 }
 
-/// Number of quadrature points in elements of another material than `own` (global axes), for forces spread over `patch`.
+/// Number of quadrature points in elements whose stiffness differs from `own` (global axes), for forces spread over `patch`.
 pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &ContactPatch) -> usize {
     let distance = |x: &Point| patch.distance(&patch.local(x));
     elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
 }
 
-/// Elements of another material than `own`.
+/// Elements whose stiffness differs from `own`.
 fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Inclusion<'a>> {
     let (mesh, regions) = (model.mesh(), model.regions());
     let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), own);
@@ -244,8 +245,8 @@ fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, V
 mod tests {
     use super::*;
 
-    /// Truth: volumes of cells with straight edges, and the integrated gradient of a linear field, without and with subdivision
-    /// towards a point.
+    /// Truth: the weights of the quadrature points sum to the volume of the element. The mean of the integrated gradient of a
+    /// linear field is its slope, without and with subdivision towards a corner.
     #[test]
     fn volumes_of_all_kinds() {
         let volumes = [

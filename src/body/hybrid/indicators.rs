@@ -22,7 +22,7 @@ pub const MAX_ASYMMETRY: f64 = 1e-3;
 /// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise. Tractions on the curved
 /// faces are not integrated.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest difference of the two evaluations, over the mean displacement.
+/// Largest difference between the correction by Betti's theorem and at the mesh nodes, over the mean displacement.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
 /// Largest estimated mesh error, over the mean displacement.
 pub const MAX_MESH_ERROR: f64 = 0.1;
@@ -30,9 +30,9 @@ pub const MAX_MESH_ERROR: f64 = 0.1;
 pub const MESH_ERROR_WARNING: f64 = 0.02;
 /// Largest error of the table of point forces.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
-/// Largest share of the highest polynomials in the operator.
+/// Largest [`Indicators::tail`] with which a correction is used.
 pub const MAX_TAIL: f64 = 1e-2;
-/// Share of the highest polynomials in the operator above which more nodes are used.
+/// Value of [`Indicators::tail`] above which more nodes are used.
 pub const TARGET_TAIL: f64 = 2e-3;
 
 /// Quality of a correction, judged without a reference solution.
@@ -48,12 +48,12 @@ pub struct Indicators {
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
-    /// Difference of the mean displacement under uniform tractions between Betti's evaluation and that at the mesh nodes. It
-    /// measures the error of the latter.
+    /// Difference of the mean displacement under uniform tractions between the correction by Betti's theorem and at the mesh nodes,
+    /// over the mean. It measures the error of the correction at the mesh nodes.
     pub direct_difference: f64,
-    /// Estimated error of the mean displacement under uniform tractions, from finite-element and recovered stress.
+    /// Estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
-    /// Share of the highest-degree polynomials in the operator.
+    /// Norm of the correction's Chebyshev coefficients of the highest degree over the norm of all its coefficients, times `share`.
     pub tail: f64,
     /// Norm of the correction over the norm of the half-space operator.
     pub share: f64,
@@ -66,7 +66,7 @@ pub(super) struct PatchCorrection<'a> {
     /// Matrices by Betti's theorem (`matrix`) and at the mesh nodes (`direct`).
     pub matrix: &'a DenseMatrix,
     pub direct: &'a DenseMatrix,
-    /// From [`super::Correction`].
+    /// Imbalance and asymmetry of [`super::Correction`].
     pub imbalance: f64,
     pub asymmetry: f64,
     /// Square of the estimated error, in the energy norm, under forces on the patch.
@@ -74,7 +74,7 @@ pub(super) struct PatchCorrection<'a> {
 }
 
 impl Indicators {
-    /// Computes the indicators of a patch with `m` nodes; `green` is given in its axes.
+    /// Computes the indicators of a patch with `m` nodes along x and y; `green` is given in the axes of the patch.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -154,7 +154,8 @@ impl Indicators {
     }
 }
 
-/// Φᵀ A S Φ of the half-space and Φᵀ A Φ, with components by planes.
+/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ, with components by planes. Φ are the cell means
+/// of the polynomials, A the cell areas.
 fn on_polynomials(
     operator: &FftFlexibility,
     patch: &ContactPatch,
@@ -198,7 +199,7 @@ fn on_polynomials(
 fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     let [x, y] = m.map(Chebyshev::coefficients);
     let nodes = m[0] * m[1];
-    // Coefficient by node, for one component.
+    // Maps the nodal values of one component to its Chebyshev coefficients.
     let single = DMatrix::from_fn(nodes, nodes, |degree, node| {
         x[degree / m[1]][node / m[1]] * y[degree % m[1]][node % m[1]]
     });

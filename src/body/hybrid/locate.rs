@@ -1,4 +1,4 @@
-//! Face of the patch at a point, and its shape functions there.
+//! Search for the mesh face that contains a point of the patch, and interpolation of nodal values there.
 
 use super::forces::PatchForces;
 use super::patch::ContactPatch;
@@ -62,7 +62,7 @@ impl<'a> PatchFaceLocator<'a> {
     }
 }
 
-/// Reference coordinates of a point in the plane of a face; `None` if it lies outside.
+/// Reference coordinates of the point `at` on a face, projected along the patch normal; `None` if the point lies outside the face.
 pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
@@ -108,8 +108,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the inverse map leads back to the point. The face has x = s + 2 s² >= -1/8, y = t: it is folded. Beyond the fold
-    /// nothing is found, and Newton's method for s + 2 s² = x does not converge.
+    /// Truth: the reference coordinates found for a point map back to this point. The face x = s + 2 s², y = t is folded at x =
+    /// -1/8. Points beyond the fold are not on the face, and Newton's method does not converge for them.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

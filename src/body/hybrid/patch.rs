@@ -25,7 +25,7 @@ impl ContactPatch {
         Self { axes: Triad(axes), center, half_width }
     }
 
-    /// Returns the height, of two along the global z, that is farther out of the body.
+    /// Returns `low` or `high`, two global z coordinates: whichever lies farther outside the body.
     pub fn outer_height(&self, low: f64, high: f64) -> f64 {
         if self.axes.normal().z > 0.0 { high } else { low }
     }

@@ -21,7 +21,7 @@ pub(super) struct PatchHalfSpace<'a> {
     pub fit: &'a HalfSpaceFit,
     /// Stiffness, axes of the patch.
     pub stiffness: Stiffness,
-    /// Field of tractions.
+    /// Field under tractions on the surface.
     pub field: HalfSpaceField,
     /// Green's function of the surface.
     pub green: SurfaceGreen,
@@ -97,8 +97,8 @@ pub(super) fn adaptive_correction(
 pub struct AppliedLoadError {
     /// Error of the mean displacement, mm.
     pub mean: f64,
-    /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains where body 2 is free to follow along
-    /// the normal.
+    /// Error of tilt and curvature of the normal displacement over the patch, mm. Unlike the error of the mean, it remains if body
+    /// 2 can move freely along the normal.
     pub shape: f64,
 }
 

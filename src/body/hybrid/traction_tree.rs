@@ -1,10 +1,10 @@
 //! Displacement and its gradient in a half-space under tractions on a grid, by a tree of point forces.
 //!
-//! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes, which
-//! replace it at distances greater than its size. A cell that is closer is subdivided.
+//! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes. These
+//! nodal forces replace the rectangle at points that are far away relative to its longer side. A cell near the point is subdivided.
 //!
-//! On the surface, the tangential derivatives are differences, over one cell, of the closed integrals of nearby cells. They are the
-//! derivatives for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
+//! On the surface, nearby cells are integrated exactly. Their tangential derivatives are differences of the integrals over one
+//! cell: the derivatives for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
 
 use std::sync::LazyLock;
 
@@ -16,13 +16,13 @@ use crate::bem::green_tensor::GreenTensor;
 use crate::bem::half_space::PointForceField;
 use crate::geometry::Point;
 
-/// Nodes along each side of a rectangle.
+/// Number of Chebyshev nodes along each side of a rectangle.
 const NODES_PER_SIDE: usize = 5;
 
 /// Chebyshev nodes on [-1, 1].
 static UNIT_NODES: LazyLock<Chebyshev> = LazyLock::new(|| Chebyshev::new(NODES_PER_SIDE, 1.0));
 
-/// Largest ratio of the longer side of a rectangle to its distance at which its nodes replace it.
+/// Largest ratio of a rectangle's longer side to its distance from a point at which the nodal forces replace the rectangle.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.7;
 
 /// Maximum number of successive subdivisions of a cell.
@@ -60,7 +60,7 @@ struct Layout<'a> {
 }
 
 impl TractionTree {
-    /// Builds the tree of `traction(ix, iy)` (MPa) on `cells` with sides `spacing`, centred on the patch.
+    /// Builds the tree of the tractions `traction(ix, iy)` (MPa) on `cells` with sides `spacing` (mm), centred on the patch.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -71,8 +71,8 @@ impl TractionTree {
         Self { root, spacing }
     }
 
-    /// Displacement and gradient at a point of the half-space, axes of the patch. Down to a depth of half a cell, the gradient is
-    /// interpolated linearly between the surface and this depth.
+    /// Displacement and gradient at a point of the half-space, axes of the patch. Down to a depth of half the shorter cell side,
+    /// the gradient is interpolated linearly between the surface and this depth.
     pub fn at(&self, x: &Point, field: &HalfSpaceField) -> LocalDisplacement {
         let mut sum = LocalDisplacement::default();
         let Some(root) = &self.root else { return sum };
@@ -209,7 +209,7 @@ impl CellCluster {
         Self { middle, half, forces, children }
     }
 
-    /// Calls `with` for each point force that represents the cluster at `x`.
+    /// Calls `with` for each point force that represents the cluster as seen from `x`, and for the field of this force at `x`.
     fn for_each_force(
         &self,
         x: &Point,
@@ -226,7 +226,7 @@ impl CellCluster {
         }
     }
 
-    /// As [`Self::for_each_force`] at a point of the surface, but passes near cells whole.
+    /// As [`Self::for_each_force`] at a point `x` of the surface, but passes each nearby cell to `with` without subdivision.
     fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(SurfaceSource)) {
         if self.is_far(x) {
             self.for_each_own_force(x, &field.point_force, &mut |point, force| {
@@ -266,7 +266,7 @@ impl CellCluster {
         }
     }
 
-    /// Calls `with` for the forces of a cell or, if `x` is near, of its quarters, which have the same traction.
+    /// Calls `with` for the nodal forces of a cell. If `x` is near, recursively divides the cell into quarters with its traction.
     fn for_each_subcell_force(
         &self,
         x: &Point,
@@ -303,8 +303,9 @@ mod tests {
         (stiffness.voigt() * crate::material::strain_of_gradient(gradient)).into()
     }
 
-    /// Truth: Hertz's stress on the surface of an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and 3.43). The error
-    /// decreases with the cell size, at the edge of the contact with its square root.
+    /// Truth: the surface stress under Hertz's pressure on an isotropic half-space equals its closed form (Johnson, Contact
+    /// Mechanics, eqs. 3.42 and 3.43). The error decreases with the cell size, at the edge of the contact with the square root of
+    /// the cell size.
     #[test]
     fn surface_under_hertz_pressure() {
         let nu = 0.3;
@@ -349,7 +350,8 @@ mod tests {
         }
     }
 
-    /// Truth: derivatives inside converge to the surface derivatives at zero depth; the surface stress gives the cell tractions.
+    /// Truth: the surface gradient equals the gradients at small depths, extrapolated to zero depth. The surface stresses xz, yz
+    /// and zz equal the given tractions.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);
@@ -376,7 +378,8 @@ mod tests {
         }
     }
 
-    /// Truth: on the loaded surface, the closed integrals over the cells; at depth, sums over many point forces.
+    /// Truth: the surface displacement is the sum of the exact integrals over the cells. At depth, displacement and z-derivative
+    /// equal sums over many point forces in each cell.
     #[test]
     fn sums_of_point_forces() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -1,12 +1,13 @@
-//! Equilibrium of rigid motions: finds the motions along which a force is prescribed or a body is unconstrained.
+//! Force balance: finds the unknown rigid motions along which a force is prescribed or a body is unconstrained.
 //!
-//! The motion ρ is the Lagrange multiplier of the projection. P = proj(P* - D R ρ) must do the work F on each motion, Σ A R·P = F
-//! (docs/theory-coupling.md).
+//! The motion ρ is the Lagrange multiplier of the projection P = proj(P* - D R ρ). P* are the tractions before the projection, D
+//! the step sizes, R the gaps per unit motion. The tractions must do the prescribed work F on each motion, Σ A R·P = F with cell
+//! areas A (docs/theory-contact.md).
 //!
 //! For given friction radii the projection acts on a convex set, and ρ minimises a convex potential by damped Newton steps. The
 //! potential is piecewise quadratic in the pressures and Huber's function in the tangential tractions. The radii are the computed
 //! pressures, so a few minimisations follow one another. If the pressures do not depend on the tangential tractions, as on flat
-//! frames, the second one is exact.
+//! frames, the second minimisation is exact.
 
 mod potential;
 
@@ -15,8 +16,8 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 use super::scales::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
-/// Largest number of additional rigid modes of an increment. They are the six modes of one unconstrained body, six modes
-/// distributed over two bodies, or three rotations.
+/// Largest number of additional rigid modes of an increment. These are at most six modes of unconstrained bodies, or three
+/// rotations of body 2.
 pub const MAX_RIGID_MODES: usize = 6;
 
 /// Number of components of a relative rigid motion: along the frame's x, y, n, then the additional modes.
@@ -25,14 +26,14 @@ pub const MOTION_COMPONENTS: usize = 3 + MAX_RIGID_MODES;
 /// Relative rigid motion, by components.
 pub type RigidMotion = [f64; MOTION_COMPONENTS];
 
-/// Values by motion; values beyond the number of motions are zero.
+/// One value per unknown motion; further values are zero.
 type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
-/// Eigenvalue below which a combination of motions counts as unresisted, because it moves no cell. The motions are scaled to unit
-/// mean square gap.
+/// Eigenvalue of the Gram matrix of the gaps below which a combination of motions counts as unresisted. The motions are scaled to
+/// unit mean square gap.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Ratio of the load's work on an unresisted motion to the largest work. Smaller works count as rounding errors.
+/// A load's work on an unresisted motion counts as rounding error up to this ratio to the largest work of the loads.
 const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
@@ -69,12 +70,12 @@ enum FrictionBound<'a> {
     Saturated(&'a [f64], MotionValues),
 }
 
-/// Unknown motion, and the work that the tractions must do on it.
+/// Unknown motion, and the work that the tractions must do on this motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceConstraint {
     /// Unknown motion.
     pub motion: RigidMotion,
-    /// Prescribed work Σ A P·(gap per unit of the motion).
+    /// Prescribed work Σ A P·(gap per unit of the motion), with cell areas A and tractions P on body 2.
     pub work: f64,
 }
 
@@ -102,7 +103,7 @@ pub struct Balance {
     /// Number of unknown motions m.
     n: usize,
     motions: Vec<RigidMotion>,
-    /// Scaled gap per unit of each motion, by cell: `[N, m]` of (1, 2, n).
+    /// Scaled gap per unit of each motion, by cell: `[N, m]` of components along friction axes 1, 2 and the normal.
     columns: Vec<[f64; 3]>,
     target_work: MotionValues,
     /// Motions without resistance and without load. They keep their values.
@@ -262,7 +263,7 @@ impl Balance {
         if defect == 0.0 { 0.0 } else { defect / size }
     }
 
-    /// Projects onto the tractions that do the prescribed works, writes them to `out`, and returns the multiplier motion. Also
+    /// Projects a predictor onto the tractions that do the prescribed works, writes them to `out`, and returns the motion ρ. Also
     /// returns how equilibrium is lost, if no motion balances the works. Does not allocate.
     pub(super) fn project(
         &self,
@@ -283,7 +284,7 @@ impl Balance {
                 Err(direction) => Some(self.failure(cells, radii, &direction)),
             };
             if let Some((direction, failure)) = failure {
-                // Balance the loads that remain across the unresisted motion.
+                // Balance the loads on motions orthogonal to the unresisted motion.
                 rho = MotionValues::zeros();
                 if self.minimise(cells, from, FrictionBound::Saturated(radii, direction), &mut rho).is_err() {
                     rho = MotionValues::zeros();

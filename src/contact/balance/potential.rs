@@ -11,8 +11,8 @@ use super::{
 /// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// Relative defect of the works above which the end of Newton's method counts as a loss of equilibrium. Smaller defects are
-/// rounding errors.
+/// Largest relative defect of the works at the end of Newton's method that counts as rounding error; a larger one is a loss of
+/// equilibrium. Also the smallest relative eigenvalue of motions that change normal gaps.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
@@ -22,7 +22,7 @@ struct PotentialValue {
     potential: f64,
     gradient: MotionValues,
     hessian: Matrix,
-    /// Σ A |column·P|, the scale of the gradient.
+    /// Norm of the prescribed works plus Σ A |R·P|, the scale of the gradient.
     size: f64,
 }
 
@@ -31,8 +31,8 @@ impl Balance {
     /// change normal gaps and are orthogonal to the sliding motion.
     ///
     /// # Errors
-    /// A direction along which the potential is unbounded below: no motion gives the prescribed work with these radii. If the work
-    /// still differs from the prescribed work, the last Newton direction.
+    /// A direction along which the potential is unbounded below: no motion gives the prescribed works with these radii. Or the last
+    /// Newton direction, if the works at the end still differ from the prescribed works.
     pub(super) fn minimise(
         &self,
         cells: BalanceCells,
@@ -184,8 +184,8 @@ impl Balance {
         }
     }
 
-    /// Returns the potential of a predictor, the traction, and its derivatives. The potential is Huber's function, or the work of a
-    /// given traction.
+    /// Returns the potential of the predictor `star` in a cell, its gradient (the traction), and the derivatives of the traction.
+    /// The potential is Huber's function; for a constant traction it is the product of traction and predictor.
     fn tangential(
         &self,
         cell: usize,
@@ -197,7 +197,7 @@ impl Balance {
             FrictionBound::Stick => f64::INFINITY,
             FrictionBound::Radius(radii) => radii[cell],
             FrictionBound::Saturated(radii, direction) => {
-                // Work of a constant traction.
+                // The traction does not depend on the predictor.
                 let q = self.limit(cell, radii[cell], &direction);
                 return (q[0] * star[0] + q[1] * star[1], q, [[0.0; 2]; 2]);
             }

@@ -1,8 +1,9 @@
 //! Projected gradient with Barzilai-Borwein steps, one step size for the normal and one for the tangential block
 //! (docs/theory-contact.md).
 //!
-//! The step sizes alternate between s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max. The iteration is nonmonotone and keeps
-//! the best state.
+//! The step sizes alternate between s·s / s·y and s·y / y·y. s is the change of the scaled tractions, y the change of the gradient.
+//! Step sizes are clipped to [1, 1000] / λ_max, with λ_max the largest eigenvalue of the block. The iteration is nonmonotone and
+//! keeps the best state.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -18,8 +19,7 @@ struct BarzilaiBorweinRule {
     use_long_step: bool,
 }
 
-/// Products s·s, s·y and y·y in the area-weighted inner product, over the planes `planes` of every path point. s is the change of
-/// the scaled tractions, y the change of the gradient.
+/// Products s·s, s·y and y·y in the area-weighted inner product, over the components `planes` of every path point.
 fn products(
     problem: &Increment,
     old: &ContactState,

@@ -1,10 +1,11 @@
 //! Projected conjugate gradients for pressures alone.
 //!
-//! Minimises the energy ½ pᵀ A S p + g₀ᵀ A p over p >= 0. Under a prescribed force the sum of A p is fixed.
+//! Minimises the energy ½ pᵀ A S p + g₀ᵀ A p over pressures p >= 0, with cell areas A, normal flexibility S and gap g₀ at zero
+//! pressure. Under a prescribed force the sum of A p is fixed.
 //!
-//! Each step minimises along a direction that is conjugate on the cells in contact. Negative pressures are set to zero, and their
-//! cells leave the contact. Cells with overlap enter it. The residual is preconditioned with the approximate inverse of the
-//! operator, or with the diagonal if the operator has no inverse.
+//! Each step minimises along a direction that is conjugate to the previous one on the cells in contact. Negative pressures are set
+//! to zero, and their cells leave the contact. Cells with overlap enter the contact. The residual is preconditioned with the
+//! approximate inverse of S, or with its diagonal if S has no approximate inverse.
 //!
 //! # Source
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
@@ -18,7 +19,7 @@ use super::{SolveControl, SolveReport};
 /// Number of iterations without a new best residual after which the method stops and the next method of the sequence continues.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
-/// Factor on the length of a step whose cut raised the energy, and largest number of trial lengths.
+/// Factor on the step length if the cut of negative pressures raised the energy, and largest number of trial lengths.
 const BACKTRACK_FACTOR: f64 = 0.25;
 const MAX_BACKTRACKS: usize = 8;
 
@@ -33,7 +34,7 @@ pub(super) fn is_applicable(problem: &Increment) -> bool {
 
 /// Vectors over the cells, `[N]`.
 struct CgWorkspace {
-    /// Cells with pressure or overlap.
+    /// Whether a cell carries pressure or overlaps.
     active: Vec<bool>,
     /// Negative gap of the active cells, zero elsewhere.
     residual: Vec<f64>,
@@ -44,7 +45,7 @@ struct CgWorkspace {
     image: Vec<f64>,
     pressures_before: Vec<f64>,
     elastic_before: Vec<f64>,
-    /// Preconditioned product of the previous residual with itself; `None` at a restart.
+    /// Product of the previous residual with its preconditioned value; `None` at a restart.
     product_before: Option<f64>,
 }
 
@@ -72,7 +73,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     let mut report = SolveReport { applications: 2, ..SolveReport::default() };
     start(problem, it);
     let mut best = (f64::INFINITY, 0);
-    // Whether S p was computed from the pressures themselves, and not by updates.
+    // Whether S p was computed from the pressures and not by updates.
     let mut fresh = true;
     loop {
         let mut residual = update_active_set(problem, it, &mut work);
@@ -111,8 +112,8 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     }
 }
 
-/// Sets and evaluates the initial pressures: the pressures of `it`, or one projected gradient step from zero tractions. Then scales
-/// them to the prescribed force or, from zero under a given approach, to the least energy.
+/// Sets and evaluates the initial pressures: the pressures of `it`, or one projected gradient step from zero tractions. A factor
+/// then scales them to the prescribed force. Under a given approach, a start from zero is scaled to the least energy.
 fn start(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     let normal = 2 * n..3 * n;
@@ -186,7 +187,7 @@ fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWo
 struct CgStep {
     /// Number of products with S.
     products: usize,
-    /// Whether pressures were cut, so that S p was computed again.
+    /// Whether negative pressures were set to zero, so that S p was computed again.
     cut: bool,
 }
 
@@ -240,8 +241,8 @@ fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     cut
 }
 
-/// Applies S to pressures that were cut after a step of `length`. Shortens the step while the cut raises the energy. Returns the
-/// number of products with S.
+/// Applies S to the pressures after a step of `length` in which negative pressures were set to zero. Shortens the step while this
+/// cut raises the energy. Returns the number of products with S.
 fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace, length: f64) -> usize {
     let (normal, mut length) = (2 * problem.n().., length);
     work.elastic_before.copy_from_slice(&it.elastic[normal.clone()]);
@@ -271,7 +272,8 @@ fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace,
     MAX_BACKTRACKS
 }
 
-/// Sets `values` to zero outside the active cells. Under a prescribed force (`held`), also subtracts their area-weighted mean.
+/// Sets `values` to zero outside the active cells. Under a prescribed force (`held`), also subtracts the area-weighted mean over
+/// the active cells.
 fn restrict(values: &mut [f64], active: &[bool], areas: &[f64], held: bool) {
     values.iter_mut().zip(active).filter(|(_, active)| !**active).for_each(|(value, _)| *value = 0.0);
     if !held {

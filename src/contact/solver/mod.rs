@@ -72,7 +72,7 @@ impl<'a> SolveControl<'a> {
         Self { options, iterations_before: 0, watch }
     }
 
-    /// Control of the remaining solve after `iterations` iterations of the current stage.
+    /// Control for the rest of the solve after `iterations` iterations of the current stage.
     fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
         let max_iterations = self.options.max_iterations.saturating_sub(iterations);
         SolveControl {
@@ -133,7 +133,8 @@ impl IncrementSolver {
     }
 }
 
-/// Solvers in the order in which they are tried. Each continues from the state at which the solver before it stopped gaining.
+/// Solvers in the order in which they are tried. Each solver continues from the state at which the previous solver stopped making
+/// progress.
 fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> {
     use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, Newton, Uzawa};
     match method {

@@ -1,7 +1,7 @@
 //! Solves for the pressures first and for the tangential tractions afterwards.
 //!
 //! Applies to pairs of bodies whose normal and tangential problems do not couple: equal bodies, or incompressible bodies on rigid
-//! ones. The pressure iterations cost one product with the normal part each. The tangential equations then have a given friction
+//! bodies. Each pressure iteration costs one product with the normal part. The tangential equations then have a given friction
 //! limit in every cell. They have two components instead of three, in the cells in contact only.
 //!
 //! # Source

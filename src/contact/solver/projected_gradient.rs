@@ -1,4 +1,5 @@
-//! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the step sizes a from a [`StepRule`].
+//! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the gradient ĝ and step sizes a of a
+//! [`StepRule`].
 
 use super::super::balance::StepSizes;
 use super::super::projection::{Equilibrium, RigidMotions, project};
@@ -11,18 +12,18 @@ pub(super) trait StepRule {
     fn first(&self) -> StepSizes;
     /// Step sizes after the iterate changed from `old` to `new`.
     fn next(&mut self, problem: &Increment, old: &ContactState, new: &ContactState) -> StepSizes;
-    /// Step sizes after a restart. Called when the iteration returns to its best state because the residual stopped decreasing.
+    /// Step sizes after the iteration has returned to its best state, because the residual stopped decreasing.
     fn restart(&mut self) -> StepSizes;
 }
 
-/// Number of consecutive iterations without equilibrium after which the solve ends, whatever the pressures.
+/// Number of consecutive iterations without equilibrium after which the solve ends, even if the pressures have not converged.
 const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
 
 /// Number of iterations without a new best residual after which the iteration returns to its best state.
 const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 
 /// Evaluates the state. Returns `factor` divided by upper bounds on the eigenvalues of the normal and tangential blocks of the
-/// increment. The bounds include the diagonal of the wear and the coupling of two path points.
+/// increment. The bounds include the diagonal of the wear and the coupling of the path points.
 pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
     problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
@@ -60,7 +61,7 @@ pub(super) fn run_projected_gradient(
             report.stop = StopReason::NotFinite;
             break;
         }
-        // A sliding state is compared by its normal residual alone and ranks after every state in equilibrium.
+        // A state without equilibrium is compared by its normal residual alone. The added 1 ranks it after states in equilibrium.
         let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
         let measure = if sliding.is_some() { 1.0 + normal } else { residual };
         lost = if sliding.is_some() && balances { lost + 1 } else { 0 };
@@ -130,7 +131,7 @@ impl BestState {
     }
 }
 
-/// Returns why the iteration ends: converged, or no equilibrium at converged pressures. `None` if it continues.
+/// Returns why the iteration ends: convergence, or loss of equilibrium at converged pressures. `None` if it continues.
 fn stop_reason(
     it: &ContactState,
     tolerance: f64,

@@ -7,7 +7,7 @@ use super::super::balance::LossOfEquilibrium;
 pub enum StopReason {
     /// The natural residual met the tolerance.
     Converged,
-    /// The iteration limit was reached, or the solver stopped gaining.
+    /// The iteration limit was reached, or the solver stopped making progress.
     Iterations,
     /// No equilibrium: the tangential force exceeds the friction limit.
     GrossSliding,
@@ -34,7 +34,7 @@ pub struct SolveReport {
     pub applications: usize,
     /// How equilibrium was lost, if the solve ended for this reason.
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
-    /// Name of the method, preceded by the methods tried before it and the reason why each ended.
+    /// Name of the method. Names of methods tried before precede it, each with the reason why it ended.
     pub method: String,
 }
 

@@ -1,8 +1,9 @@
 //! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
 //! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
-//! p. In scaled variables the radial return is a clip to the disc of radius p. The steps r = 1.8 / λ_max are constant. The
-//! convergence rate is 1 - O(h/L), so the method is slow on fine frames.
+//! p. M = diag(μ1, μ2) and |q|_μ = |M⁻¹ q|. In scaled variables the radial return is a clip to the disc of radius p. The steps r =
+//! 1.8 / λ_max are constant. The convergence rate is 1 - O(h/L) with cell side h and frame size L, so the method is slow on fine
+//! frames.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -22,7 +23,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// If the relaxation factor is unstable, the iteration gains nothing. The factor is then halved.
+    /// Halves the step sizes. If they are unstable, the residual stops decreasing, and the iteration restarts.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;

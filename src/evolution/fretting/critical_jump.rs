@@ -1,5 +1,5 @@
-//! Longest stable explicit jump (docs/theory-wear.md). For fixed contact area and slip, pressures follow dp/dN = -S_nn⁻¹ D p, with
-//! D the wear depth per pressure and cycle. The limit is ΔN = 2 / λ_max(S_nn⁻¹ D).
+//! Longest stable explicit jump ΔN = 2 / λ_max(S_nn⁻¹ D) (docs/theory-wear.md). For fixed contact area and slip, pressures follow
+//! dp/dN = -S_nn⁻¹ D p. S_nn is the normal flexibility, D the diagonal matrix of wear depth per pressure and cycle.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -11,11 +11,11 @@ use crate::linalg::vector::dot;
 /// Largest number of Lanczos vectors.
 const MAX_LANCZOS_VECTORS: usize = 60;
 
-/// Length of a vector over the first diagonal entry at which the Lanczos process ends.
+/// Norm of the next Lanczos vector, relative to the first diagonal entry, at which the Lanczos process ends.
 const LANCZOS_BREAKDOWN: f64 = 1e-10;
 
 impl Run<'_> {
-    /// Longest stable explicit jump for the path points of a cycle; `None` without wear.
+    /// Longest stable explicit jump for the path points of a cycle, in cycles or mm of sliding; `None` without wear.
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, ends) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(it);
@@ -34,7 +34,7 @@ fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) 
     if cells.is_empty() {
         return None;
     }
-    // In y = (A D)^½ p the problem is symmetric, because A S_nn is.
+    // In y = (A D)^½ p, with the cell areas A, the problem is symmetric, because A S_nn is symmetric.
     let scale: Vec<f64> = cells.iter().map(|&cell| (areas[cell] * wear[cell]).sqrt()).collect();
     let row = operator.grid().map_or(1, |grid| grid[1]);
     let sign = |cell: usize| if (cell / row + cell % row).is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -110,13 +110,14 @@ mod tests {
         }
     }
 
-    /// Truth: smallest eigenvalue of D^-½ S D^-½ by a dense solver, with different areas and wear per cell.
+    /// Truth: the Lanczos result equals the smallest eigenvalue of the symmetric matrix (A/D)^½ K (A/D)^½, S = K A, by a dense
+    /// solver. Areas A and wear D differ between cells.
     #[test]
     fn least_eigenvalue_of_a_dense_operator() {
         let n = 30;
         let areas: Vec<f64> = (0..n).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
         let wear: Vec<f64> = (0..n).map(|i| if i % 7 == 0 { 0.0 } else { 1.0 + 0.05 * i as f64 }).collect();
-        // A S is symmetric: S_ij = A_j K_ij.
+        // A S = A K A is symmetric, because the kernel K is.
         let kernel = |i: usize, j: usize| 1.0 / (1.0 + (i as f64 - j as f64).abs());
         let normal = DMatrix::from_fn(n, n, |i, j| areas[j] * kernel(i, j));
         let operator = Normal(normal);

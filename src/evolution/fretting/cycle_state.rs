@@ -21,11 +21,12 @@ use crate::omitted::OmittableWork;
 /// Slip relative to the amplitude below which a cell counts as sticking.
 const STICK_SLIP_SHARE: f64 = 1e-3;
 
-/// Largest number of cycles without wear, and change of the responses per cycle, over their range, at which they are periodic.
+/// Largest number of cycles without wear before they must be periodic. Responses are periodic if their change per cycle, relative
+/// to their range, is at most the second constant.
 const MAX_SETTLING_CYCLES: usize = 10;
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
-/// Natural residual of strokes that only determine the stick zone.
+/// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
 const STROKE_TOLERANCE: f64 = 1e-6;
 
 /// Path points of a cycle, solved together, and the stick zone.
@@ -34,7 +35,7 @@ pub(in crate::evolution) struct CycleState {
     pub contact: ContactState,
     /// Cells that stick through the whole cycle, `[N]`.
     pub stick_mask: Vec<bool>,
-    /// Tangential gap at which these cells stick, `[2, N]`, mm.
+    /// Tangential gap at which the cells of `stick_mask` stick, `[2, N]`, mm.
     pub stick_gap: Vec<f64>,
     /// Solves, iterations and operator applications that are not in any record yet.
     pub uncharged_work: [usize; 3],
@@ -45,16 +46,16 @@ pub(in crate::evolution) struct CycleState {
 pub(in crate::evolution) struct FrettingPath {
     /// Quantity that follows the path.
     drive: Drive,
-    /// Displacement of body 2 or force on body 1 along x, y at each path point, the + reversal point first.
+    /// Displacement of body 2 (mm) or force on body 1 (N) along x, y at each path point, the + reversal point first.
     path_points: Vec<[f64; 2]>,
-    /// Displacement of body 2 at the start of the step.
+    /// Displacement of body 2 at the start of the step, mm.
     pub center: [f64; 2],
-    /// Force on body 1 at the start of the step.
+    /// Force on body 1 at the start of the step, N.
     center_force: [f64; 2],
 }
 
 impl FrettingPath {
-    /// Path points of a closed path about a displacement and a force.
+    /// Path points of a closed path. Its centre is the displacement `center` or the force `force` at the start of the step.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
         Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
     }
@@ -69,7 +70,8 @@ impl FrettingPath {
         Self { drive, path_points, center, center_force }
     }
 
-    /// The same path in another number of increments, which are shorter in the share `transition` at the start of each stroke.
+    /// The same path with the increments of `closed`. Increments are shorter at the start of each stroke, in the share `transition`
+    /// of the stroke over which slip spreads.
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
     }
@@ -118,7 +120,7 @@ impl FrettingPath {
 }
 
 impl CycleState {
-    /// Path points without tractions; all cells stick.
+    /// Path points with zero tractions; all cells stick.
     pub fn new(n: usize, course: &FrettingPath, rigid: [f64; 3]) -> Self {
         let motions = (0..course.len()).map(|end| {
             let mut rigid = rigid;
@@ -139,7 +141,7 @@ impl CycleState {
         }
     }
 
-    /// Slip reference of all path points.
+    /// Slip reference of all path points of the cycle.
     pub fn slip_reference(&self) -> SlipReference {
         SlipReference::PreviousPoint {
             stick_mask: self.stick_mask.clone(),
@@ -157,7 +159,7 @@ impl CycleState {
         self.uncharged_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
-    /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` or lose contact.
+    /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` (mm) or lose contact.
     fn record_stroke(&mut self, it: &ContactState, end: usize, creep: f64) {
         let n = self.stick_mask.len();
         let planes = end * 3 * n..(end + 1) * 3 * n;
@@ -171,7 +173,7 @@ impl CycleState {
         self.stick_gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
-    /// Half of the largest distance between two path points.
+    /// Half of the largest distance between two path points, mm.
     fn amplitude(&self) -> f64 {
         let rigid = &self.contact.rigid_motion;
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
@@ -214,7 +216,8 @@ impl CycleState {
     }
 }
 
-/// Returns whether the responses at the path points equal the responses in the previous cycle.
+/// Returns whether the responses at the path points equal the responses in the previous cycle, within `PERIODIC_TOLERANCE` of their
+/// range.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
@@ -265,7 +268,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Responses at the path points: forces where displacements are prescribed, displacements where forces are.
+    /// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
     pub(in crate::evolution) fn responses_at_path_points(
         &self,
         ring: &CycleState,
@@ -283,7 +286,8 @@ impl Run<'_> {
         (0..course.len()).map(at).collect()
     }
 
-    /// Solves one increment without wear for a given rigid motion or given loads, and updates the state of the run.
+    /// Solves one increment without wear and updates the state of the run. `rigid`: prescribed motions, and initial guess of
+    /// unknown motions.
     pub(super) fn advance_stroke(
         &mut self,
         loads: PrescribedLoads,
@@ -376,7 +380,7 @@ impl Run<'_> {
         Ok(sum)
     }
 
-    /// Path points of a cycle; the slip of each is measured from the one before.
+    /// Path points of a cycle; slip at each path point is measured from the previous path point.
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.

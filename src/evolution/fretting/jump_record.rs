@@ -29,7 +29,7 @@ impl Run<'_> {
             OperatorCheck::Skip,
         );
         drop(problem);
-        // The remaining pressures are rounding errors of the gap: the residual refers to the initial pressures.
+        // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
         self.commit_jump((cycling, &jump), (length, 0, clock))
@@ -135,8 +135,8 @@ impl Run<'_> {
         self.deliver(record, fields)
     }
 
-    /// Warns if cycles with an inherited spin moment do not converge. With full slip the moment of friction reverses between the
-    /// strokes, so it cannot balance a constant spin moment.
+    /// Warns if cycles under a spin moment from an earlier step do not converge. With full slip the friction moment reverses in
+    /// every stroke, so it cannot balance a constant moment.
     pub(super) fn warn_of_spin_moment(&mut self) {
         let Spin::Moment(moment) = self.controls.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {

@@ -15,20 +15,20 @@ use crate::evolution::step::{ClosedPath, CycleMotion};
 /// Least number of increments per stroke.
 const MIN_LOOP_INCREMENTS: usize = 16;
 
-/// Number of cycles until the loop no longer depends on its initial state. The last one is reported.
+/// Number of cycles until the loop no longer depends on its initial state. Only the last cycle is reported.
 const LOOP_CYCLES: usize = 2;
 
 /// Slip reference and initial guess of the next increment.
 #[derive(Clone)]
 pub(super) struct IncrementStart {
-    /// Tangential gap, `[2, N]`, mm.
+    /// Tangential gap from which slip is measured, `[2, N]`, mm.
     pub reference: Vec<f64>,
-    /// Tractions and motions.
+    /// Tractions and motions from which the iterations start.
     pub it: ContactState,
 }
 
 impl IncrementStart {
-    /// Start at a path point of a cycle that was solved and evaluated.
+    /// Start at the path point `end` of a cycle whose state is evaluated.
     pub fn at_path_point(ring: &ContactState, end: usize) -> Self {
         let n = ring.wear_rate.len();
         let mut it = ContactState::new(n, vec![ring.rigid_motion[end]]);
@@ -39,7 +39,7 @@ impl IncrementStart {
 }
 
 impl Run<'_> {
-    /// Solves one increment of a cycle at a wear depth (`[N]`, mm), from `place` to a path point of `course`.
+    /// Solves one increment of a cycle at the wear depth `worn` (`[N]`, mm), from `place` to the path point `end` of `course`.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -62,7 +62,7 @@ impl Run<'_> {
         Ok((IncrementStart { reference, it }, report, checks))
     }
 
-    /// Resolves the cycle at the current wear depth and records its loop. Nothing else changes.
+    /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
     ///
     /// # Errors
     /// If a body cannot be solved.

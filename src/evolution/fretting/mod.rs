@@ -1,5 +1,6 @@
-//! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles. Jumps integrate dw/dN = F(w), F = Σ p|s|_i
-//! over the increments of a cycle. State of a step: [`wear_step::WearStepState`], of a cycle: [`cycle_state::CycleState`].
+//! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles. Jumps integrate dw/dN = F(w) with wear depth
+//! w and number of cycles N. F = Σ p|s|_i sums pressure times slip over the increments of a cycle; the norm |s|_i contains the
+//! specific wear rates. [`wear_step::WearStepState`] is the state of a step, [`cycle_state::CycleState`] of a cycle.
 
 mod critical_jump;
 pub(super) mod cycle_state;

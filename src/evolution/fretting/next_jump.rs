@@ -15,15 +15,16 @@ use crate::geometry::format_short;
 /// Wear depth over the approach below which errors are negligible.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
 
-/// Largest change of the radius of contact or stick zone in a controlled jump: in cells, or as a share of the contact radius.
+/// Largest growth of the contact radius, and largest change of the stick-zone radius, in a controlled jump. The larger of the two
+/// limits counts: a number of cells, or a share of the contact radius.
 const MAX_RADIUS_GROWTH_CELLS: f64 = 2.0;
 const MAX_RADIUS_GROWTH_SHARE: f64 = 0.05;
 
-/// Length of controlled explicit jumps over the longest stable jump, at most.
+/// Largest length of controlled explicit jumps, relative to the longest stable jump.
 const EXPLICIT_LENGTH_SHARE: f64 = 0.9;
 
-/// Ratio of the largest pressure to that at the start of the step below which wear at a fixed approach has ended. The remaining
-/// overlap has the same ratio, and smaller pressures vanish in the rounding of the gap.
+/// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. The
+/// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
 const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
 
 /// Largest number of trials of a controlled jump that are rejected.
@@ -34,9 +35,9 @@ const MAX_TRIAL_ITERATIONS: usize = 2000;
 
 /// Reason to repeat a controlled jump with a shorter length.
 enum Rejection {
-    /// Ratio of estimated to allowed error.
+    /// The estimated error exceeds the allowed error by this ratio.
     Error(f64),
-    /// The jump did not converge, lost the contact or changed it too much.
+    /// The jump did not converge, lost contact or changed the radius of the contact or stick zone too much.
     Other,
 }
 
@@ -101,7 +102,7 @@ impl Run<'_> {
                 self.stop_at_frame_edge(cycling, &jump, length);
                 return Ok(());
             }
-            // The first strokes and rejected jumps have no record of their own.
+            // The first strokes and rejected jumps have no record of their own: this jump reports their work.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
             jump.charge_work(std::mem::take(&mut self.discarded_work));
             self.warn_of_unstable(cycling, length);
@@ -124,7 +125,8 @@ impl Run<'_> {
             && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
     }
 
-    /// Warns, once per step, of a jump accepted after [`MAX_TRIALS`] longer ones with `ratio` times the allowed error.
+    /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after [`MAX_TRIALS`] longer trials were
+    /// rejected.
     fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
         let begin =
             format!("step \"{}\": after {MAX_TRIALS} rejected longer trials a jump", self.step().name);
@@ -161,7 +163,7 @@ impl Run<'_> {
         let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
             return Ok(());
         };
-        // Jumps over closed paths have whole cycles.
+        // Jumps over closed paths consist of whole cycles.
         let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
         let (mean, limit) = (cycles.count / jumps as f64, critical * (1.0 + 1e-9));
         let (length, longest) = if whole { (mean.ceil(), limit.floor()) } else { (mean, limit) };
@@ -223,7 +225,8 @@ impl Run<'_> {
         (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
     }
 
-    /// Radii of circles with the area of the contact at any path point, and of the cells in contact that stick through the cycle.
+    /// Radii of circles with the areas of two sets of cells: in contact at any path point, and in contact but sticking through the
+    /// cycle.
     fn contact_and_stick_radius(&self, cycling: &WearStepState) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&cycling.cycle.contact);
@@ -235,14 +238,14 @@ impl Run<'_> {
 }
 
 impl WearStepState {
-    /// Largest pressure at any path point.
+    /// Largest pressure at any path point, MPa.
     pub(super) fn peak_pressure(&self) -> f64 {
         let n = self.wear_rate.len();
         let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
         pressures.copied().fold(0.0, f64::max)
     }
 
-    /// Length of the next jump, and the shortest possible length.
+    /// Length of the next jump, and shortest possible length: cycles, or mm of sliding.
     fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
         let whole = matches!(self.slip_source, SlipSource::ClosedPath(_));
         match cycles.jumps {

@@ -1,5 +1,5 @@
 //! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). They give factors on the wear that follows
-//! from the slip between the coupled path points. A cycle is resolved again only when that slip has changed.
+//! from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force has changed.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,29 +18,31 @@ use crate::frame::grid::extend_field;
 /// Largest number of increments per stroke, unless four times the coupled increments are more.
 const MAX_STROKE_INCREMENTS: usize = 64;
 
-/// Wear volume that remains to change until the tractions are steady, over the last change of the wear volume of a stroke.
+/// Estimated change of the wear volume until the tractions are steady, relative to its change from one cycle to the next.
 const DRIFT_ERROR_FACTOR: f64 = 4.0;
 
 /// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
 const MIN_REFINEMENT: usize = 4;
 
-/// Refinement from a first resolved cycle to a second one. The coupled cycle is left uncorrected only if both agree with it.
+/// Ratio of the increments of a second resolved cycle to the increments of the first. The coupled cycle stays uncorrected only if
+/// its wear volume agrees with both resolved cycles.
 const CONFIRMING_REFINEMENT: usize = 4;
 
 /// Largest relative change of the tangential force at a reversal point by the last refinement. Measured with a pin that slides at
-/// 15 to 75 degrees to the fibre: with 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too small.
+/// 15 to 75 degrees to the fibre. With 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too small.
 const MAX_FORCE_CHANGE: f64 = 0.01;
 
 /// Relative difference between the tangential forces of prescribed increments and of the resolved cycle that triggers a warning.
 const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
 
-/// Wear of a cell relative to the largest, both by the coupled path points, below which its own factor is not used.
+/// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from the
+/// coupled path points.
 const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
 
 /// Largest factor on the wear of a cell.
 const MAX_WEAR_FACTOR: f64 = 4.0;
 
-/// Smallest share of a stroke that its first increment takes.
+/// Lower bound on the share of a stroke in which slip spreads over the contact.
 const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
 /// Largest relative change of a factor by extrapolation to the middle of a jump.
@@ -58,31 +60,31 @@ const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 /// Resolved cycle in comparison with the coupled path points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::evolution) struct ResolvedCycle {
-    /// Whether the factors correct the wear. If not, all factors are 1 and the cycle only measures the error.
+    /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
     pub corrects: bool,
     /// Wear by the resolved cycle over wear by the coupled path points, extrapolated to the middle of the next jump, `[N]`.
     pub factors: Vec<f64>,
     /// Factors at the resolved cycle, `[N]`.
     measured_factors: Vec<f64>,
-    /// Change of the factors per cycle since the resolved cycle before, `[N]`.
+    /// Change of the factors per cycle between the previous resolved cycle and this one, `[N]`.
     factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
     at_cycle: f64,
-    /// Dissipation of the resolved cycle over the dissipation of the coupled path points.
+    /// Dissipation of the resolved cycle over the dissipation of the coupled path points; 1 without correction.
     pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
-    /// Whether no jump has followed yet.
+    /// Whether no jump has followed this resolved cycle yet.
     pub is_new: bool,
-    /// Slip between the coupled path points at that time, `[E, 2, N]`, mm.
+    /// Slip between the coupled path points when the cycle was resolved, `[E, 2, N]` for E path points, mm.
     slip: Vec<f64>,
-    /// Ratio of elastic lag to slip at that time.
+    /// Ratio of elastic lag to slip when the cycle was resolved.
     lag_ratio: f64,
-    /// Whether the whole contact slid at that time.
+    /// Whether the whole contact slid when the cycle was resolved.
     full_slip: bool,
-    /// Mean normal force at the reversal points at that time, N.
+    /// Mean normal force at the reversal points when the cycle was resolved, N.
     normal_force: f64,
-    /// Wear depth at that time, `[N]`, mm.
+    /// Wear depth when the cycle was resolved, `[N]`, mm.
     wear_depth: Vec<f64>,
     /// Remaining error of the wear per cycle, `[N]`: relative to the cell's wear if it is corrected, else per wear volume, 1/mm2.
     remaining_error: Vec<f64>,
@@ -137,7 +139,7 @@ impl ReversalCorrection {
 struct CycleWear {
     /// Wear depth per cycle, `[N]`, mm.
     rate: Vec<f64>,
-    /// Dissipation per cycle.
+    /// Dissipation per cycle, N mm.
     power: f64,
     /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle before, mm3; 0 for steady tractions.
     drift: f64,
@@ -146,7 +148,7 @@ struct CycleWear {
 }
 
 impl CycleWear {
-    /// Relative change of the tangential force from `other`, the larger of both reversal points.
+    /// Relative change of the tangential force from `other`; the larger change at the two reversal points.
     fn force_change(&self, other: &Self) -> f64 {
         let change = |(now, before): (&Resultants, &Resultants)| {
             let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
@@ -156,7 +158,8 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// First-order extrapolation of the wear from a coarser cycle and this one; `ratio` of the numbers of increments.
+    /// First-order extrapolation of the wear from a coarser cycle and this one. `ratio`: increments of this cycle over increments
+    /// of the coarser cycle.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -164,14 +167,15 @@ impl CycleWear {
     }
 }
 
-/// Wear of a cycle that further increments change little.
+/// Resolved cycle whose wear changes little with more increments.
 struct RefinedCycle {
     wear: CycleWear,
-    /// Relative change by the last refinement, `[N]`.
+    /// Relative change of the wear by the last refinement, `[N]`.
     change: Vec<f64>,
     /// Increments per stroke.
     increments: usize,
-    /// Whether the wear volumes of the coupled cycle, this cycle and one in a quarter of its increments agree within the tolerance.
+    /// Whether the wear volumes of three cycles agree within the tolerance: the coupled cycle, this cycle and a coarser resolved
+    /// cycle.
     agrees_with_ends: bool,
 }
 
@@ -180,12 +184,12 @@ fn mean_normal_force(reversals: &[Resultants; 2]) -> f64 {
     0.5 * (reversals[0].normal_force + reversals[1].normal_force)
 }
 
-/// Slip of a cycle between its coupled path points.
+/// Slip of a cycle between its coupled path points. The elastic lag of a cell is the motion of body 2 minus the slip.
 #[derive(Clone, Copy)]
 struct CycleSlip {
     /// Whether every cell slips on the stroke to each path point at which it carries pressure.
     full_slip: bool,
-    /// Largest elastic lag of a cell over the motion of body 2: the share of a stroke in which slip spreads over the contact.
+    /// Largest elastic lag of a cell over the displacement of body 2: share of a stroke in which slip spreads over the contact.
     slip_spread_share: f64,
     /// Ratio of elastic lag to slip, both as pressure-weighted means over the contact.
     lag: f64,
@@ -203,7 +207,7 @@ impl ResolvedCycle {
         }
     }
 
-    /// Transfers the resolved cycle to a larger frame; `places`: index of each cell there.
+    /// Transfers the resolved cycle to a larger frame of `n` cells; `places`: new index of each cell.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
             factors: extend_field(&self.factors, places, n, |_| 1.0),
@@ -216,7 +220,8 @@ impl ResolvedCycle {
         }
     }
 
-    /// Returns whether to resolve again for the present slip and normal force; `changed`: relative change of the slip since then.
+    /// Returns whether to resolve the cycle again for the present slip and normal force. `changed`: relative change of the slip
+    /// since the cycle was resolved.
     fn is_due(
         &self,
         used: ResolvedCycleSettings,
@@ -333,7 +338,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes factors and rates of `cycling` from a resolved cycle. `measurement` holds the errors without correction.
+    /// Sets the factors and rates of `cycling` by a resolved cycle. `measurement` contains the errors without correction.
     fn apply_correction(
         &mut self,
         (cycling, by_ends): (&mut WearStepState, &CycleWear),
@@ -370,8 +375,8 @@ impl Run<'_> {
         });
     }
 
-    /// Builds a resolved cycle without correction. Remaining errors are its difference from the coupled cycle and its own change by
-    /// the last refinement.
+    /// Creates a resolved cycle without correction. Its remaining errors are the difference from the coupled cycle plus the change
+    /// by the last refinement.
     fn error_measurement(
         &self,
         cycling: &WearStepState,
@@ -571,8 +576,9 @@ impl Run<'_> {
         }
     }
 
-    /// Wear and dissipation of a cycle with a given number of increments per stroke, at the current wear depth. It starts from
-    /// `place` at the - reversal point and stores its own state there. `None` if an increment does not converge.
+    /// Computes wear and dissipation of a cycle with a given number of increments per stroke, at the current wear depth. The cycle
+    /// starts from `place` at the - reversal point, and replaces `place` by the state one cycle later. `None` if an increment does
+    /// not converge.
     fn resolved_cycle(
         &mut self,
         (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
@@ -588,7 +594,8 @@ impl Run<'_> {
         let mut wear =
             CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
         let mut here = place.clone();
-        // The first stroke does not count: only cells that stick keep its history. `drift` compares with it.
+        // The first of three strokes does not count: after it only sticking cells remember the initial state. `drift` compares the
+        // last stroke with the first.
         let up = (increments + 1..=2 * increments).map(|end| (end, false));
         let round = (1..=2 * increments).map(|end| (end, true));
         for (end, counts) in up.chain(round) {
@@ -649,7 +656,7 @@ impl Run<'_> {
         if largest > 0.0 { root_mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
     }
 
-    /// Relative difference of the wear volumes of two cycles.
+    /// Difference of the wear volumes of two cycles, relative to the larger volume.
     fn volume_difference(&self, wear: &CycleWear, other: &CycleWear) -> f64 {
         let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
         let larger = volume.max(others);
@@ -666,7 +673,8 @@ impl Run<'_> {
         depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
     }
 
-    /// Ratios of the wear of a resolved and the coupled cycle, `[N]`, and the share of the wear volume that they miss.
+    /// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
+    /// resolved wear volume that the factors miss.
     fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
         let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
         if all <= 0.0 || all_by_ends <= 0.0 {
@@ -685,7 +693,7 @@ impl Run<'_> {
         (factors, 1.0 - self.volume(&covered) / all)
     }
 
-    /// Adds the remaining path error of a jump with the wear `by` (`[N]`, mm) to the estimated errors.
+    /// Adds the remaining path error of a jump to the estimated errors; `by`: wear depth of the jump, `[N]`, mm.
     pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
         let volume = self.volume(by).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
@@ -695,8 +703,8 @@ impl Run<'_> {
         self.state.volume_error += of_cells + resolved.remaining_volume_error * volume;
     }
 
-    /// Adds the error from factors that were out of date: the wear since the last resolved cycle, times the relative difference
-    /// between the mean of old and new factors and the factors used.
+    /// Adds the error from outdated factors: the wear since the last resolved cycle, times the relative error of the factors used.
+    /// Their true value is taken as the mean of old and new factors.
     fn add_factor_drift_error(&mut self, factors: &[f64], before: &ResolvedCycle) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;

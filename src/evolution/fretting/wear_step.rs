@@ -18,7 +18,7 @@ use crate::evolution::step_controller::StepController;
 use crate::evolution::{FRAME_EDGE, Run, state};
 use crate::geometry::format_short;
 
-/// Target of the first controlled jump: its largest wear depth over the approach.
+/// Largest wear depth that the first controlled jump aims at, relative to the approach.
 const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
 
 /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
@@ -31,26 +31,26 @@ pub(in crate::evolution) struct WearStepState {
     pub slip_source: SlipSource,
     /// Completed cycles, or sliding distance in mm, of this step.
     pub completed: f64,
-    /// Wear per cycle or mm at the current wear depth, `[N]`.
+    /// Wear depth per cycle, mm, or per mm of sliding, at the current wear depth, `[N]`.
     pub wear_rate: Vec<f64>,
-    /// Dissipation per cycle or mm at the current wear depth.
+    /// Dissipation per cycle, N mm, or per mm of sliding, N, at the current wear depth.
     pub dissipation_rate: f64,
     /// The last resolved cycle, if strokes are resolved.
     pub resolved_cycle: Option<ResolvedCycle>,
-    /// Other loads, from the start of the step to its end.
+    /// Loads other than the cyclic motion, from the start of the step to its end.
     pub load_path: LoadPath,
     pub step_controller: StepController,
     /// Number of records of the step.
     pub jumps_done: usize,
-    /// Longest stable jump of an explicit integrator.
+    /// Longest stable jump of an explicit integrator: cycles, or mm of sliding.
     pub critical_length: Option<f64>,
-    /// Largest pressure at the start of the step.
+    /// Largest pressure at the start of the step, MPa.
     pub initial_peak_pressure: f64,
-    /// Whether contact reached the edge of the frame from the start.
+    /// Whether contact reached the edge of the frame at the start of the step.
     pub touched_edge_initially: bool,
-    /// Number of cycles and sliding distance before the step.
+    /// Number of cycles and sliding distance (mm) before the step.
     pub totals_before: (u64, f64),
-    /// Whether rates and path points were computed with other operators.
+    /// Whether rates and path points were computed with the operators before a rebuild.
     #[serde(default)]
     pub rates_outdated: bool,
 }
@@ -60,7 +60,7 @@ pub(in crate::evolution) struct WearStepState {
 pub(in crate::evolution) enum SlipSource {
     /// Path points of a closed path.
     ClosedPath(FrettingPath),
-    /// Slip per mm of steady sliding, `[2, N]`.
+    /// Slip per mm of steady sliding, `[2, N]`, dimensionless.
     Sliding(Vec<f64>),
 }
 
@@ -115,7 +115,8 @@ impl Run<'_> {
                     (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
                         (control, spent, resolved);
                     if self.result.outcome == FRAME_EDGE {
-                        // The checkpoint keeps the work from before the jump.
+                        // The restored state keeps this uncharged work, which the work of the jump also contains: it must not count
+                        // twice.
                         self.untaken_jump_work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
                     }
                     self.progress = StepProgress::WearStep(cycling);
@@ -154,7 +155,7 @@ impl Run<'_> {
             return;
         };
         let error = record.worn_volume_error / record.worn_volume;
-        // If the whole contact sticks, the computed wear is rounding error.
+        // If the whole contact sticks, the computed wear is only rounding error.
         if error <= used.error_warning || record.stick_area >= record.contact_area {
             return;
         }
@@ -243,7 +244,7 @@ impl Run<'_> {
         Ok(Some(cycling))
     }
 
-    /// Slip of each cell per mm of sliding of body 2 along a direction, `[2, N]`.
+    /// Slip of each cell per mm of sliding of body 2 along the direction `angle`, `[2, N]`.
     fn slip_per_length(&self, angle: f64) -> Vec<f64> {
         let n = self.prepared.n();
         let along = Vector3::new(angle.cos(), angle.sin(), 0.0);
@@ -255,7 +256,7 @@ impl Run<'_> {
         slip
     }
 
-    /// Loads at the fraction `at` of a step, and the normal motion of body 2 if it is prescribed.
+    /// Loads at the fraction `at` of a step, and the normal motion of body 2 (mm) if it is prescribed.
     pub(in crate::evolution) fn loads_at(
         &self,
         cycling: &WearStepState,
@@ -292,12 +293,12 @@ impl WearStepState {
         }
     }
 
-    /// Dissipation of a cycle over the dissipation of the coupled path points.
+    /// Dissipation of a cycle over the dissipation of its coupled path points; 1 without resolved cycles.
     pub fn dissipation_factor(&self) -> f64 {
         self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }
 
-    /// Path point for reports: the motion is fixed, and slip refers to the same reference as in the solution.
+    /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
     pub fn reported_path_point(&self) -> PathPoint {
         PathPoint {
             normal: NormalControl::Approach,

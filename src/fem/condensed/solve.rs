@@ -33,8 +33,8 @@ impl CondensedBody {
         Ok(self.model.expand(&rhs))
     }
 
-    /// Displacement of nodes due to forces on these nodes, without the body's own loads. Both are `[3 n]`, mm and N, global axes;
-    /// zero for prescribed dofs. One back-substitution.
+    /// Displacement of nodes due to forces on the same nodes, without the body's own loads. Displacements (mm) and forces (N) are
+    /// `[3 n]` along global axes. Prescribed dofs have zero displacement. One back-substitution.
     ///
     /// # Errors
     /// As [`Self::solve`].

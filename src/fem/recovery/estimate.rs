@@ -14,7 +14,7 @@ use super::superconvergent::StressRecovery;
 use crate::error::Result;
 use crate::fem::FeModel;
 
-/// Estimated error of the stress of a body. Norms are energy norms, the square root of ∫ σ : C⁻¹ : σ dV (twice the strain energy).
+/// Estimated error of the stress of a body. Norms are energy norms: the squared norm is ∫ σ : C⁻¹ : σ dV, twice the strain energy.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ErrorEstimate {
     /// Norm of the error in each solid cell, `[n_cells]`.

@@ -10,7 +10,7 @@ use crate::material::strength::{FailureCriterion, MaterialStrength, StressExposu
 pub struct ExposureField {
     /// Failure criterion.
     pub criterion: FailureCriterion,
-    /// Largest exposure at each recovery point over its cells, each evaluated in the material axes of the cell, `[n_points]`.
+    /// Largest exposure at each recovery point over the adjacent cells, evaluated in the material axes of each cell, `[n_points]`.
     pub points: Vec<StressExposure>,
     /// Largest exposure over the nodes of each solid cell, `[n_cells]`.
     pub cells: Vec<StressExposure>,

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Ratio to the largest singular value below which polynomials are undetermined (all samples in one plane, for example). Scaled
-/// coordinates of patches with an aspect ratio of 1e4 stay above it.
+/// Ratio to the largest singular value below which a component of the polynomial is undetermined, for example if all samples lie in
+/// one plane. In scaled coordinates, patches with an aspect ratio of 1e4 stay above this ratio.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Space of the fitted polynomials.
@@ -51,7 +51,7 @@ impl PatchFit {
         let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
         let scale: [f64; 3] =
             std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
-        // The samples do not differ along this axis, up to rounding, so it takes the largest scale.
+        // An axis along which the samples do not differ, up to rounding, takes the largest scale.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
         let mut patch = Self { samples, space, to_axes, centre, scale, inverse: DMatrix::zeros(0, 0) };
@@ -92,7 +92,7 @@ mod tests {
         (0..n).map(|i| [number(3 * i + 1), 0.01 * number(5 * i + 2), 30.0 * number(7 * i + 3)]).collect()
     }
 
-    /// Truth: a least-squares fit of polynomials reproduces them. Tolerance: rounding of the fit.
+    /// Truth: a least-squares fit reproduces a field that is a polynomial of the fitted space. Tolerance: rounding of the fit.
     #[test]
     fn polynomials_are_reproduced() {
         // Oblique axes.
@@ -116,8 +116,8 @@ mod tests {
         }
     }
 
-    /// Truth: samples in one plane do not determine the gradient normal to it, and one sample determines only the mean. The fit is
-    /// constant there.
+    /// Truth: samples in one plane do not determine the gradient normal to the plane, so the fit is constant along the normal. The
+    /// fit to a single sample is constant.
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();

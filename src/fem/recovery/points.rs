@@ -28,7 +28,7 @@ impl RecoveryPoints {
         self.mesh_nodes.len()
     }
 
-    /// Number of solid cells.
+    /// Number of cells: solids, or faces of a body given by its surface.
     pub fn n_cells(&self) -> usize {
         self.offsets.len() - 1
     }

@@ -1,8 +1,8 @@
 //! Element sizes of the next mesh, from the estimated error on the present mesh.
 //!
-//! Let p be the local rate of convergence. If the region of an element is meshed at r times its size, the squared error is e² r^2p,
-//! spread over r^-3 elements. The mesh with the fewest elements for a given total error has equal errors, e² r^(2p+3) = c². Hence
-//! r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
+//! Let e be the error of an element and p the local rate of convergence. If the region of the element is meshed at r times its
+//! size, the squared error is e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a given total error has the
+//! same error c in each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
 //!
 //! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The formula would then
 //! ask for ever smaller elements. The change of size per round is limited, and several rounds reach any grading.
@@ -31,7 +31,7 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
         |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
     let positive = || estimate.cell_errors.iter().copied().filter(|e| *e > 0.0);
-    // Beyond these bounds every ratio is at its limit.
+    // Below `low` and above `high`, the ratios of all cells are at their limits.
     let mut low = positive().fold(f64::INFINITY, f64::min) * SIZE_RATIO_BOUNDS[0].powf(1.0 / exponent);
     let mut high = positive().fold(0.0, f64::max) * SIZE_RATIO_BOUNDS[1].powf(1.0 / exponent);
     if high == 0.0 {

@@ -17,7 +17,7 @@ use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 #[derive(Debug, Clone)]
 pub(super) struct StressSample {
     pub position: [f64; 3],
-    /// Volume of the sample.
+    /// Volume that the sample represents, mm3.
     pub volume: f64,
     pub stress: Vector6<f64>,
 }
@@ -31,7 +31,7 @@ pub(super) struct RecoveryRules {
 
 impl RecoveryRules {
     pub fn new() -> Self {
-        // Barlow points of second-order elements; for wedges and pyramids the rules closest to them.
+        // Barlow points of second-order elements; for wedges and pyramids the rules whose points are closest to Barlow points.
         let superconvergent = [
             (ElementKind::Hex20, hexahedron(2)),
             (ElementKind::Hex27, hexahedron(2)),
@@ -41,7 +41,7 @@ impl RecoveryRules {
             (ElementKind::Pyramid13, pyramid(2)),
             (ElementKind::Pyramid14, pyramid(2)),
         ];
-        // Exact for the square of a polynomial of the element's degree; the stiffness rules of tetrahedra are too short.
+        // Exact for the square of a polynomial of the element's degree; the stiffness rules of tetrahedra have too few points.
         let energy = [(ElementKind::Tet4, tetrahedron(2)), (ElementKind::Tet10, tetrahedron(4))];
         Self { superconvergent: superconvergent.into(), energy: energy.into() }
     }
@@ -119,7 +119,7 @@ pub(super) fn superconvergent_samples(
     Ok(vec![mean])
 }
 
-/// Stress at the points of a rule for the squared difference between recovered stress and element stress.
+/// Stress of element `i` at the points for integrating the squared difference between recovered and element stress.
 pub(super) fn energy_points(
     elements: ElementContext,
     i: usize,

@@ -34,7 +34,7 @@ const PATCHES_PER_BATCH: usize = 1024;
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
     rules: RecoveryRules,
-    /// Elements whose integration points are samples too, `[n_cells]`.
+    /// Whether the integration points of each element are samples too, `[n_cells]`.
     samples_gauss_points: Vec<bool>,
     /// Weights of the samples at each point: start of the entries of each point, sample indices, values.
     starts: Vec<usize>,
@@ -240,7 +240,7 @@ struct RowBuilder<'a> {
 type WeightRow = Vec<(u32, f64)>;
 
 impl RowBuilder<'_> {
-    /// Rows of all points, from the patches of each. A polynomial is fitted once for all points that use it.
+    /// Rows of weights of all points, from the patches of each point. A polynomial is fitted once for all points that use it.
     fn rows(&self, sources: &[Vec<PatchSource>]) -> Result<Vec<WeightRow>> {
         let mut uses: Vec<(PatchSource, usize)> = sources
             .iter()
@@ -301,7 +301,7 @@ impl RowBuilder<'_> {
         if n_samples < 2 * 27 { least.min(PolynomialSpace::Quadratic) } else { least }
     }
 
-    /// Edge vectors of a hexahedron at its first corner; neighbours in a row lie along these axes.
+    /// Edge vectors of a hexahedron at its first corner. In a row of hexahedra, the neighbours lie along one of these vectors.
     fn axes(&self, cell: usize) -> Matrix3<f64> {
         let cell = self.elements.regions.cells[cell];
         let points = self.elements.node_coordinates(cell);

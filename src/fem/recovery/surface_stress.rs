@@ -1,9 +1,9 @@
 //! Stress on the contact surface, from the surface strain and the surface traction.
 //!
 //! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
-//! the body. The material law gives the other components. The index p denotes the in-plane components 11, 22, 12, the index n the
-//! components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from inside the
-//! elements, which would smooth the peaks at the edge of a contact.
+//! the body. The material law σ = C ε gives the other components. The index p denotes the in-plane components 11, 22, 12, the index
+//! n the components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from
+//! inside the elements, which would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -45,7 +45,7 @@ impl SurfaceStressPoint {
         self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
     }
 
-    /// Stress due to a traction on the body (global axes, MPa) and its own loads. Voigt 11 22 33 23 13 12, global axes, MPa.
+    /// Stress for a contact traction (global axes, MPa) and the body's own tractions. Voigt 11 22 33 23 13 12, global axes, MPa.
     pub fn stress(&self, traction: &[f64; 3]) -> [f64; 6] {
         let block = |rows: [usize; 3], columns: [usize; 3]| {
             Matrix3::from_fn(|i, j| self.stiffness[(rows[i], columns[j])])
@@ -171,7 +171,7 @@ impl FaceSum {
     }
 }
 
-/// Area vector, as large as a face with the local metric of the node, and surface gradient of the displacement at each node of a face.
+/// Area vector (reference area times the metric at the node) and surface gradient of the displacement at each node of a face.
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let at = |xi: [f64; 2]| {
         let tangents = face_tangents(face, xi, |node| mesh.points[node].into());
@@ -195,7 +195,7 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::gmsh;
 
-    /// Truth: a square of sides 2 mm has an area of 4 mm^2, its half 2: faces of both kinds at a node count by the inverse of their areas.
+    /// Truth: a square of sides 2 mm has an area of 4 mm^2, its half 2 mm^2. The area vectors of both face kinds have this length.
     #[test]
     fn faces_of_both_kinds_count_by_their_areas() {
         let square = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n$EndNodes\n";

@@ -233,7 +233,7 @@ pub(crate) mod tests {
         stress
     }
 
-    /// Truth: the definition of the exposure. It is proportional to the load, and 1 for the stress divided by it.
+    /// Truth: the exposure f is proportional to the load, and the stress divided by f has the exposure 1.
     #[test]
     fn exposures_are_proportional_to_the_load() {
         let stress = [300.0, -40.0, 12.0, 9.0, -20.0, 31.0];
@@ -250,8 +250,8 @@ pub(crate) mod tests {
         assert_eq!(limit.exposure(FailureCriterion::TsaiWu, &[0.0; 6]), StressExposure::ZERO);
     }
 
-    /// Truths: uniaxial tension s and pure shear s sqrt(3). A rotation of the axes changes neither. A rotation by a right angle
-    /// about 3 swaps 11 and 22.
+    /// Truths: von Mises' stress is s under uniaxial tension s, and s sqrt(3) under pure shear s. A rotation of the axes does not
+    /// change it. A rotation by a right angle about 3 swaps 11 and 22.
     #[test]
     fn von_mises_and_axes() {
         assert!((von_mises(&single(2, -250.0)) - 250.0).abs() < 1e-12);
@@ -265,7 +265,7 @@ pub(crate) mod tests {
         assert_eq!(stress_in_axes(&quarter, &stress), [-40.0, 300.0, 12.0, 20.0, 9.0, -31.0]);
     }
 
-    /// Truth: the admissible values of the documentation.
+    /// Truth: strengths that are not positive, and interactions whose matrix has a negative eigenvalue, are errors.
     #[test]
     fn strengths_that_mean_nothing_are_refused() {
         let message = |limit: MaterialStrength| limit.check().expect_err("a refusal").to_string();

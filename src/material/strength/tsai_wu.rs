@@ -9,7 +9,7 @@ use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.
 pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     let PlyStrength { tension, compression, shear, interaction } = strength;
-    // Stresses over the geometric mean of the two strengths of their component.
+    // Normal stresses, each divided by the geometric mean of its tensile and compressive strength.
     let x: [f64; 3] = std::array::from_fn(|i| s[i] / (tension[i] * compression[i]).sqrt());
     let b: f64 = (0..3).map(|i| s[i] * (1.0 / tension[i] - 1.0 / compression[i])).sum();
     let normal: f64 = x.iter().map(|x| x * x).sum();

@@ -88,7 +88,7 @@ impl<'a> Cursor<'a> {
             .map_err(|_| self.fail(&format!("found {}, expected {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
-    /// Text between the next quotation mark and the last one of its line; `wanted` describes it in messages.
+    /// Text between the next and the last quotation mark of the line; `wanted` describes the text in messages.
     pub(super) fn quoted(&mut self, wanted: &str) -> Result<String> {
         self.skip_space();
         let rest = self.rest();
@@ -202,12 +202,12 @@ impl<'a> Cursor<'a> {
         Err(self.fail(&format!("node {node} has the coordinate {value}; coordinates must be finite numbers")))
     }
 
-    /// Bytes of a stored `size_t`; in text, the least bytes of a number with its separator.
+    /// Bytes of a stored `size_t`; in text, the fewest bytes that a number and its separator take.
     pub(super) fn size_bytes(&self) -> u64 {
         self.binary.map_or(2, |b| b.size as u64)
     }
 
-    /// Bytes of a stored `int`, or of `stored` bytes of binary data; in text, the least bytes of a number with its separator.
+    /// `stored` bytes in a binary file; in text, the fewest bytes that a number and its separator take.
     pub(super) fn bytes_of(&self, stored: u64) -> u64 {
         if self.is_binary() { stored } else { 2 }
     }

@@ -9,8 +9,8 @@ const MAX_COMPONENTS: u64 = 9;
 
 /// Reads one `$ElementData` section. Further time steps of a known field are omitted, with a warning.
 ///
-/// The three lists of tags (name and others, time and others, time step, components, elements, partition) are text also in binary
-/// files.
+/// The three lists of tags are text also in binary files: strings (name first), reals (time first), and integers (time step,
+/// components, elements, partition).
 pub(super) fn read_element_data(
     cursor: &mut Cursor,
     fields: &mut Vec<ElementField>,

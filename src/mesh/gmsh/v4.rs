@@ -115,7 +115,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     same_count(cursor, seen, n, "elements")
 }
 
-/// Reads the number of blocks, the number of items, and their least and largest number.
+/// Reads the number of blocks, the number of items, and the smallest and the largest tag of the items.
 fn read_header(cursor: &mut Cursor, what: &str) -> Result<[u64; 4]> {
     let header = [
         cursor.size(&format!("the number of blocks of {what}"))?,

@@ -9,7 +9,7 @@ use crate::mesh::{CellRef, Mesh};
 /// Pairs of faces that do not match.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct NonconformingFaces {
-    /// Number of quadrangles with the nodes of triangles of other solids, and the file number of a solid there.
+    /// Number of quadrangles that contain the corners of a triangle of another solid, and the file number of a solid there.
     pub split_quadrangles: (usize, u64),
     /// Number of faces with equal corners but different order, and the file number of a solid there.
     pub mixed_orders: (usize, u64),

@@ -67,7 +67,7 @@ impl JacobianPoint {
 /// Scaled Jacobian of an element with an edge of zero length: below all others.
 const ZERO_LENGTH_EDGE: f64 = f64::NEG_INFINITY;
 
-/// Jacobian determinant at a point, and its value over the lengths of the images of the directions.
+/// Jacobian determinant at a point, and the determinant of the mapped directions divided by the product of their lengths.
 #[derive(Clone, Copy)]
 struct Jacobian {
     value: f64,
@@ -158,9 +158,9 @@ pub(super) struct JacobianSummary {
 
 /// Refuses inverted, folded and collapsed solids.
 ///
-/// The Jacobian at integration points follows from the element's own map, which is curved for second order. If it is positive
-/// there, the stiffness is physical and patch tests are passed. Nodes are checked too, for a warning and for edges of zero length.
-/// The tip of a pyramid is omitted: the map has no derivative there.
+/// The Jacobian at integration points follows from the element's own map, which is curved for second order. If this Jacobian is
+/// positive, the stiffness is physical and patch tests are passed. Nodes are checked too, for a warning and for edges of zero
+/// length. The tip of a pyramid is omitted, because the map has no derivative at the tip.
 pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
     let mut bad = Vec::new();

@@ -183,7 +183,7 @@ mod tests {
         axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
     }
 
-    /// Truth: round numbers, checked by eye.
+    /// Truth: the ticks are multiples of 1, 2 or 5 times a power of ten, and cover the values.
     #[test]
     fn ticks_are_round_numbers() {
         assert_eq!(labels(&[0.0, 300.0], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(labels(&[16.0, 256.0], Scale::Logarithmic), ["10", "20", "50", "100", "200", "500"]);
     }
 
-    /// Truth: checked by eye. Long numbers are scaled by powers of a thousand.
+    /// Truth: labels of long numbers are divided by a power of a thousand, which the unit shows.
     #[test]
     fn long_numbers_have_a_power() {
         let axis = |high: f64| Axis::spanning([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(axis(300.0).scaled_unit("N"), "N");
     }
 
-    /// Truth: values that cannot be shown still give a valid axis.
+    /// Truth: an axis has at least two ticks within its pixels, also for constant, missing or unusable values.
     #[test]
     fn constant_empty_and_unusable_values_still_make_an_axis() {
         for values in [&[5.0, 5.0][..], &[0.0], &[], &[f64::NAN, -1.0], &[f64::INFINITY]] {

@@ -80,8 +80,8 @@ mod tests {
     use super::*;
     use crate::geometry::Triad;
 
-    /// Truth: cells in the plane of the frame keep their areas, whatever the direction of its normal. A square wall across x has
-    /// four quarters.
+    /// Truth: cells in the plane of the frame keep their areas, whatever the direction of its normal. A square wall of 2 mm by 2
+    /// mm, normal to x, has four cells of 1 mm2.
     #[test]
     fn a_wall_is_drawn_with_the_areas_of_its_cells() {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();

@@ -95,7 +95,7 @@ impl Chart {
         let x = Axis::spanning(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
         let finite = values(1).filter(|y| y.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-        // [`Axis::spanning`] starts such an axis at 0.
+        // [`Axis::spanning`] starts an axis at 0 if its smallest value is positive and below 0.4 of the largest.
         let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
         let above = (room > 0.0 && self.scales[1] == Scale::Linear).then_some(high + room * (high - low));
         let y = Axis::spanning(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);

@@ -7,10 +7,11 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 const RADIUS: f64 = 17.0;
 /// Colour of symbol and text.
 const COLOUR: &str = "#8b0000";
-/// Maximum angle to the normal of a fibre without direction in the surface, radians. Smaller tilts get no arrowhead.
+/// Angle tolerance, radians. Fibres at a smaller angle to the normal are drawn as upright. Fibres at a smaller angle to the surface
+/// get no arrowhead.
 const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
-/// Draws a symbol for each fibre, the first centred at the given point, further ones to its left. A line shows the projection on
+/// Draws a symbol for each fibre, the first centred at the given point, further symbols to its left. A line shows the projection on
 /// the surface, its length proportional to the cosine of the tilt. An arrowhead marks the end that rises out of body 1. A dot in a
 /// ring shows a fibre along the normal.
 pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
@@ -84,8 +85,8 @@ mod tests {
     use super::*;
     use crate::geometry::Side;
 
-    /// Truth: fibre = (cos t cos a, cos t sin a, sin t). A fibre that falls along its azimuth rises the opposite way. The text
-    /// shows the angles of the scene, which include the azimuth of the frame.
+    /// Truth: a fibre with tilt t and azimuth a has the direction (cos t cos a, cos t sin a, sin t). A fibre that falls along its
+    /// azimuth rises the opposite way. The text shows the angles of the scene, which include the azimuth of the frame.
     #[test]
     fn signs_and_words_follow_the_angles() {
         let fibre = |tilt: f64, azimuth: f64| SurfaceFibre {

@@ -29,7 +29,7 @@ const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 pub enum MapKind {
     /// Pressure.
     Pressure,
-    /// Magnitude of the slip of body 2 relative to body 1 in the entry, in contact only, with arrows.
+    /// Magnitude of the slip of body 2 relative to body 1 in the entry, with arrows. Open cells show no slip.
     Slip,
     /// Stick zone, slip zone and open cells.
     Zones,
@@ -324,7 +324,7 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// Frame of 2 x 2 cells: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along -y.
+    /// Frame of 2 x 2 cells with these signs of x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
@@ -350,7 +350,8 @@ mod tests {
         picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
     }
 
-    /// Truth: the four cells by hand. 2 mm take 270 pixels from (58, 40), with y upwards; the darkest colour is the largest value.
+    /// Truth: positions and colours of the cells by hand. 2 mm take 270 pixels from (58, 40), y upwards. The largest value is
+    /// darkest.
     #[test]
     fn cells_have_the_colours_of_their_values() {
         let darkest = colour::map_colour((COLOUR_LEVELS as f64 - 0.5) / COLOUR_LEVELS as f64);
@@ -388,8 +389,8 @@ mod tests {
         assert_eq!(of_rolling, of_sliding - 1);
     }
 
-    /// Truth: arrows by hand. A slip of 0.04 along x is 18 pixels to the right, half of it along -y 9 pixels down. No pressure, no
-    /// arrow.
+    /// Truth: arrows by hand. A slip of 0.04 along x is 18 pixels to the right, half of it along -y 9 pixels down. Cells without
+    /// pressure have no arrow.
     #[test]
     fn arrows_have_the_direction_and_length_of_the_slip() {
         let picture = drawn(MapKind::Slip);

@@ -143,7 +143,8 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: the records. The band is the estimated error on both sides; the loads are those at the reversal points.
+    /// Truth: values of the records, in pixels. The band is the wear volume plus and minus its estimated error. The load lines are
+    /// the mean force and the forces at both reversal points.
     #[test]
     fn errors_and_loads_are_those_of_the_records() {
         let end = |normal_force: f64| Resultants { normal_force, ..Resultants::default() };

@@ -101,8 +101,8 @@ mod tests {
         assert!((cycle.dissipated_energy - 28.8).abs() < 1e-12);
     }
 
-    /// Truth: the points of the parallelogram on round axes. 5 mm and 100 N are 5 times as far as 1 mm and 20 N. The curve is
-    /// closed, and the legend shows the energy.
+    /// Truth: pixels are proportional to displacements and forces of the parallelogram. The curve is closed, and the legend shows
+    /// the energy.
     #[test]
     fn loops_are_closed_and_named() {
         let cycles = [parallelogram(5.0, 100.0, 100.0), parallelogram(5.0, 50.0, 100.0)];
@@ -128,7 +128,7 @@ mod tests {
         assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);
     }
 
-    /// Truth: four digits by hand.
+    /// Truth: the numbers rounded to four significant digits by hand.
     #[test]
     fn energies_are_short() {
         let texts = [28.8, 0.0, -0.001_234_56, 1.5e-7, 2.0e8].map(four_digits);

@@ -49,7 +49,7 @@ pub(super) fn resolve_fe(
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
-/// Plan of a body with `mesh`; `None` if its material is missing (reported).
+/// Plan of a body with the mesh `mesh`. `None` if the body's material is missing, which is already reported.
 pub(super) fn meshed_plan(
     body: &FeBody,
     mesh: Arc<Mesh>,
@@ -99,7 +99,7 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     r.accept(group_faces(mesh, &body.contact), &format!("{key}.contact"), ["this group", mend]);
 }
 
-/// Reports contradictory supports and unconstrained parts, and notes unconstrained rigid-body modes.
+/// Reports contradictory supports and unconstrained parts of the body, and notes unconstrained rigid-body modes.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
@@ -113,7 +113,7 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes. Reports an error at the support that its message names, otherwise at `place`.
+/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that the message names, otherwise at `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -276,7 +276,7 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
     }
 }
 
-/// Reports volume elements that are not suitable for the analysis. Notes repairs by the reader and elements of poor quality.
+/// Reports volume elements that are not suitable for the analysis. Notes repairs by the mesh reader and elements of poor quality.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     let mut warnings = mesh.warnings.clone();
     let mend = "every solid element needs a positive volume, and elements must not overlap";

@@ -90,7 +90,7 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // A group that is not a surface prevents the variant, but not the scene.
+    // Only surface groups are checked. Other groups can prevent a variant, but they are no error of the scene.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

@@ -39,7 +39,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
     }
 }
 
-/// Checks a periodic frame: no meshed bodies, and more than one cell if it is periodic in both directions.
+/// Reports what periodic frames exclude: meshed bodies, `coupling = "block"`, and a single cell that is periodic along x and y.
 fn check_periodic(
     r: &mut Resolver,
     bodies: &[Option<BodyPlan>; 2],
@@ -85,14 +85,14 @@ fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// One cell per node if faces of first order contact a mesh or a rigid body. A checkerboard of tractions on the faces would
-/// displace neither side, whereas a half-space responds to every cell.
+/// Default points of the cells: nodes if linear faces contact a mesh or a rigid body, otherwise faces. A checkerboard of tractions
+/// on linear faces would displace neither body, whereas a half-space responds to every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()
         .flatten()
         .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
-    // Boundary elements have nodes inside their faces.
+    // A boundary-element body has nodes inside its faces, so its cells are always faces.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(MeshedBodyPlan::has_linear_contact_faces) {
         FramePoints::Nodes
@@ -129,7 +129,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     }
 }
 
-/// Resolves the initial gap, with angles from the frame's x.
+/// Resolves the initial gap. Its angles are measured from the frame's x axis.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
     frame: Option<&FramePlan>,

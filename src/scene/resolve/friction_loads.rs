@@ -6,18 +6,18 @@ use super::resolver::Resolver;
 use crate::evolution::step::{Spin, Step, Tangential};
 use crate::scene::spec::step::Step as Keys;
 
-/// Index of an entry in the scene with its step; `None` if the entry is invalid. An entry with a history has several steps.
+/// Index of an entry of `steps`, with one of its steps; `None` if the entry is invalid. An entry with a history has several steps.
 pub(super) type NumberedStep = (usize, Option<Step>);
 
 /// Loads that only friction can transmit: name, key, and key of the displacement to prescribe instead.
 const FRICTION_LOADS: [(&str, &str, &str); 2] =
     [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
 
-/// Columns of these loads in load histories.
+/// Columns of the [`FRICTION_LOADS`] in load histories.
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// Reports tangential forces and spin moments without friction. (Pressures on inclined cells of a mesh frame transmit spin
-/// moments.)
+/// Reports tangential forces and spin moments in a step without friction. Without `level` (mesh frame), spin moments are allowed,
+/// because pressures on inclined cells transmit them.
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [
@@ -37,7 +37,7 @@ pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
 
 /// State of a load that only friction can transmit, at the end of a step.
 enum LoadState {
-    /// The step does not mention it.
+    /// The step does not mention the load.
     Unspecified,
     /// Prescribed and nonzero.
     Active,
@@ -61,7 +61,7 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     [tangential, spin]
 }
 
-/// Reports load points with such a load in a step without friction.
+/// Reports load points that prescribe a tangential force or a spin moment in a step without friction.
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
@@ -85,7 +85,7 @@ pub(super) fn check_load_points(
     }
 }
 
-/// Reports steps without friction in which such a load of an earlier step still acts. Rolling steps allow no such load at all.
+/// Reports tangential forces and spin moments that still act in a later step without friction, or in a later rolling step.
 pub(super) fn check_inherited_loads(
     r: &mut Resolver,
     steps: &[NumberedStep],

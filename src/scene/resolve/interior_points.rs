@@ -98,7 +98,7 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodyPlan, frame
     r.report(&key, message, "this body", mend);
 }
 
-/// Numbers of points along both sides, 1 across a line; `None` if errors were reported.
+/// Numbers of points along the two sides of a rectangle, or [n, 1] for a line; `None` if errors were reported.
 fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<[usize; 2]> {
     let before = r.diagnostics.len();
     let along = Point::from(inside.to) - Point::from(inside.from);

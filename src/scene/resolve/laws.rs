@@ -18,11 +18,11 @@ pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-    /// Index (0 or 1) of the body whose fibre direction friction and wear use; `None` if a law uses none or its own.
+    /// Index (0 or 1) of the body whose fibre the friction and wear laws use; `None` for a law without fibre or with own angles.
     pub fibre_bodies: [Option<usize>; 2],
 }
 
-/// Whether a step with the key `friction` has no friction. Invalid laws (`None`) count as friction.
+/// Whether a step has no friction; `friction` is the key of the step. Invalid laws (`None`) count as friction.
 pub(super) fn lacks_friction(laws: Option<&Laws>, friction: bool) -> bool {
     !friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None))
 }
@@ -35,7 +35,7 @@ pub(super) struct LawContext<'a> {
 }
 
 impl LawContext<'_> {
-    /// Angle of the frame's x, radians.
+    /// Azimuth of the frame's x axis, radians.
     fn azimuth(self) -> f64 {
         self.frame.map_or(0.0, FramePlan::azimuth)
     }
@@ -48,7 +48,7 @@ struct FibreChoice {
     fibre: Option<UniformFibre>,
 }
 
-/// Resolves the laws, with angles from the frame's x.
+/// Resolves the laws. Their angles are measured from the frame's x axis.
 pub(super) fn resolve(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -288,7 +288,7 @@ fn fibre_under_frame(
 /// Maximum angle (degrees) between the normal of a frame face and the mean normal for laws with one fibre angle.
 const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum angle (degrees) between the mean normal of the frame and z: the inaccuracy of meshes of flat or symmetric surfaces.
+/// Maximum angle (degrees) between the frame's mean normal and z; it allows for inaccurate meshes of flat or symmetric surfaces.
 const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
 /// Maximum angle (degrees) between a fibre and the mean direction for laws with one direction.

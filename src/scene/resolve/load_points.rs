@@ -52,7 +52,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
             if let Some((_, line)) = lines.first().copied().filter(|(_, line)| is_header(line)) {
                 lines.remove(0);
-                // Commas and blanks may be part of titles, semicolons alone are separators.
+                // Commas and blanks may be part of titles, so only a header with semicolons alone determines the separator.
                 if line.contains(';') && !line.contains(',') {
                     let _ = separators.check(line);
                 }
@@ -61,7 +61,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
         }
         None => {
             if let Some((_, line)) = lines.first() {
-                // Errors of a header are reported with its names.
+                // Errors of the header are reported below, with its column names.
                 let _ = separators.check(line);
             }
             header(r, key, &history.file, &mut lines)?

@@ -153,7 +153,7 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
     }
 }
 
-/// Finds the material that `key` names, with its fibre direction.
+/// Finds the material `name` and adds the direction `fibre`. Reports a missing material at the key `material` of the table `key`.
 pub(super) fn find_material(
     r: &mut Resolver,
     key: &str,

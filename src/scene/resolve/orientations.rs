@@ -17,7 +17,7 @@ use crate::scene::suggest::{closest, quoted_list};
 /// Maximum number of lines of a table that are reported.
 const MAX_LISTED_LINES: usize = 5;
 
-/// Angles of a direction that is uniform.
+/// Angles of a uniform fibre direction; `None` if the direction varies.
 pub(super) fn uniform_angles(direction: &FibreDirection) -> Option<FibreAngles> {
     let varies = direction.field.is_some() || direction.file.is_some() || direction.cylindrical.is_some();
     let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();

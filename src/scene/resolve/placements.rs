@@ -29,7 +29,7 @@ pub(super) fn resolve(
 ) -> Option<Vec<(Option<String>, RegionMaterial)>> {
     check_fibre_or_layup(r, key, body.fibre.is_some(), body.layup.is_some());
     let whole = BodyContext { key, body, mesh, materials };
-    // Resolved once, even if regions use it too.
+    // The fibre direction of the body is resolved once, even if regions use it too.
     let own_fibre = match &body.fibre {
         Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
         None => Some(Orientation::Uniform(Matrix3::identity())),
@@ -91,7 +91,7 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Plies from bottom to top, in a volume group or in all elements without a material of their own.
+    /// Plies from bottom to top, in a volume group or in all elements outside of regions with a material, fibre or layup.
     fn layup(
         &self,
         r: &mut Resolver,

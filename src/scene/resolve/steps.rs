@@ -9,7 +9,7 @@ use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
-/// Rotation (degrees) above which a note is given; there the tangent differs from the angle by 0.25 %.
+/// Rotation (degrees) above which a note is given. At this rotation the tangent exceeds the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
 /// Resolves the steps in order.
@@ -35,7 +35,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     steps
 }
 
-/// Resolves the steps of one entry.
+/// Resolves entry `i` of `steps`, which has several steps if it has a load history.
 fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };

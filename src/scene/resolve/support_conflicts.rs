@@ -6,7 +6,7 @@ use super::resolver::Resolver;
 use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
 
-/// Reports each support that prescribes another displacement at a node than an earlier one. Returns their number.
+/// Reports each support that contradicts the displacement of an earlier support at a node. Returns the number of reported supports.
 pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
     let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
     let mut count = 0;

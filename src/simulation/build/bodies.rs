@@ -31,7 +31,7 @@ use crate::simulation::validate::symmetry_planes;
 /// Keys of the two bodies in the scene.
 pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
-/// The two sides of the frame.
+/// Side of the contact on which body 1 and body 2 lie.
 pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 
 /// Checks that a grid frame with its operator fits into memory.
@@ -58,7 +58,7 @@ pub(in crate::simulation) fn with_ends(plan: &Plan, frame: ContactFrame) -> Resu
     with_body_ends(plan, ContactFrame { symmetry_bounds, ..frame })
 }
 
-/// Cells of the frame of a plan.
+/// Contact frame of a plan, without symmetry planes and body edges.
 fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     match plan.frame {
         FramePlan::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
@@ -88,8 +88,9 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// Retains the cells of a frame from the faces of body `index` that lie over faces of the other body. If the other body has no mesh
-/// and the gap comes from meshes, it retains the cells that face the plane of that body. The others stay open in any case.
+/// Drops the cells of a frame from the faces of body `index` that cannot touch the other body. Against a meshed body, it keeps the
+/// cells over its contact faces. Otherwise, for a gap from the mesh, it keeps the cells whose normals point towards the plane of
+/// the other body.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {
@@ -205,7 +206,7 @@ pub(super) fn build_body(
             BuiltBody { warning: note, ..BuiltBody::new(body, held) }
         }
         BodyPlan::Fe(fe) => {
-            // The body builds this map again. Here it attributes errors to the right key.
+            // [`FeBody`] builds this map again. The call here only attributes errors to the right scene key.
             face_map(fe, index, frame)?;
             if let Some(site) = near.half_space_fit() {
                 return build_hybrid(plan, fe, (index, frame, site), left);
@@ -273,7 +274,7 @@ fn build_hybrid(
     })))
 }
 
-/// Body `index` of `elastic` as a half-space with the cache and operator settings of the plan.
+/// Half-space of the material `elastic` for body `index`, with the cache and operator settings of the plan.
 pub(crate) fn configured_half_space(
     plan: &Plan,
     elastic: &BodyMaterial,
@@ -286,7 +287,7 @@ pub(crate) fn configured_half_space(
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 
-/// Body `index` of `elastic` as a half-space without settings of the plan.
+/// Half-space of the material `elastic` for body `index`, without the settings of the plan.
 pub(in crate::simulation) fn bare_half_space(
     elastic: &BodyMaterial,
     index: usize,
@@ -295,8 +296,8 @@ pub(in crate::simulation) fn bare_half_space(
     HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
-/// Map between `frame` and the contact faces of body `index`. Uncovered cells are an error of the frame if it is a grid, else of
-/// the contact group.
+/// Map between `frame` and the contact faces of body `index`. Errors for uncovered cells name the key of the grid, or of the
+/// contact group if the frame is no grid.
 pub(crate) fn face_map(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -311,7 +312,7 @@ pub(crate) fn face_map(
     FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| BODY_KEYS[index].to_owned()).at(key)
 }
 
-/// Refuses a contact group without faces that look towards the other body, relative to the frame's normal.
+/// Refuses a contact group without faces whose outward normals point towards the other body along the frame's normal.
 fn ensure_faces_other_body(
     fe: &MeshedBodyPlan,
     faces: &[SurfaceFace],
@@ -335,8 +336,8 @@ fn ensure_faces_other_body(
     )))
 }
 
-/// Initial gap between the meshed surfaces of `plan`. `heights`: mean heights of both bodies over the cells; `near`: their
-/// near-field models.
+/// Initial gap between the meshed surfaces of `plan`. `heights` are the mean surface heights of both bodies in each cell, `[N]`,
+/// mm. `near` are the near-field models of both bodies.
 pub(crate) fn surface_distances(
     plan: &Plan,
     frame: &ContactFrame,

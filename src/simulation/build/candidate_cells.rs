@@ -15,7 +15,8 @@ use crate::simulation::failure::{AtKey, SceneError};
 /// A cell is a candidate if its initial gap is below this multiple of the largest approach.
 const MARGIN: f64 = 1.25;
 
-/// From this share of candidates on, all cells are formed: the checks then cost more than the smaller flexibility saves.
+/// Maximum share of candidates in all cells. Above it, the flexibility of all cells is computed, because checks of the remaining
+/// cells would cost more than they save.
 const MAX_ACTIVE_SHARE: f64 = 0.6;
 
 /// Adds the candidate cells to `frame`, if they are few enough.
@@ -53,9 +54,9 @@ pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<Omitte
     ))
 }
 
-/// Initial gap (mm) up to which cells are candidates; `None` if all are.
+/// Initial gap (mm) up to which cells are candidates; `None` if all cells are candidates.
 ///
-/// It is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
+/// The limit is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
     let condensed =
         |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
@@ -66,7 +67,7 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     {
         return None;
     }
-    // A rotation closes cells far from the centre.
+    // A rotation closes the gap of cells far from the centre.
     let turns = |step: &Step| step.tilt.is_some() || (step.spin.is_some() && !frame.has_uniform_axes());
     if plan.steps.iter().any(|step| turns(step) || matches!(step.normal, Some(Normal::Force(_)))) {
         return None;
@@ -79,8 +80,8 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. The sum bounds the motion of all steps; `None` if it is
-/// unknown.
+/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. Added over all steps, it bounds the motion; `None` if a
+/// prescribed force determines the motion.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,

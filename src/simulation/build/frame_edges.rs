@@ -1,4 +1,4 @@
-//! Detects where the frame ends together with a body, so that contact at its edge is not cut off.
+//! Finds the edges of the frame at which a body also ends, so that the frame does not cut off contact there.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,12 +10,12 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::scene::plan::Plan;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// Minimum cosine of the angle between face normals at an edge over which a surface continues. Edges of bodies, chamfers and
-/// symmetry planes turn it by more.
+/// Minimum cosine of the angle between face normals at an edge over which a surface continues. At edges of bodies, chamfers and
+/// symmetry planes, the normal turns by more.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
 /// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. A
-/// surface that continues beyond the contact group does not end.
+/// surface that continues smoothly beyond its contact group does not end at the edge of the group.
 ///
 /// # Errors
 /// If a contact group is invalid.
@@ -49,7 +49,7 @@ pub(in crate::simulation) fn continuing_axes(
     Ok(found)
 }
 
-/// Edge of a cell on the edge of the frame.
+/// Edge of a cell that lies on the boundary of the frame.
 struct OuterEdge {
     cell: usize,
     /// Outward direction along the frame's x and y.
@@ -58,7 +58,7 @@ struct OuterEdge {
     continues: bool,
 }
 
-/// Edges of the frame. Empty without meshed bodies, whose surfaces are unbounded.
+/// Outer edges of the frame's cells. Empty without meshed bodies, because the surfaces of other bodies are unbounded.
 fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
         return Ok(Vec::new());

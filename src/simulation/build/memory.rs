@@ -23,7 +23,7 @@ const PROGRAM: usize = 14_500_000;
 /// Additional bytes for meshed bodies: pages of the binary and small lists.
 const MESHED: usize = 1_200_000;
 
-/// Bytes per cell of the frame, its gap and its areas.
+/// Bytes per cell for the frame, the initial gap and the cell areas.
 const PER_CELL: usize = 75;
 
 /// Bytes per cell of a run, from the arrays alive at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
@@ -32,7 +32,7 @@ struct PerCell {
     history: usize,
     /// Vectors of the contact solvers if most of the frame is in contact.
     solver: usize,
-    /// Operator on a grid of half-spaces, with its approximate inverse in single precision and those on parts of the grid.
+    /// Half-space operator on a grid, with its approximate inverses in single precision on the grid and on parts of it.
     operator: usize,
     /// Fields and pictures during output, with the operator of a body.
     fields: usize,
@@ -49,11 +49,11 @@ const MOMENTS: usize = 520;
 /// Bytes of the tables of an operator of an anisotropic material, or of a periodic operator.
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
-/// Bytes per cell, and maximum in total, of the operators on windows of the grid that cycles keep.
+/// Memory of the operators on windows of the grid that fretting cycles keep: bytes per cell, and maximum bytes in total.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
-/// Bytes of the table of the field inside an anisotropic half-space: 156 patches for CFRP (E1/E2 = 17.5) out of its planes of
-/// symmetry. Includes the quadrature rules during its construction.
+/// Bytes of the table of the field inside an anisotropic half-space. Measured for CFRP (E1/E2 = 17.5) out of its planes of
+/// symmetry, with 156 polynomial patches. Includes the quadrature rules during its construction.
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
 /// Remedy if interior points do not fit into memory.
@@ -70,7 +70,7 @@ pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
 }
 
-/// The same without interior points.
+/// Bytes of a run with this frame, without bodies and interior points.
 fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
     let meshed = plan.bodies.iter().any(|body| body.as_meshed().is_some());
@@ -149,7 +149,8 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
-/// Bytes of interior points: permanent data, and temporary data of their computation, which ends before fields are written.
+/// Bytes of interior points: permanent data, and temporary data of their computation or output. No other fields are written
+/// meanwhile.
 fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     let body = |request: &InteriorPointRequest| &plan.bodies[usize::from(request.side == SIDES[1])];
     let half_space = |request: &InteriorPointRequest| match body(request) {
@@ -187,7 +188,8 @@ pub(crate) fn is_compressed(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && uses_compression(frame.n_cells(), cross_blocks(plan, frame))
 }
 
-/// Bytes of a body's share of the half-space operator on the whole grid of `frame`, which two bodies share. 0 without a grid.
+/// Bytes per body of the half-space operator on the whole grid of `frame`. The operator's bytes are divided by the number of
+/// elastic bodies. 0 without a grid.
 pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodyPlan::Rigid)).count();
     let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
@@ -206,7 +208,7 @@ pub(crate) fn half_space_bytes(plan: &Plan, frame: &ContactFrame, body: &HalfSpa
     match frame.grid {
         // The block system stores the matrix of each body.
         Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
-        // The body's share of the operator on the whole grid.
+        // Both bodies together have one operator on the whole grid.
         Some(_) => grid_operator_bytes(plan, frame),
         None if is_compressed(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),

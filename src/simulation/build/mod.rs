@@ -119,7 +119,7 @@ pub fn build_with<'p>(
                 let why = near_field_fallback_message(key, &given_up);
                 progress(ProgressEvent::Message(&warning(&why)));
                 near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
-                // A mesh is condensed to the candidate cells only. A meshed body that is already built keeps its own set.
+                // The candidate cells can change only if no meshed body has been condensed to them yet.
                 if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
                     frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
                 }
@@ -242,7 +242,7 @@ fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError
 fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
     let indicators = record.indicators.filter(|_| record.reason.is_none())?;
     let error = indicators.mesh_error;
-    // The error for concentrated loads exceeds that for uniform ones if the mesh carries most of the displacement.
+    // If the mesh carries most of the displacement, the error under concentrated loads exceeds the error under uniform loads.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         warning(&format!(
             "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or elements that represent bending better (second order, \"hex8-eas\")",
@@ -266,7 +266,7 @@ impl Simulation<'_> {
         self.run_from(None, observer)
     }
 
-    /// Runs the remaining steps from a checkpoint, after it replays the history of the operators; all steps if `from` is `None`.
+    /// Replays the operator history of the checkpoint `from` and runs the remaining steps. Runs all steps if `from` is `None`.
     ///
     /// # Errors
     /// As [`evolution::run`].
@@ -321,7 +321,7 @@ impl Simulation<'_> {
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 
-    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`; bodies and operators are dropped.
+    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`. Bodies and operators are dropped.
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }
@@ -335,7 +335,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Frame, flexibility, gap and laws.
+    /// Contact model: frame, flexibility, initial gap, friction and wear laws.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -392,8 +392,8 @@ mod tests {
     use super::*;
     use crate::body::hybrid::Indicators;
 
-    /// Truth: docs/theory-hybrid.md: a warning from 0.02 on, divided by the root of `share` if that exceeds 1. No warning for a
-    /// body whose mesh is condensed for another reason.
+    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 causes a warning, above 0.02 / sqrt(`share`) if `share` exceeds 1. A
+    /// body with the near field of its mesh, which has a `reason`, causes no warning.
     #[test]
     fn meshes_that_are_too_stiff() {
         let told = |mesh_error: f64, share: f64, reason: Option<&str>| {

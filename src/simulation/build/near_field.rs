@@ -15,9 +15,9 @@ use crate::simulation::mesh_motion;
 pub(crate) enum NearFieldModel {
     /// The body has no mesh.
     Unmeshed,
-    /// The mesh is condensed. The text gives the reason why no half-space is used.
+    /// The mesh itself represents the near field. The text gives the reason why no half-space is used.
     Mesh(String),
-    /// The mesh is condensed, because the half-space was tried and is not accurate enough. The text gives the reason.
+    /// As `Mesh`, because a half-space was tried and is not accurate enough. The text gives the reason.
     RejectedHalfSpace(String),
     /// A half-space, corrected by the mesh.
     HalfSpace(Box<HalfSpaceFit>),
@@ -37,7 +37,7 @@ impl NearFieldModel {
         self.half_space_fit().is_some()
     }
 
-    /// Whether the mesh is condensed to the nodes under the frame.
+    /// Whether the mesh itself represents the near field. A finite-element mesh is then condensed to its nodes under the frame.
     pub fn is_condensed(&self) -> bool {
         matches!(self, Self::Mesh(_) | Self::RejectedHalfSpace(_))
     }

@@ -13,10 +13,10 @@ use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::failure::SceneError;
 use crate::simulation::validate::symmetry_planes;
 
-/// Components of a displacement along a free direction below this share are rounding.
+/// Rounding threshold: of a vector's component relative to its length, and of a lever arm relative to the size of the frame.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Refuses friction on an unconstrained boundary-element body: before contact, the tractions that balance its loads shear it.
+/// Refuses friction on an unconstrained boundary-element body. Its supports do not determine the state from which slip is measured.
 fn refuse_friction_on_unconstrained_be(
     plan: &Plan,
     index: usize,
@@ -33,13 +33,13 @@ fn refuse_friction_on_unconstrained_be(
     Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
 
-/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes at the contact, displacements along
-/// unconstrained directions, and bodies with a common rigid motion.
+/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes at the contact, and bodies with a
+/// common rigid motion. On unconstrained bodies, also refuses rotations, moments, and displacements along unconstrained directions.
 ///
 /// Displacements that later steps keep need no separate check, because the step that prescribes them is refused.
 ///
 /// # Errors
-/// With the key of the first one.
+/// With the key of the first impossible control.
 pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
     symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
@@ -98,8 +98,8 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     })
 }
 
-/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. On inclined
-/// cells others may resist it; a moment that they cannot resist is refused when the step begins.
+/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. Frames with
+/// inclined cells are not checked here. There, the start of the step refuses a moment that the cells cannot resist.
 ///
 /// # Errors
 /// With the key of the moment.
@@ -133,7 +133,7 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
     Ok(())
 }
 
-/// Key of a step's entry in the scene. All load points of a history share one entry.
+/// Dotted scene path of `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
 pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;

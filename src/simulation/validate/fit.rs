@@ -28,7 +28,7 @@ use crate::simulation::validate::symmetry_planes;
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
 
-/// If a body is a half-space, cells smaller than this share are refused, unless the scene selects the near field of the mesh.
+/// Minimum ratio of cell area to area per contact node beside a half-space, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
 /// A warning for coarse contact faces needs a body with at least this share of the normal compliance. Measured for a flat pin of 8
@@ -38,11 +38,12 @@ const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 /// Minimum number of cells along each side of a grid that a message recommends.
 const MIN_ADVISED_CELLS: usize = 4;
 
-/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. Rigid sphere on 16 and 24 faces
-/// (Hertz): errors of 1 to 3 %, up to 1800 iterations at 1; at most 0.5 %, fewer than 100 from 1.19 to 2.
+/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. Measured for a rigid sphere on
+/// 16 and 24 faces (Hertz): errors of 1 to 3 % after up to 1800 iterations at a ratio of 1. At ratios of 1.19 to 2, errors are at
+/// most 0.5 % after fewer than 100 iterations.
 const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
 
-/// Cells smaller than this multiple cause a note.
+/// Cells smaller than this multiple of the area per contact node cause a note.
 const SMOOTH_CELL_AREA_RATIO: f64 = 2.0;
 
 /// Boundary-element nodes farther apart than this share of the body's thickness behind them cause a warning. Measured for a clamped
@@ -71,7 +72,7 @@ const FIXED_NORMAL_SHARE: f64 = 0.999;
 /// half-space takes part.
 ///
 /// # Source
-/// Uniqueness of the pressures: the frame must not have more points than the finer side has degrees of freedom.
+/// The frame must not have more points than the finer body has degrees of freedom, because the pressures would not be unique.
 pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
@@ -153,12 +154,12 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     .at("frame.center")
 }
 
-/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals at the meshed position of
-/// body 2. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
-/// clearance 0.01, approach 0.005: a motion of 0.03 mm costs 1.4 % of the load, 0.11 mm half of it.
+/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals, with body 2 at its meshed
+/// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
+/// clearance 0.01 mm, approach 0.005 mm: a motion of 0.03 mm reduces the load by 1.4 %, 0.11 mm by half.
 fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<String> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
-    // On a circle of radius R, the difference of two normals is their distance over R.
+    // On a circle of radius R, the normals at two points with the distance d differ by d / R.
     let curvature = (1..frame.n_cells())
         .map(|cell| (frame.triads[cell].normal() - first).norm() / (frame.centers[cell] - start).norm())
         .fold(0.0, f64::max);
@@ -192,8 +193,8 @@ fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> S
     )
 }
 
-/// Warns if a boundary element is too large to represent bending of the body. The pair is its index among the outer faces and its
-/// node distance relative to the thickness behind it.
+/// Warns if a boundary element is too large to represent bending of the body. The pair is the element's index among the outer faces
+/// and the ratio of its node spacing to the thickness of the body behind it.
 fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<String> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
@@ -231,7 +232,7 @@ fn check_cell_size(
         }
         return Ok(warnings);
     }
-    // With a cell per node, cells and nodes correspond one to one.
+    // On nodal frames, every cell belongs to one node, so the cells are not compared with the finest body.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
     // Boundary elements resolve the traction of each of their nodes if no cell covers two elements.
@@ -243,7 +244,7 @@ fn check_cell_size(
     let finest = finest.filter(|face| !by_boundary(face));
     let note = finest.map(|face| check_cell_area_ratio(plan, frame, face, &why)).transpose()?.flatten();
     let least = per_node.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    // Nodal cells at an edge have half the area of inner ones.
+    // Nodal cells at an edge have half the area of inner cells.
     let cell = match plan.frame {
         FramePlan::Mesh { body, .. } if nodal => per_node[body].unwrap_or(cell),
         _ => cell,
@@ -267,9 +268,9 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     compliances[index] / compliances.iter().sum::<f64>()
 }
 
-/// Warns if the condensed mesh of body `index` (`face`: area per contact node) is coarser than the cells of the frame (area
-/// `cell`), which the other body resolves. Measured for a sphere on a block a twentieth as stiff as the other half-space: peaks are
-/// 1.7 to 3.3 times too high at 0.16 of the area per node, a quarter at 0.36, less than 0.01 at 0.92.
+/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. `face` is the
+/// area per contact node, `cell` the area of a cell. Measured for a sphere on a block with a twentieth of its stiffness. Peaks are
+/// 1.7 to 3.3 times too high at `cell` / `face` = 0.16, by a quarter at 0.36, by less than 1 % at 0.92.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -332,7 +333,7 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
     }
 }
 
-/// Note if the gap neglects height differences of the surface of body `key`. `heights`: along n, over the cells.
+/// Note if the gap neglects height differences of the surface of body `key`. `heights` are along n in each cell, `[N]`, mm.
 fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
     let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
@@ -395,7 +396,7 @@ fn refuse_fixed_contact_nodes(
     Ok(())
 }
 
-/// Checks the mean cell area against the area per contact node of the finest body. `why`: the reason why no half-space takes part.
+/// Compares the mean cell area with the area per contact node of the finest body (`face`). `why`: reason why no half-space is used.
 fn check_cell_area_ratio(
     plan: &Plan,
     frame: &ContactFrame,
@@ -448,10 +449,10 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// Recommends the finest grid whose cells have `wanted` times the nodal area, given the present `ratio`. Empty if it is too coarse.
+/// Recommends the finest grid whose cells have `wanted` times the nodal area. `ratio`: the present multiple. Empty if too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
-    // A direction with a single cell keeps it.
+    // A direction with a single cell keeps its cell.
     let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;
     let coarser = |n: usize| (n as f64 * (ratio / wanted).powf(1.0 / directions)).floor() as usize;
     let [x, y] = grid.cells.map(|n| if n > 1 { coarser(n) } else { 1 });
@@ -490,7 +491,7 @@ fn region_fibre_warning(
     ))
 }
 
-/// Mean area per node, mm2. Each node counts with the fraction that belongs to the face in a large regular mesh of such faces.
+/// Mean face area per contact node, mm2. A face counts as many nodes as there are per face in a large regular mesh of its type.
 fn area_per_node(body: &BodyPlan, mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
     let nodes = |face: &&SurfaceFace| match (face.kind, body.as_be()) {
         (kind, Some(be)) => be.interpolation.n_nodes(kind.n_corners() == 3) as f64,

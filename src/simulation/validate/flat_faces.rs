@@ -1,8 +1,8 @@
 //! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the approach.
 //!
 //! An edge of length h on a surface of radius R lies up to h^2 / 8R inside the surface. For a condensed mesh, the gap contains this
-//! error in full. With a half-space near field the faces are curvature-corrected. The error that remains is the disagreement of the
-//! curvatures at the two ends of an edge.
+//! error in full. With a half-space near field, the gap is corrected for the curvature of the faces. The remaining error comes from
+//! different curvatures at the two ends of an edge.
 
 use crate::error::warning;
 use crate::evolution::records::IncrementRecord;
@@ -65,8 +65,8 @@ pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[Increm
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warns about excessive faceting errors under the contact: over cells whose `gap` (`[N]`, mm) is at most `depth`, or the smallest
-/// gap if that is larger. Curvature-corrected (`bowed`) bodies have the remaining error only.
+/// Warns about excessive faceting errors under the contact. This region comprises the cells whose `gap` (`[N]`, mm) is at most
+/// `depth` (mm), or the smallest gap if that is larger. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -110,7 +110,7 @@ pub(crate) fn max_curvature_correction(
     Ok(bowed.map(EdgeSagitta::applied).reduce(f64::max))
 }
 
-/// Faceting errors of the edges of faces of body `index` whose nodes all belong to cells for which `counts` holds.
+/// Faceting errors of the edges of body `index`. Only faces are included whose nodes all lie under cells for which `counts` holds.
 fn faceting_errors(
     fe: &MeshedBodyPlan,
     index: usize,

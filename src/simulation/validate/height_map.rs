@@ -31,9 +31,9 @@ const SPHERE_CURVATURE_DIFFERENCE: f64 = 0.05;
 struct BestParaboloid {
     /// Principal curvatures, the larger in magnitude first, positive if the gap increases away from the middle, 1/mm.
     curvatures: [f64; 2],
-    /// Root mean square deviation of the heights from it, mm.
+    /// Root mean square deviation of the heights from the paraboloid, mm.
     deviation: f64,
-    /// Rise from its middle to the farthest cell along the larger curvature, mm.
+    /// Rise over the distance from the centroid of the cells to the farthest cell, at the larger curvature, mm.
     sagitta: f64,
 }
 
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Truth: a plane with slopes 0.3 along x and -0.7 along y.
+    /// Truth: the plane 0.3 x - 0.7 y has the slopes 0.3 and -0.7 between neighbouring cells, so its steepest slope is 0.7.
     #[test]
     fn slopes() {
         let frame = ContactFrame::grid([1.0, 0.6], [10, 12], [0.0; 2], 0.0).unwrap();

@@ -26,13 +26,13 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
                 let outside = be.bem_spec(BODY_KEYS[index]).first_point_outside(&points).at(&key)?;
                 outside.map_or(Ok(()), |first| refuse_outside_point(plan, (&key, request), &points[first]))
             }
-            // The scene reader refuses these.
+            // The scene reader refuses interior points of these bodies.
             BodyPlan::Fe(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(()),
         }
     })
 }
 
-/// Refuses a rectangle with a corner outside the half-space. Its other points lie inside if the corners do.
+/// Refuses a rectangle with a corner outside the half-space. If all corners lie inside, all points do.
 fn below(
     plan: &Plan,
     frame: &ContactFrame,

@@ -10,11 +10,12 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
-/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Excess load of a
-/// rigid sphere on a clamped block over mean dilatation: `hex8` 2.5, 8, 31, 154 %, ten times at 0.3, 0.45, 0.49, 0.499, 0.4999.
+/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Measured excess
+/// load of `hex8` over mean dilatation, rigid sphere on a clamped block: 2.5, 8, 31, 154 % at ratios of 0.3, 0.45, 0.49, 0.499. At
+/// a ratio of 0.4999, the load is ten times too large.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
-/// The same for enhanced hexahedra: 0, 1.2, 5 and 18 % at 0.45, 0.49, 0.499 and 0.4999.
+/// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra: excess loads of 0, 1.2, 5, 18 % at ratios of 0.45, 0.49, 0.499, 0.4999.
 const LOCKING_RATIO_ENHANCED: f64 = 0.498;
 
 /// Poisson's ratio from which an element kind locks; `None` for kinds that do not lock.
@@ -27,7 +28,7 @@ fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     }
 }
 
-/// Name of the kind in scenes.
+/// Name of the element kind in scene files.
 fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
     if kind == ElementKind::Hex8 { formulation.name() } else { kind.name() }
 }
@@ -50,13 +51,13 @@ struct Locking {
     kinds: BTreeSet<&'static str>,
     only_hexahedra: bool,
     only_enhanced: bool,
-    /// Largest Poisson's ratio among them, and the name of its material.
+    /// Largest Poisson's ratio among the locking elements, and the name of its material.
     worst: (f64, String),
 }
 
 impl Locking {
     fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
-        // Neighbours usually have the same material.
+        // Neighbouring elements usually have the same material, so the last ratio is kept.
         let mut last: Option<(&Stiffness, f64)> = None;
         let mut found = Self {
             elements: 0,

@@ -11,7 +11,7 @@ use crate::simulation::validate::controls::step_key;
 /// A gap step across the periodic boundary causes a note if it exceeds the largest inner step by this factor.
 const MAX_SEAM_STEP_RATIO: f64 = 5.0;
 
-/// Directions with fewer cells are not checked.
+/// Minimum number of cells along a direction in which the gap is checked for a step across the periodic boundary.
 const MIN_CELLS_ALONG_SEAM: usize = 4;
 
 /// Checks a periodic frame and returns notes for the user.

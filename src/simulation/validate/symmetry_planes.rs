@@ -24,13 +24,13 @@ const SAME_PLANE: f64 = 1e-6;
 /// Largest angle, radians, between an axis of the friction ellipse and a symmetry plane that contains it.
 const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
 
-/// A plane group of a body with prescribed normal displacement.
+/// Plane group of faces of a body whose normal displacement is prescribed.
 struct SupportPlane {
     /// Key of the support in the scene.
     key: String,
     /// Whether the scene declares it a symmetry plane.
     is_symmetry: bool,
-    /// Global axis along its normal.
+    /// Index of the global axis along the normal of the plane.
     component: usize,
     /// Coordinate of the plane along that axis, mm.
     coordinate: f64,
@@ -66,7 +66,7 @@ impl SupportPlane {
 
 /// Counterpart of a plane on the other body.
 enum OppositePlane {
-    /// A plane with the same normal displacement. The flag tells whether the scene declares it a symmetry plane.
+    /// A plane with the same normal displacement. The flag tells whether the scene declares the opposite plane a symmetry plane.
     SameDisplacement(bool),
     /// A plane with another normal displacement.
     OtherDisplacement,
@@ -153,8 +153,9 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
 
 /// Nodes of the frame's body on planes across which tractions and relative displacements vanish.
 ///
-/// Such a plane is a plane group of both bodies with the same normal displacement, or a fixed one opposite a rigid body. If no body
-/// declares it a symmetry plane and a step moves the bodies across it, it is a wall and constrains nothing.
+/// On these planes, both bodies have a plane group with the same normal displacement, or a fixed plane group lies opposite a rigid
+/// body. A plane that no body declares a symmetry plane must meet two conditions. No step moves or loads the bodies across it, and
+/// reflection at it does not change the friction law.
 pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
@@ -195,7 +196,7 @@ fn pressing_key(step: &Step) -> &'static str {
 /// gap (`moves`) or from the steps.
 ///
 /// # Errors
-/// With the key of the gap, or of the first such step.
+/// With the key of the gap, or of the first step that presses the bodies together.
 pub(super) fn refuse_closed_contact(
     plan: &Plan,
     frame: &ContactFrame,
@@ -232,7 +233,7 @@ pub(super) fn refuse_closed_contact(
 }
 
 /// Refuses scenes with friction that contradict symmetry planes at the contact: loads and motions across them, and friction
-/// ellipses oblique to them. On nodal frames also planes that only one body has, or that move relative to each other.
+/// ellipses oblique to them. On nodal frames, it also refuses planes that only one body has, or that move relative to each other.
 ///
 /// # Errors
 /// With the key of the first contradiction.
@@ -400,8 +401,8 @@ mod tests {
         })
     }
 
-    /// Truth: motions and forces without a component along the normal preserve a plane; so do rotations and moments with no other
-    /// one.
+    /// Truth: a plane is preserved by motions and forces without a component along its normal. Rotations and moments preserve it
+    /// only if their axis is along its normal.
     #[test]
     fn controls_across_a_plane() {
         let y = Vector3::y();

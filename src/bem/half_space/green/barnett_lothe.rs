@@ -32,7 +32,7 @@ pub struct BarnettLothe {
     pub l: Matrix3<f64>,
 }
 
-/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands.
+/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands, with the normal ν.
 #[derive(Debug, Clone, Copy)]
 struct Contractions {
     q: Matrix3<f64>,
@@ -40,7 +40,7 @@ struct Contractions {
     t: Matrix3<f64>,
 }
 
-/// Sums of N1, T^-1 and -N3 over the points of a rule.
+/// Sums of N1 = -T⁻¹ Rᵀ, T⁻¹ and -N3 = Q - R T⁻¹ Rᵀ over the points of a rule.
 #[derive(Debug, Clone, Copy)]
 struct QuadratureSums {
     count: usize,
@@ -144,8 +144,8 @@ impl QuadratureSums {
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // No explicit inverse: near incompressibility Q and R T⁻¹ Rᵀ are of order λ and cancel to μ. An error δ of the inverse
-            // enters as R δ Rᵀ, (λ / μ)³ roundings in total; an error of the Cholesky factor enters as λ / μ.
+            // No explicit inverse: for Lamé constants λ ≫ μ, Q and R T⁻¹ Rᵀ are of order λ and cancel to order μ. An error δ of the
+            // inverse enters as R δ Rᵀ and amplifies rounding by (λ / μ)³. An error of the Cholesky factor amplifies it by λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

@@ -31,7 +31,7 @@ const TAIL_AT_LIMIT: f64 = 1e-9;
 /// Trailing harmonics below this share of the largest are truncated.
 pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
 
-/// S_nt counts as zero below this share of the largest coefficient.
+/// A component counts as zero if its coefficients are below this share of the largest coefficient.
 const ZERO_COMPONENT_TOLERANCE: f64 = 1e-12;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
@@ -113,7 +113,7 @@ impl SurfaceGreen {
     /// # Source
     /// docs/theory-half-space.md (harmonic tractions; the series of point forces read backwards).
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
-        // a_n = 2π i^-n γ_n for even n, b_n = -2π γ_n / sin(n π/2) for odd n; both alternate in sign.
+        // Harmonics of Re W: a_n = 2π i^-n γ_n, n even; of Im W: b_n = -2π γ_n / sin(n π/2), n odd. Both alternate in sign.
         let turn = Complex::from_polar(1.0, angle);
         let re = assemble(&real_sum(&self.even, ONE, -turn * turn), &[0.0; 3]);
         let im = assemble(&[0.0; 6], &real_sum(&self.odd, -turn, -turn * turn));
@@ -235,8 +235,8 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
         .collect()
 }
 
-/// Sum over all orders of both signs. The phase is `first` for the lowest order and grows by `ratio`. Order 0 (phase 1 of the even
-/// harmonics) has no counterpart of opposite sign.
+/// Sum of a real series over its positive and negative orders. The phase factor of the lowest order is `first`, and `ratio`
+/// multiplies it from order to order. Order 0 of the even harmonics (phase factor 1) has no counterpart of opposite sign.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],
     first: Complex<f64>,

@@ -21,7 +21,7 @@ use crate::linalg::memory;
 /// Treatment of the blocks between normal and tangential components if they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CrossBlocks {
-    /// The blocks are multiplied like the others; the operator counts as coupled.
+    /// The blocks are multiplied even if they vanish; the operator counts as coupled.
     Keep,
     /// Vanishing blocks are skipped; the operator then counts as uncoupled.
     SkipVanishing,
@@ -43,9 +43,9 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    /// Approximate inverse for each component set.
+    /// Approximate inverses of the operator as preconditioners, one for each set of components.
     inverse: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
-    /// Operators on parts of the grid and on coarser grids; the last used one is last.
+    /// Operators on parts of the grid and on coarser grids, in the order of their last use.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
 
@@ -93,12 +93,12 @@ impl FftFlexibility {
         self.symbol.plan.cells
     }
 
-    /// Component set of a product of all components.
+    /// Components of the full product: coupled or uncoupled.
     fn parts(&self) -> ComponentSet {
         if self.symbol.coupled { ComponentSet::Coupled } else { ComponentSet::Uncoupled }
     }
 
-    /// Approximate inverse for a component set.
+    /// Approximate inverse of the operator for the components `parts`, as a preconditioner.
     fn inverse(&self, parts: ComponentSet) -> &SpectralFilter {
         self.inverse[parts as usize].get_or_init(|| {
             inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)

@@ -43,7 +43,7 @@ pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
 pub(in crate::bem::half_space) struct PaddedGridBuffers<T = f64> {
     /// `[ix][component][k_y]`
     rows: Vec<Complex<T>>,
-    /// `[k_y][component][column_stride]`, cells ix first
+    /// `[k_y][component][column_stride]`; only the first `cells[0]` values of a column are used.
     columns: Vec<Complex<T>>,
     tasks: Vec<Scratch<T>>,
 }
@@ -59,7 +59,7 @@ struct Scratch<T> {
 }
 
 impl<T: FftReal> PaddedGridPlan<T> {
-    /// Plan with at least as many zeros as cells, less one.
+    /// Plan for a grid padded with zeros to at least 2 cells - 1 in each direction.
     pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
     }
@@ -301,8 +301,8 @@ const MAX_UNALIGNED_SIZE: usize = 64;
 /// Number of values in a SIMD register.
 const SIMD_LANES: usize = 8;
 
-/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5. Large sizes are multiples
-/// of eight. Other sizes, such as 250 or 500, take two to three times as long per number.
+/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5. Sizes above 64 are
+/// multiples of eight. Other sizes, such as 250 or 500, take two to three times as long per value.
 pub(in crate::bem::half_space) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3] {

@@ -43,13 +43,13 @@ impl GridSymbol {
         })
     }
 
-    /// Other planes of the symbol.
+    /// All planes of the symbol except nn.
     pub(super) fn other_planes(&self) -> &[f64] {
         self.other_planes
             .get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
-    /// The P planes for one k_y.
+    /// The P planes of `symbol` for one k_y.
     pub(super) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.plan.padded[0];
         let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
@@ -62,7 +62,8 @@ impl GridSymbol {
         self.coarsening as f64 / (px * py) as f64
     }
 
-    /// Adds a row of a plane of offsets, periodic with the padded size. The row is zero for offsets that no pair of cells has.
+    /// Adds the kernel values of `plane` at the offset of row `ix` to `row`, periodically with the padded size. Nothing is added
+    /// for offsets that no pair of cells has.
     fn add_row(&self, plane: &OffsetPlane, ix: usize, row: &mut [f64]) {
         let (cells, period) = (self.plan.cells[0], self.plan.padded[0]);
         if let Some(dx) = wrapped_offset(ix, period, cells) {

@@ -65,7 +65,7 @@ impl KernelTable {
         self.near[self.near_cells[1] - 1]
     }
 
-    /// Integral at an offset of `dx` >= 0 and `dy` cells; `None` for far offsets.
+    /// Stored integral K at an offset of `dx` >= 0 and `dy` cells; `None` for far offsets.
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
@@ -94,7 +94,7 @@ impl KernelTable {
                 parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
-        // For half-spaces with a plane of symmetry along x only y >= 0 is computed.
+        // For half-spaces with a plane of symmetry along x, only y >= 0 is computed.
         let signs: Option<Vec<f64>> =
             components.iter().map(|component| self.far.y_parity(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
@@ -143,7 +143,7 @@ impl OffsetPlane {
         let (ny, period) = (self.cells_y, row.len());
         let start = dx.unsigned_abs() * (2 * ny - 1);
         let values = &self.values[start..start + 2 * ny - 1];
-        // The second half has dy = 0, 1, ..., the first half the negative dy. The values for -dx are mirrored.
+        // The second half of `values` has dy = 0, 1, ..., the first half dy < 0. For dx < 0 the values at -dx are mirrored.
         let (before, from) = values.split_at(ny - 1);
         if dx >= 0 {
             row.iter_mut().zip(from).for_each(|(r, value)| *r += value);

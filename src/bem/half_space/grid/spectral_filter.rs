@@ -63,8 +63,8 @@ pub(in crate::bem::half_space) struct SpectralFilter {
 }
 
 impl SpectralFilter {
-    /// Filter with the symbol `[k_y][planes][padded_x]`, including the factor 1/(padded size). Several symbols with a part of the
-    /// planes each are joined in their order.
+    /// Filter with the symbol `[k_y][planes][padded_x]`, including the factor 1/(padded size). Several symbols, each with some of
+    /// the planes, are joined in their order.
     pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let half = convolution.half_spectrum();
@@ -146,7 +146,7 @@ fn max_abs(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: the definition.
+    /// Truth: the largest absolute value, read from the list; 0 for an empty list, and NaN if the list contains NaN.
     #[test]
     fn the_largest_of_some() {
         let mut values: Vec<f64> = (0..21).map(|k| f64::from(k % 7) - 4.5).collect();

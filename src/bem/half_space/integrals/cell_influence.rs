@@ -1,14 +1,14 @@
 //! Symmetrised influences between the cells of a plane frame: moment expansions for distant cells, exact integrals for others.
 //!
-//! Collocation gives K_IJ, the displacement at the centre of cell I alone; S_IJ = (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module
-//! computes F = S A^-1, the operator on forces instead of tractions. F is symmetric and depends little on the sizes of distant
-//! cells. With both cells expanded about their centres, the two halves share the derivatives of the Green's function at d = x_I -
-//! x_J:
+//! Collocation gives K_IJ, the displacement at the centre of cell I due to a unit traction on cell J. With the cell areas A, S_IJ =
+//! (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module computes F = S A^-1, the operator on forces instead of tractions. F is symmetric
+//! and depends little on the sizes of distant cells. If both cells are expanded about their centres, K_IJ and K_JIᵀ share the
+//! derivatives of the Green's function G at d = x_I - x_J:
 //!
 //! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
-//! where μ are the moments divided by the area. For cells of unequal size the expansion may hold for the smaller cell only. Each
-//! half is then computed separately.
+//! where z = x + i y and μ are the moments divided by the area. For cells of unequal size the expansion may hold for the smaller
+//! cell only. Both terms are then computed separately.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ use crate::bem::half_space::integrals::polygon_multipole::{MAX_ORDER, PolygonMul
 /// Error of the integrals as a share of the tolerance of the operator.
 const INTEGRAL_TOLERANCE_SHARE: f64 = 0.1;
 
-/// The last harmonics of the Green's function are neglected between different cells below this share of that error.
+/// Between different cells, trailing harmonics of the Green's function are neglected below this share of the integrals' error.
 const HARMONIC_CUTOFF_SHARE: f64 = 0.05;
 
 /// Smallest relative tolerance of an operator, close to rounding.
@@ -134,7 +134,7 @@ impl CellInfluence {
         &self.components
     }
 
-    /// Factor of the entries, so that they are about 1 at most.
+    /// Factor by which F is multiplied, so that its entries are about 1 at most.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -173,7 +173,8 @@ impl CellInfluence {
         values.fill(0.0);
         let factor = 0.5 * self.scale;
         let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
-            // The halves are computed separately: a target next to a large cell may be thousands of its own sizes away from it.
+            // The terms of K_IJ and K_JIᵀ are computed separately. A small cell may be thousands of its own sizes away from the
+            // centre of a large neighbour.
             self.add_half((i, j), d, factor, Signs::Alternate, values);
             self.add_half((j, i), d, factor, Signs::Same, values);
             return;
@@ -193,9 +194,9 @@ impl CellInfluence {
         self.far.add(d, order, &weights[..n_moments(order)], values);
     }
 
-    /// Adds `factor` times the mean over the source cell of the Green's function at the centre of the target. With alternating
-    /// signs this is K_target,source, and `d` points from source to target. With equal signs it is the transpose, and `d` points
-    /// from target to source.
+    /// Adds `factor` times the mean of the Green's function over the source cell at the centre of the target, K_target,source /
+    /// A_source. With `Signs::Alternate`, `d` points from source to target. With `Signs::Same`, the transpose is added and `d`
+    /// points from target to source.
     fn add_half(
         &self,
         (target, source): (usize, usize),
@@ -309,8 +310,8 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: the symmetrised exact integrals over both cells. The error stays below the tolerance, from the start of the expansion
-    /// to far distances, in all directions. At the start it is not negligible.
+    /// Truth: S_IJ equals the symmetrised exact integrals over both cells. The error stays below the tolerance of the integrals in
+    /// all directions, from the smallest distance of the expansion to far distances. At the smallest distance it is not negligible.
     #[test]
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -342,8 +343,9 @@ mod tests {
         }
     }
 
-    /// Truth: Gauss rules on both cells, which stay accurate at any distance. Next to a large cell, whose moments do not suffice, a
-    /// smaller cell is distant relative to its own size. Both halves keep the tolerance.
+    /// Truth: S_IJ equals the symmetrised integrals over both cells, which stay accurate at any distance. A small cell next to a
+    /// large cell is distant relative to its own size, but too near for the moments of the large cell. The terms of both cells keep
+    /// the tolerance.
     #[test]
     fn cells_of_unlike_size_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -371,7 +373,7 @@ mod tests {
     }
 
     /// Truth: a term of order k falls as (radius / distance)^k. The error of orders up to p thus falls as the power p + 1, or p + 2
-    /// where the next order is small.
+    /// where order p + 1 is small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();

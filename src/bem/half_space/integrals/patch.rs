@@ -10,8 +10,8 @@ use crate::quadrature::gauss_legendre;
 /// Maximum number of Gauss points per direction. If it does not suffice, the exact integral is used.
 const MAX_POINTS: usize = 16;
 
-/// Gauss rules with up to this many points per direction are always used for polygons, since the exact integral loses accuracy
-/// there. For larger rules, `SLOWER` harmonics of the exact integral cost as much as one point.
+/// Gauss rules with up to this many points per direction are always used for polygons, since the exact integral loses accuracy at
+/// such distances. For larger rules, `SLOWER` harmonics of the exact integral cost as much as one point.
 const FEW_POINTS: usize = 4;
 const SLOWER: usize = 2;
 

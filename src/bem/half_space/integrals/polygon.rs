@@ -1,9 +1,9 @@
 //! Exact integrals of the surface Green's function over polygons.
 //!
 //! Each edge contributes the integral over the triangle between the edge and the target. In polar coordinates about the target the
-//! Jacobian cancels 1/r, and a recurrence over the harmonics of Γ remains. Targets inside, on an edge, on a vertex or next to one
-//! cause no singularity. Far away the contributions of the edges cancel (relative error about 1e-16 (distance / size)^2).
-//! [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) uses Gauss rules there.
+//! Jacobian cancels 1/r, and a recurrence over the harmonics of Γ remains. Targets inside, on or near an edge or a vertex cause no
+//! singularity. Far away the contributions of the edges cancel (relative error about 1e-16 (distance / size)^2). For distant
+//! targets [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) uses Gauss rules.
 
 use nalgebra::{Complex, Matrix3};
 
@@ -72,7 +72,8 @@ impl Edge {
 
     /// Adds `height ∫ Γ(φ) / cos ψ dψ` to the entries of the even and the odd harmonics.
     ///
-    /// With P_n = foot^n K_n the recurrence is `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`.
+    /// The recurrence is `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`. Here P_n = foot^n K_n, K_n = ∫ exp(i n ψ) / cos ψ
+    /// dψ, and a, b are the directions of the ends.
     fn add(&self, green: &SurfaceGreen, even: &mut [f64; 6], odd: &mut [f64; 3]) {
         let (foot, [a, b]) = (self.foot, self.ends);
         let (a_squared, b_squared) = (a * a, b * b);

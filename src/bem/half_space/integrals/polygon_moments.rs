@@ -71,8 +71,8 @@ impl PolygonMoments {
 mod tests {
     use super::*;
 
-    /// Truth: moments of a rectangle in closed form, about its centre and about another point (polynomials shifted by hand).
-    /// Tolerance: rounding.
+    /// Truth: the moments of a rectangle equal their closed forms, about its centre and, by the parallel-axis theorem, about
+    /// another point. Tolerance: rounding.
     #[test]
     fn moments_of_a_rectangle() {
         let corners = [[-0.3, -0.1], [0.3, -0.1], [0.3, 0.1], [-0.3, 0.1]];

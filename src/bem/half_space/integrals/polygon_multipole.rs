@@ -4,8 +4,9 @@
 //!
 //! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`, `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
-//! with P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives times its moments. The
-//! functions D_ab of the direction are tabulated over half a turn; the other half differs in signs.
+//! with the harmonics γ_n of Γ and P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives
+//! times its moments. The functions D_ab of the direction are tabulated over half a turn. In the opposite direction only signs
+//! differ.
 
 use std::f64::consts::PI;
 
@@ -46,7 +47,8 @@ pub(super) struct PolygonMultipole {
 }
 
 impl PolygonMultipole {
-    /// Expansion with an error of `accuracy` relative to the largest component, and up to `decades` decades smaller.
+    /// Expansion with an error of `accuracy` relative to the largest component. Its minimum distances are also computed for errors
+    /// that are 1, ..., `decades` decades smaller.
     pub fn new(green: &SurfaceGreen, components: &[KernelComponent], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + MAX_ORDER + 1)).next_power_of_two().max(ANGLES);
         let fits =
@@ -54,7 +56,7 @@ impl PolygonMultipole {
         let order = (1..=MAX_ORDER).rev().find(fits).unwrap_or(0);
         let stride = n_moments(order) * components.len();
         let mut table = vec![0.0; stride * (angles / 2 + NODES)];
-        // The sizes of the next orders determine the minimum distances. Two orders more than tabulated, as one of them may vanish.
+        // The first two omitted orders determine the minimum distances, since one of them may vanish.
         let mut sizes = vec![0.0_f64; order + 3];
         let mut function = 0;
         for (k, size) in sizes.iter_mut().enumerate() {

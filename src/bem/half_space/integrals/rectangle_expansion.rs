@@ -31,8 +31,8 @@ const COMPONENTS: [KernelComponent; 9] = [
     KernelComponent::Odd(2),
 ];
 
-/// Terms T_m(φ), m = 0..=TERMS, of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1). Each term is given by its
-/// coefficients n = 0, 1, ... for half of the real series. Moments of odd order vanish, the others are real.
+/// Terms T_m(φ), m = 0..=TERMS, of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1). Each term is a real
+/// Fourier series, given by its coefficients of the orders 0, 1, .... Moments of odd order vanish, the others are real.
 fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
     let [a, b] = sides.map(|side| side / 2.0);
     let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
@@ -105,7 +105,7 @@ impl RectangleExpansion {
         self.min_distance[TERMS - 1]
     }
 
-    /// Ratio of a component at (x, -y) to that at (x, y), if the half-spaces have this symmetry.
+    /// Ratio of a component's value at (x, -y) to its value at (x, y), 1 or -1; `None` if the half-spaces lack this symmetry.
     pub(in crate::bem::half_space) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
         self.parity[component.index()]
     }
@@ -161,7 +161,7 @@ mod tests {
     use crate::geometry::Side;
     use crate::material::Stiffness;
 
-    /// Truth: integrals over the rectangle by Gauss rules. Tolerance: 3e-14 of the largest entry (rounding of both).
+    /// Truth: the expansion equals integrals over the rectangle by Gauss rules. Tolerance: 3e-14 of the largest entry (rounding).
     #[test]
     fn expansion_equals_gauss_points() {
         let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");

@@ -117,13 +117,13 @@ impl PeriodicFlexibility {
         (own + own.transpose()) * 0.5
     }
 
-    /// Approximate inverse for a component set.
+    /// Approximate inverse of the operator for the components `parts`, as a preconditioner.
     fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
         let cells = self.convolution.cells;
         inverse_filter(parts, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance)
     }
 
-    /// Planes of one k_y.
+    /// Planes of the symbol for one k_y.
     fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
         let px = self.convolution.padded[0];
         let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);

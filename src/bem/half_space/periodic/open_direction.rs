@@ -22,7 +22,7 @@ use crate::cancel;
 const ALIASES: usize = 10;
 const N_EULER_TERMS: usize = 18;
 
-/// Additional directly summed aliases per k h / 2π, divided by the singularity distance of the material.
+/// Number of additional directly summed aliases per k h / (2π d), where d is the singularity distance of the material.
 const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
 /// Negative natural logarithm of the share of K that may return from the next period (1e-15).
@@ -31,7 +31,7 @@ const LN_MAX_WRAPAROUND: f64 = 35.0;
 /// Maximum number of points of the line for the kernel of a harmonic; each takes some 300 bytes per thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// Largest ratio of period to cell width across for which [`MAX_LINE_POINTS`] suffices, neglecting the points of the cells.
+/// Largest ratio of the period to the cell width across it for which [`MAX_LINE_POINTS`] suffices, neglecting points of the cells.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -101,7 +101,7 @@ impl<'a> OpenDirection<'a> {
         2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
     }
 
-    /// Number of cells after which the line may repeat with negligible return of K, for a wavenumber `k` other than zero.
+    /// Number of cells of a periodic line on which the return of K from the next period is negligible, for a wavenumber `k` > 0.
     pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
         fast_size(
             (self.cells as f64
@@ -110,8 +110,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of wavenumber `j` of `period` cells at k. If k and -k coincide on the grid (`paired`), the mean over
-    /// both.
+    /// Sum over the aliases of wavenumber `j` of `period` cells at k. If k and -k coincide on the grid (`paired`), returns the mean
+    /// of the sums at k and -k.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
@@ -123,7 +123,7 @@ impl<'a> OpenDirection<'a> {
             let plain = ALIASES
                 + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
             let mut weight = 2.0 / h * half.sin();
-            // Weights 2^-J Σ_{m >= j} C(J, m) of the last terms.
+            // The last J terms have the weights 2^-J Σ_{m >= j} C(J, m), j = 1, ..., J.
             let (mut tail, mut binomial) = (1.0, 0.5_f64.powi(N_EULER_TERMS as i32));
             for i in 1..=plain + N_EULER_TERMS {
                 weight = -weight;
@@ -151,7 +151,7 @@ impl<'a> OpenDirection<'a> {
         }
     }
 
-    /// K for k = 0. With W = A ± i B along the open direction, the integral over the cell of -A/π ln(|x| / datum) - B/2 sgn(x).
+    /// K for k = 0: the integral of -A/π ln(|x| / datum) - B/2 sgn(x) over the cell, with W = A ± i B along the open direction.
     pub(super) fn plane_strain(&self, d: isize) -> Upper {
         let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let h = self.spacing[self.axis];

@@ -38,7 +38,7 @@ pub(super) fn doubly_periodic_symbol(
     })
 }
 
-/// Symbol of a frame open along `axis` and periodic along the other; `material`: see the fields of [`OpenDirection`].
+/// Symbol of a frame open along `axis`, periodic along the other. `material`: admittance and singularity distance.
 pub(super) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],

@@ -29,13 +29,13 @@ const ADMISSIBILITY: f64 = 3.0;
 /// Maximum number of cells of a frame for the dense operator.
 pub const MAX_DENSE_CELLS: usize = 1000;
 
-/// Default tolerance.
+/// Default relative tolerance of the compressed operator.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
 /// Bytes per row or column of a far block, per component and per squared number of decimal digits of the tolerance; measured.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// Seconds of the build on two cores per cell, logarithm of the number of cells, component and squared digits; measured.
+/// Build time for n cells on two cores, seconds, over the product of n ln n, number of components and squared digits; measured.
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Cells: centres `[N]` and corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2.
@@ -203,7 +203,7 @@ impl CompressedFlexibility {
         self.in_order((x, y), |area| area, product, |_| 1.0 / scale);
     }
 
-    /// Approximates S⁻¹ = A⁻¹ F⁻¹.
+    /// Multiplies by an approximation of S⁻¹ = A⁻¹ F⁻¹.
     fn apply_approximate_inverse(
         &self,
         (which, uses): (usize, &[ComponentProduct]),

@@ -73,7 +73,7 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
-    /// Operator from the matrix K of displacements of cells under tractions on others, `[3 n][3 n]` by component planes, mm/MPa.
+    /// Operator from K, `[3 n][3 n]` by component planes, mm/MPa: displacements of all cells under unit tractions on each cell.
     ///
     /// # Panics
     /// If `k` does not have 9 n² entries.

@@ -27,7 +27,7 @@ impl Boussinesq {
 
     /// Field at a point of the body or its surface.
     pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
-        // s = 1/ρ, e = 1/(ρ + d); along x_a: s' = −x_a s³, e' = −x_a s e²; along the depth d: s' = −d s³, e' = −s e.
+        // s = 1/ρ, e = 1/(ρ + d), ρ = |x|. Along x_a: s' = −x_a s³, e' = −x_a s e². Along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
         let s = 1.0 / point.norm();
         let e = 1.0 / (1.0 / s + d);

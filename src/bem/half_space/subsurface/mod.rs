@@ -1,8 +1,9 @@
 //! Displacement and stress inside a half-space under uniform tractions on the cells of its surface ([`SubsurfaceField`]).
 //!
-//! Cells near the point are integrated by Gauss rules and subdivided when very near. The number of points follows from the distance
-//! to the singularities of the kernel. Distant cells are clustered. Each cluster is replaced by 6 × 6 equivalent forces with the
-//! same moments up to degree 5 in each direction. A point thus sums some thousand forces, independent of the number of cells.
+//! Cells near the evaluation point are integrated by Gauss rules and subdivided when very near. The number of Gauss points follows
+//! from the distance to the singularities of the kernel. Distant cells are clustered. Each cluster is replaced by 6 × 6 equivalent
+//! forces with the same moments up to degree 5 in each direction. The field at a point is thus the sum of some thousand forces,
+//! independent of the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -159,7 +160,7 @@ impl<'a> SubsurfaceField<'a> {
         made
     }
 
-    /// Builds the cluster of a range of quadrilaterals after its halves; returns its index.
+    /// Builds the cluster of a range of quadrilaterals, after the clusters of its halves. Returns the index of the cluster.
     fn build_cluster(&mut self, range: Range<usize>) -> usize {
         let corners = self.quads[range.clone()].iter().flat_map(|part| part.corners);
         let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -194,7 +195,7 @@ impl<'a> SubsurfaceField<'a> {
         self.clusters.len() - 1
     }
 
-    /// Equivalent forces at the points of a rule over a rectangle. They do the members' work on polynomials.
+    /// Equivalent forces at the Gauss points of a rectangle. On polynomials they do the same work as the members' tractions.
     fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
         let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
         let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
@@ -283,7 +284,7 @@ impl<'a> SubsurfaceField<'a> {
     }
 }
 
-/// Lagrange polynomials at the points of a rule.
+/// Values at `x` of the Lagrange polynomials through the points of a rule.
 fn lagrange_basis(rule: &[(f64, f64)], x: f64) -> [f64; EQUIVALENT_FORCES_PER_SIDE] {
     std::array::from_fn(|i| {
         let others = rule.iter().enumerate().filter(|(j, _)| *j != i);
@@ -304,9 +305,9 @@ mod tests {
         vec![[x - a, y - b], [x + a, y - b], [x + a, y + b], [x - a, y + b]]
     }
 
-    /// Truth: the closed forms of Boussinesq and Love on the axis of a disc under uniform pressure p (Johnson 3.33): σ_z = -p (1 -
-    /// ζ³), σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2), ζ = z / √(a² + z²). The disc is a polygon with 256 corners and the same area.
-    /// Depths start at a hundredth of the radius.
+    /// Truth: the stress on the axis of a disc of radius a under uniform pressure p equals the closed form of Boussinesq and Love
+    /// (Johnson 3.33). It is σ_z = -p (1 - ζ³), σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2), ζ = z / √(a² + z²). The disc is a polygon
+    /// with 256 corners and the same area. Depths start at a hundredth of the radius.
     #[test]
     fn below_a_disc() {
         let (stiffness, p, nu) = (steel(), 100.0, 0.3);
@@ -331,8 +332,9 @@ mod tests {
         }
     }
 
-    /// Truth: the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an error of 1e-5 of
-    /// the largest stress. Isotropic and anisotropic bodies; points below, next to and far from the cells, and at half a cell.
+    /// Truth: the field equals the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an
+    /// error of 1e-5 of the largest value. The points lie below, next to and far from the cells, one at a depth of half a cell
+    /// side. The bodies are isotropic and anisotropic.
     #[test]
     fn groups_stand_for_their_cells() {
         // Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres and more cells.
@@ -378,9 +380,9 @@ mod tests {
         }
     }
 
-    /// Truth: Hertzian line contact (Johnson 4.2c, catalogue case hertz-line). The largest shear stress, 0.300283 p0, lies 0.786151
-    /// a below the centre. The model has 160 strips across the contact, 800 times as long as its half-width, and an incompressible
-    /// material. For compressible materials σ_x would be in error by (1 - 2ν) P' / (π L) under strips of length 2 L.
+    /// Truth: Hertzian line contact of half-width a and peak pressure p0 (Johnson 4.2c, catalogue case hertz-line). The largest
+    /// shear stress is 0.300283 p0 at the depth 0.786151 a. The model has 160 strips of length 800 a and an incompressible
+    /// material. In compressible materials, strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);

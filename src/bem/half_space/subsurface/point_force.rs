@@ -15,10 +15,10 @@ use crate::geometry::Side;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Points nearer to the surface, relative to their distance from the force, count as surface points.
+/// Points whose distance from the surface is at most this multiple of their distance from the force count as surface points.
 const SURFACE_TOLERANCE: f64 = 1e-9;
 
-/// Kind of the tables in the cache key.
+/// Name of this field in the cache key of its tables.
 const KIND: &str = "point force";
 
 /// Target error of a table, relative to its largest entry.
@@ -88,8 +88,8 @@ impl PointForceField {
         Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
-    /// Field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts
-    /// as a surface point. Its derivatives are one-sided, from within the body.
+    /// Field at `x` (mm) with z <= 0, not the origin. Points above or below the surface by at most 1e-9 of their distance from the
+    /// origin count as surface points. The derivatives at surface points are one-sided, from within the body.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let on_surface = x.z >= -SURFACE_TOLERANCE * x.norm();
@@ -103,7 +103,7 @@ impl PointForceField {
     }
 
     /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry at that
-    /// distance. The last change of the integral replaces it if larger; 0 for closed forms.
+    /// distance. It is at least the last change of the integral, and 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,
@@ -112,7 +112,8 @@ impl PointForceField {
     }
 }
 
-/// Whether the plane normal to an axis is one of symmetry: stiffnesses with an odd number of indices of that axis vanish.
+/// Whether the plane normal to `axis` is a plane of symmetry: stiffnesses whose four indices contain this axis an odd number of
+/// times vanish.
 fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
     let largest = stiffness.voigt().amax();
     let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);

@@ -18,7 +18,7 @@ const POINTS: [usize; 2] = [16, 1 << 14];
 /// Convergence limit: change from a rule to the doubled rule, relative to the largest value.
 const MAX_CHANGE: f64 = 1e-11;
 
-/// Number of rules. The last one serves all depths below 4^(1 - RULES) of the distance from the inner axis.
+/// Number of rules. The last one serves all points whose depth is below 4^(1 - RULES) of their distance from the z axis.
 const RULES: i32 = 10;
 
 /// Number of quadrature points per batch, for SIMD.
@@ -30,9 +30,9 @@ const TERMS: usize = 36;
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
 /// # Source
-/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T. Here Q = C(m, m), R = C(m, e3), T = C(e3, e3), m =
-/// (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors. The resolvent of the Stroh matrix is real and
-/// needs no eigenvectors.
+/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T. Here Q = C(m, m), R = C(m, e3), T = C(e3, e3), with
+/// C(u, v)_ik = C_ijkl u_j v_l. m = (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors. The
+/// resolvent of the Stroh matrix is real and needs no eigenvectors.
 #[derive(Debug, Clone)]
 pub struct PointForceIntegral {
     /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
@@ -45,13 +45,13 @@ pub struct PointForceIntegral {
     normal: Matrix3<f64>,
     /// A(θ), antisymmetric: entries xy, xz, yz.
     coupling: AngularTable,
-    /// Points of the largest rule for ratios 1, 1/4, 1/16, ... of depth to distance from the inner axis.
+    /// Points of the largest rule for ratios 1, 1/4, 1/16, ... of depth to distance from the z axis.
     rules: Vec<Vec<RulePoint>>,
     /// Number of points of the first rule.
     min_points: usize,
 }
 
-/// tan ψ, and dψ/ds times half a turn over the range of s.
+/// Point of the angular rule: tan ψ, and dψ/ds over its mean π/2. `PointForceIntegral::integrate` defines ψ and s.
 #[derive(Debug, Clone, Copy)]
 struct RulePoint {
     tangent: f64,
@@ -63,7 +63,7 @@ struct Direction {
     phi: f64,
     cos: f64,
     sin: f64,
-    /// Distance from the inner axis over the depth.
+    /// Distance from the z axis over the depth.
     slope: f64,
 }
 
@@ -77,7 +77,7 @@ impl PointForceIntegral {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
         let mixed = [contract(0, 2), contract(1, 2)];
-        // The integrand has features as narrow as the square root of the stiffness ratios.
+        // The integrand has features whose width is the inverse square root of the stiffness ratio.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
@@ -112,10 +112,11 @@ impl PointForceIntegral {
 
     /// Field at a point below the surface, and the last change on doubling the points, relative to the largest entries.
     ///
-    /// Trapezoidal rule in s with tan ψ = k' sc(s, k), θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance
-    /// from the inner axis. The poles near tan ψ = ±i k' and ±i are then far from the real line. The points are doubled until the
-    /// last change is at most `change` and the change before at most 10 √change, or until the largest rule. The second condition
-    /// prevents false convergence where the leading error, a wave in φ with as many periods as points, vanishes.
+    /// The trapezoidal rule is applied in s. With the quarter period K, tan ψ = k' sc(K s, k) and θ = φ + π/2 + ψ. Here k' is
+    /// approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and ±i are then far from the real
+    /// line. The points are doubled until the last change is at most `change` and the change before at most 10 √change, or until
+    /// the largest rule. The second condition prevents false convergence where the leading error, a wave in φ with as many periods
+    /// as points, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -160,7 +161,7 @@ impl PointForceIntegral {
         sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
     }
 
-    /// F, m_x F', m_y F' and F + τF' at a quadrature point, times its weight.
+    /// Integrand F = D⁻¹ [1 − (R + τT) A] with F' = ∂F/∂τ: F, m_x F', m_y F' and F + τF' at a point of the rule, times its weight.
     #[inline(always)]
     fn term(&self, direction: &Direction, [cos, sin, weight]: [f64; 3], a: [f64; 3]) -> [f64; TERMS] {
         // m at θ = φ + π/2 + ψ, and τ.
@@ -245,9 +246,9 @@ impl Direction {
     }
 }
 
-/// Points of the largest rule for a `ratio` of depth to distance from the inner axis; half a turn from −π/2.
+/// Points of the largest rule for a `ratio` of depth to distance from the z axis; half a turn from −π/2.
 fn rule(ratio: f64) -> Vec<RulePoint> {
-    // Offset of half a step from the centre and the ends: all tangents are finite.
+    // The points are offset by half a step from the centre and the ends, so that all tangents are finite.
     let tangents = (0..POINTS[1]).map(|k| {
         let s = (2 * k + 1) as f64 / POINTS[1] as f64 - 1.0;
         (ratio * elliptic_tangent(s.abs(), ratio)).copysign(s)
@@ -257,7 +258,7 @@ fn rule(ratio: f64) -> Vec<RulePoint> {
     tangents.map(|tangent| RulePoint { tangent, weight: slope(tangent) / mean }).collect()
 }
 
-/// sc(K s, k) for 0 < s < 1, with complementary modulus `ratio`, by Landen's transformation.
+/// Jacobi's sc(K s, k) for 0 < s < 1, quarter period K and complementary modulus `ratio`, by Landen's transformation.
 fn elliptic_tangent(s: f64, ratio: f64) -> f64 {
     if s > 0.5 {
         return 1.0 / (ratio * elliptic_tangent(1.0 - s, ratio));
@@ -339,7 +340,7 @@ mod tests {
         fibre.rotated(nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), -tilt.to_radians()).matrix())
     }
 
-    /// Truth: the solutions of Boussinesq and Cerruti for the body z < 0.
+    /// Truth: in an isotropic body z < 0, G equals the solutions of Boussinesq and Cerruti.
     #[test]
     fn isotropic_bodies() {
         let (e, nu) = (210e3, 0.3);
@@ -367,7 +368,7 @@ mod tests {
         }
     }
 
-    /// Truth: derivatives equal finite differences; the field decays like 1 / distance; at the surface it is Γ(φ) / r.
+    /// Truth: the derivatives equal finite differences. The field decays like 1 / distance, and tends to Γ(φ) / r at the surface.
     #[test]
     fn derivatives_scale_and_surface() {
         let stiffness = cfrp(30.0);
@@ -401,7 +402,7 @@ mod tests {
         let mut sum = Matrix3::zeros();
         let (around, down) = (48, 24);
         for i in 0..down {
-            // Midpoint rule in cos β after a substitution with zero slope at the surface.
+            // Midpoint rule in u. The cosine of the polar angle, cos β = u² (3 - 2 u), has zero slope at the surface.
             let u = (i as f64 + 0.5) / down as f64;
             let (cos, slope) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
             let sin = (1.0 - cos * cos).sqrt();

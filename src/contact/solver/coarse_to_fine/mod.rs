@@ -15,7 +15,7 @@ use crate::omitted::OmittableWork;
 /// Smallest number of frame cells for windows and coarser cells.
 const MIN_FRAME_CELLS: usize = 60 * 60;
 
-/// Smallest number of cells along the shorter side of the coarsest grid.
+/// Smallest number of coarse cells along the shorter side of a rectangle.
 const MIN_COARSE_SIDE_CELLS: usize = 24;
 
 /// Smallest tolerance of the natural residual on coarser cells.
@@ -24,17 +24,17 @@ const COARSE_TOLERANCE: f64 = 1e-4;
 /// Margin of the window around the contact of the coarser solution or of a warm start, in cells.
 const WINDOW_MARGIN_CELLS: usize = 2;
 
-/// Number of windows after which the whole frame is solved.
+/// Largest number of windows. After them the whole frame is solved.
 const MAX_WINDOWS: usize = 6;
 
 /// Largest number of iterations on coarser cells, and on a window that may still grow. A solve that needs more continues on the
 /// whole frame.
 const MAX_WINDOW_ITERATIONS: usize = 500;
 
-/// Natural residual above which a warm start is treated as far from the solution. Newton's method would not begin from it.
+/// Natural residual above which a warm start counts as far from the solution: Newton's method would not begin from it.
 const COLD_START_RESIDUAL: f64 = 0.5;
 
-/// Natural residual above which rolling is treated as not yet steady.
+/// Natural residual above which a start of a rolling increment counts as not yet steady.
 const STEADY_ROLLING_RESIDUAL: f64 = 0.1;
 
 /// Largest ratio of window cells to frame cells. A larger window saves no work.
@@ -141,7 +141,8 @@ impl<'p> CoarseToFine<'_, 'p> {
         problem.natural_residual(it) > limit
     }
 
-    /// Ratio of the sides of the coarsest cells to the sides of the frame cells, for which a rectangle is still resolved.
+    /// Largest ratio of the sides of coarse cells and frame cells, a power of two. Coarse cells must divide the frame, and at least
+    /// [`MIN_COARSE_SIDE_CELLS`] of them must fit along each side of `rectangle`.
     fn coarsest(&self, rectangle: Rectangle) -> usize {
         let mut factor = 1;
         let halves = |factor: usize| {
@@ -219,7 +220,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some(())
     }
 
-    /// Solves the increment on a window from `state`, in `most` iterations at most.
+    /// Solves the increment on a window from `state`, in at most `most` iterations.
     fn on_part(
         &mut self,
         part: &WindowProblem,

@@ -1,8 +1,8 @@
-//! Solves for the tangential tractions at given pressures, on the cells in contact alone. Coarser cells find the spread of the slip
-//! zone.
+//! Solves for the tangential tractions at given pressures, on a window around the contact. Coarser cells first find the spread of
+//! the slip zone.
 //!
-//! The coarse gap is corrected by the difference between the means of the fine elastic displacements and the displacements of the
-//! mean tractions. Only the change found on the coarse cells is transferred, relative to the pressure (full approximation scheme).
+//! The coarse gap is corrected by the mean of the fine elastic displacements minus the displacements of the mean tractions. Only
+//! the change found on the coarse cells is transferred, relative to the pressure (full approximation scheme).
 //!
 //! # Source
 //! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
@@ -25,12 +25,13 @@ impl CoarseToFine<'_, '_> {
         it: &mut ContactState,
         control: &mut SolveControl,
     ) -> Option<()> {
-        // In rolling, material enters the contact from adjacent cells.
+        // In rolling, material enters the contact from adjacent cells, so the window includes a margin.
         let rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS, self.frame);
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = WindowProblem::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        // In rolling, gaps cannot correct the error of the slip between coarser cells. Coarser cells only provide a start.
+        // In rolling, a correction of the coarse gap cannot correct the slip between coarser cells. Solutions on coarser cells are
+        // therefore only a start.
         let problem = part.problem(self.problem);
         let rolls_on =
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
@@ -44,7 +45,7 @@ impl CoarseToFine<'_, '_> {
         Some(())
     }
 
-    /// Corrects the tractions on the cells in contact, and the motions, with a solution on cells that are `factor` times as long.
+    /// Corrects the tractions on the window, and the rigid motions, by a solution on cells whose side is `factor` times as long.
     fn coarse_correction(
         &mut self,
         (part, state): (&WindowProblem, &mut ContactState),
@@ -78,7 +79,7 @@ impl CoarseToFine<'_, '_> {
     }
 }
 
-/// Adds the change of the coarse tractions since `before` to the fine tractions. The change is interpolated as a ratio to the
+/// Adds the change of the coarse tractions since `before` to the fine tractions. The interpolated quantity is the change over the
 /// pressure.
 fn add_change(
     (coarse, before, change): (&Window, &[f64], &mut ContactState),
@@ -101,7 +102,7 @@ fn add_change(
 }
 
 /// Adds the fine-to-coarse defect correction to the initial gap of the coarse cells. The correction is the mean of the fine elastic
-/// displacements minus the coarse ones. Both states must be evaluated.
+/// displacements minus the coarse elastic displacements. Both states must be evaluated.
 fn add_coarse_defect(
     (fine, state): (&Window, &ContactState),
     (part, coarse): (&mut WindowProblem, &ContactState),

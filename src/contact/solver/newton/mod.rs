@@ -1,13 +1,14 @@
 //! Semismooth Newton method of Alart and Curnier for contact and friction (docs/theory-contact.md). A preconditioned Krylov method
 //! solves the linear systems on the cells in contact.
 //!
-//! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. The equations of these
-//! states give the step; they are linear except for the direction of slip. Far from the solution the states cycle. Projected
-//! Barzilai-Borwein steps therefore precede the first Newton step, and follow each step that failed to lower the residual.
+//! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the normal gap, Δĝ_t
+//! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
+//! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
+//! Newton step, and follow each step that failed to lower the residual.
 //!
 //! # Source
-//! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods"; the cut
-//! β <= 1: Hüeber, Stadler and Wohlmuth 2008.
+//! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
+//! Stadler and Wohlmuth 2008: the bound β <= 1 on the factor of the radial return.
 
 mod preconditioner;
 mod rolling;
@@ -20,7 +21,7 @@ use super::{SolveControl, SolveReport, SolverOptions, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
-/// Natural residuals below which Newton steps begin: at the start of a solve, and after a Newton step that failed.
+/// Largest natural residuals from which Newton steps begin: at the start of a solve, and after a failed Newton step.
 const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
 const RESTART_RESIDUAL: f64 = 2e-2;
 
@@ -30,36 +31,37 @@ const MAX_START_STEPS: usize = 1000;
 /// Number of Barzilai-Borwein steps after the first Newton step that fails. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Number of Krylov vectors between restarts, and largest number of products of one linear system.
+/// Number of Krylov vectors between restarts, and largest number of operator products in the solution of one linear system.
 const GMRES_RESTART: usize = 40;
 const MAX_GMRES_PRODUCTS: usize = 120;
 
-/// Bounds on the relative residual of a linear system, and its ratio to the natural residual.
+/// Bounds on the relative residual of a linear system, and ratio of this residual to the natural residual.
 const MAX_LINEAR_TOLERANCE: f64 = 0.05;
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
-/// Ratio of the linear residual to the tolerance in the last step. It applies if the relative residual that follows is above the
-/// second constant.
+/// Ratio of the linear residual in the last Newton step to the tolerance. It is used only if the relative residual that it requires
+/// is above the second constant.
 const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
 const MIN_FINAL_LINEAR_TOLERANCE: f64 = 1e-6;
 
-/// Natural residual below which the states of most cells no longer change.
+/// Natural residual below which most cells no longer change their state.
 const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
-/// Number of consecutive nonmonotone steps, and bound on their ratio to the best residual so far. Cells may change state in a step,
-/// so the residual may rise.
+/// Largest number of consecutive Newton steps without a new best residual, and bound on their residual over the best. Cells may
+/// change state in a step, so the residual may rise.
 const NONMONOTONE_STEPS: usize = 1;
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
-/// Residual below which the first step of a solve is accepted. A failed step below it is kept as the start of the fallback steps.
+/// Residual below which the first step of a solve is accepted. The result of a failed step below it is kept as the start of the
+/// Barzilai-Borwein steps.
 const FIRST_STEP_LIMIT: f64 = 1.0;
 
 /// Number of failed Newton steps after which the method ends.
 const MAX_NEWTON_FAILURES: usize = 8;
 
 /// Relative residual of the linear system, for a step that starts at the natural residual `residual`. It is proportional to
-/// `residual`, within bounds. If one step can reach the wanted tolerance, it is the value required for that.
+/// `residual`, within bounds. If one step can reach the tolerance `wanted`, the linear residual is small enough for that.
 fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
     let enough = FINAL_STEP_TOLERANCE_SHARE * wanted / residual;
     let usual = (LINEAR_TOLERANCE_SHARE * residual).clamp(MIN_LINEAR_TOLERANCE, MAX_LINEAR_TOLERANCE);
@@ -78,7 +80,7 @@ struct NewtonSolve<'s, 'p> {
     start: Unknowns,
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the last state of the method, or the best state of steady rolling.
+/// Solves from the state in `it`. Afterwards `it` contains the last state; in steady rolling, the best state.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     problem.evaluate(it);
@@ -114,7 +116,8 @@ impl NewtonSolve<'_, '_> {
             }
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
-            // The residual before the first step is no measure of its success: a warm start is in equilibrium except for the load.
+            // A warm start is in equilibrium except for the change of load. The residual before the first step therefore does not
+            // measure its success.
             let bound = if first { FIRST_STEP_LIMIT } else { NONMONOTONE_FACTOR * best };
             worse = if after < best { 0 } else { worse + 1 };
             best = best.min(after);
@@ -137,7 +140,7 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Takes Barzilai-Borwein steps until the residual is below `tolerance`, `most` at most. Returns whether the solve has ended.
+    /// Takes at most `most` Barzilai-Borwein steps, until the residual is below `tolerance`. Returns whether the solve has ended.
     fn fall_back_to_gradient(
         &mut self,
         it: &mut ContactState,
@@ -180,8 +183,8 @@ impl NewtonSolve<'_, '_> {
             max_products: MAX_GMRES_PRODUCTS,
             restart: GMRES_RESTART,
         };
-        // If the solver has no memory for its vectors or is cancelled, the step uses the last completed restart. The gradient
-        // method or the end of the solve follows.
+        // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart.
+        // Barzilai-Borwein steps or the end of the solve follow.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);

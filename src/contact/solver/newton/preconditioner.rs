@@ -1,5 +1,5 @@
-//! Preconditioner of a Newton step: the approximate inverse of the operator, restricted to the cells in contact. The rigid motions
-//! of prescribed forces are eliminated with their Schur complement.
+//! Preconditioner of a Newton step: the approximate inverse of the flexibility operator, restricted to the cells in contact. The
+//! rigid motions of prescribed forces are eliminated with their Schur complement.
 
 use nalgebra::{DMatrix, DVector, LU};
 
@@ -7,7 +7,7 @@ use super::super::super::{Increment, SlipReference, Upstream};
 use super::unknowns::{ActiveCell, CellStatus, perpendicular};
 use crate::linalg::vector::dot;
 
-/// Approximate inverse on the cells in contact, with its buffers.
+/// Approximate inverse of the flexibility operator on the cells in contact, with its buffers.
 pub(super) struct ActiveSetInverse {
     /// Physical gap, `[3, N]`, mm.
     gap: Vec<f64>,
@@ -22,7 +22,7 @@ impl ActiveSetInverse {
         Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n], stuck: vec![false; n] }
     }
 
-    /// Computes unknown tractions `x` whose gradients are approximately `rows`.
+    /// Computes unknown tractions `x` for which the rows of the equations have approximately the values `rows`.
     pub fn apply(&mut self, problem: &Increment, active: &[ActiveCell], rows: &[f64], x: &mut [f64]) {
         for end in 0..problem.path_points.len() {
             self.spread(problem, active, rows, end);
@@ -30,7 +30,7 @@ impl ActiveSetInverse {
                 self.sum_upstream(upstream);
             }
             if !self.invert(problem) {
-                // Use the diagonal: the rows are already scaled with it.
+                // Use the inverse of the diagonal: the rows contain it as a factor already.
                 x.copy_from_slice(rows);
                 return;
             }
@@ -52,8 +52,8 @@ impl ActiveSetInverse {
         true
     }
 
-    /// Sums differences between upstream cells to displacements of the sticking cells. The displacement upstream of the first
-    /// sticking cell is zero.
+    /// Sums the slips of the sticking cells from the leading edge on. A slip is the difference between a cell and its upstream
+    /// cell, so the sums are displacements. The displacement upstream of the first sticking cell is zero.
     fn sum_upstream(&mut self, upstream: &Upstream) {
         let n = self.stuck.len();
         let steps = upstream.source_cell.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
@@ -134,16 +134,17 @@ fn rolls(problem: &Increment, end: usize) -> bool {
     matches!(problem.path_points[end].reference, SlipReference::Upstream(_))
 }
 
-/// Weight of the elastic solution in a slipping cell. The remaining weight belongs to the rotation of its traction.
+/// Weight β of the elastic response in the row of a slipping cell. The remaining weight 1 - β belongs to the local rotation of its
+/// traction.
 fn share(beta_ratio: f64) -> f64 {
     1.0 / (1.0 + beta_ratio)
 }
 
 /// Elimination of the unknown rigid motions, by their Schur complement.
 pub(super) struct MotionSchurComplement {
-    /// Approximate inverse applied to the gradient of each unit motion, by motion.
+    /// Tractions that the approximate inverse assigns to each unit motion, one vector per motion.
     columns: Vec<Vec<f64>>,
-    /// Work per unit traction on each motion.
+    /// Work per unit of each traction on each motion, one vector per motion.
     constraints: Vec<Vec<f64>>,
     /// `None` without motions, or if the tractions in contact do not determine the motions.
     schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
@@ -157,12 +158,12 @@ impl MotionSchurComplement {
         Self { columns, constraints, schur }
     }
 
-    /// Works of `tractions` on all motions.
+    /// Works of `tractions` on all rigid motions.
     pub fn works(&self, tractions: &[f64]) -> impl Iterator<Item = f64> {
         self.constraints.iter().map(|constraint| dot(constraint, tractions))
     }
 
-    /// Adds the smallest change, in the sum of squares, for which `tractions` do the prescribed `works`.
+    /// Adds the change with the least sum of squares for which `tractions` do the prescribed `works`.
     pub fn restore_work(&self, works: &[f64], tractions: &mut [f64]) {
         if self.schur.is_none() {
             return;
@@ -176,7 +177,7 @@ impl MotionSchurComplement {
         }
     }
 
-    /// Computes the motions' `amounts` and corrects `tractions`, so that the tractions do the prescribed works. On input,
+    /// Computes the `amounts` of the motions and corrects `tractions`, so that the tractions do the prescribed works. On input,
     /// `tractions` is the solution with zero motions.
     pub fn eliminate_motions(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
         let Some(schur) = &self.schur else {

@@ -1,17 +1,17 @@
 //! Newton iteration for steady rolling, without Barzilai-Borwein steps.
 //!
-//! The equations of steady rolling are not symmetric, and Barzilai-Borwein steps hardly reduce their residual. Newton steps rarely
-//! need them here: the cell states converge from the leading edge on. If the residual stops decreasing, steps are halved.
+//! The equations of steady rolling are not symmetric, and Barzilai-Borwein steps hardly reduce their residual. Such steps are
+//! rarely necessary, because the cell states converge from the leading edge on. If the residual stops decreasing, steps are halved.
 
 use super::super::super::{ContactState, Increment, Unknowns};
 use super::super::pressures_first::without_friction;
 use super::super::{SolveControl, SolveReport, StopReason, solve_by_sequence};
 use super::NewtonSolve;
 
-/// Number of consecutive full steps that need not lower the residual.
+/// Number of consecutive steps without a new best residual after which further steps are damped.
 const MAX_STEPS_WITHOUT_GAIN: usize = 5;
 
-/// Factor on the steps after these.
+/// Factor on the length of damped steps.
 const DAMPING: f64 = 0.5;
 
 /// Number of steps after which the method ends.
@@ -59,7 +59,7 @@ impl NewtonSolve<'_, '_> {
 
     /// Solves for the pressures without friction, as a start.
     fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
-        // Wear is zero in a steady state.
+        // In steady rolling wear does not change the gap.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
         let report = solve_by_sequence(&pressed, it, control);
         self.report.add_work_of(&report);

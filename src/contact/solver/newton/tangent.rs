@@ -19,9 +19,9 @@ pub(super) struct NewtonSystem<'s, 'p> {
     free: Vec<FreeMotion>,
     /// Number of unknown tractions. The unknown motions follow them.
     tractions: usize,
-    /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness.
+    /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness, mm/MPa.
     motion_unit: f64,
-    /// Change of the state: its tractions and, by the homogeneous equations, its gradient.
+    /// Change of the state: change of the tractions, and change of the gradient by the equations `linear`.
     change: &'s mut ContactState,
     /// Equations of the changes: without initial gap, wear and slip reference.
     linear: Increment<'s>,
@@ -29,7 +29,7 @@ pub(super) struct NewtonSystem<'s, 'p> {
     bordered: MotionSchurComplement,
 }
 
-/// Data of the linear equations in addition to the increment.
+/// Operator and zero fields of the linear equations.
 pub(super) struct LinearModel<'p> {
     /// Flexibility of both bodies.
     pub flexibility: &'p dyn Flexibility,
@@ -102,14 +102,13 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         [tangential[0], tangential[1], gap[2]]
     }
 
-    /// Computes the gradient of `self.change` by the equations without initial gap, wear and slip reference. Adds the wear at the
-    /// present slip.
+    /// Computes the gradient of `self.change` by the equations without initial gap, wear and slip reference. Adds the wear depth
+    /// that the change of the pressures causes at the present slip.
     fn evaluate(&mut self) {
         let problem = self.problem;
         let n = problem.n();
         self.linear.evaluate(self.change);
         if problem.wear.is_some() {
-            // Wear depth of the change of pressure at the present slip.
             for cell in 0..n {
                 let worn: f64 = (0..problem.path_points.len())
                     .map(|end| {
@@ -201,7 +200,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     rhs[active.tangential_row + 1] -= c * it.gradient[base + n];
                 }
                 CellStatus::Slip { direction, beta_ratio } => {
-                    // -e⊥·q̂ / β. The gradient has no component perpendicular to the direction of slip.
+                    // -e⊥·q̂ / β, with e the direction of the augmented traction and e⊥ perpendicular to e. Slip does not enter,
+                    // because the augmented traction has no component along e⊥.
                     let q = [it.scaled[base], it.scaled[base + n]];
                     rhs[active.tangential_row] -= (1.0 + beta_ratio) * product(perpendicular(direction), q);
                 }

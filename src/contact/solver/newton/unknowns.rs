@@ -3,19 +3,19 @@
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
 
-/// Lower bound on β of a slipping cell.
+/// Lower bound on the factor β of the radial return in a slipping cell: pressure over the magnitude of the augmented traction.
 const MIN_BETA: f64 = 1e-3;
 
 /// State of a cell in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum CellStatus {
-    /// Only its pressure is unknown.
+    /// Only the pressure of the cell is unknown.
     PressureOnly,
     /// Pressure and both tangential tractions are unknown.
     Stick,
     /// Pressure and the tangential traction perpendicular to the slip direction are unknown.
     Slip {
-        /// Direction of the augmented tangential traction.
+        /// Direction of the augmented tangential traction q̂ - c_t Δĝ_t, a unit vector.
         direction: [f64; 2],
         /// (1 - β) / β, with β the factor of the radial return.
         beta_ratio: f64,
