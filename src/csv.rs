@@ -47,7 +47,7 @@ impl Separators {
         self.found = self.found.or(separator);
         match problem {
             Some(problem) => Err(format!(
-                "has {problem}: decimal commas are not read; write decimal points, separate all values alike, and put texts in quotes"
+                "has {problem}: decimal commas are not read; write decimal points, and the same separator between all values"
             )),
             None => Ok(()),
         }

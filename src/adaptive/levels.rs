@@ -267,7 +267,11 @@ impl RefinementLadder {
             });
         }
         if jumps {
-            words.push(format!("jumps of level {}", levels.jumps + 1));
+            words.push(match levels.jumps {
+                0 => "the first wear jumps".to_owned(),
+                1 => "wear jumps refined once".to_owned(),
+                n => format!("wear jumps refined {n} times"),
+            });
         }
         words.join(", ")
     }

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::{ContactFrame, Side};
-use crate::geometry::{Point, Triad, format_point};
+use crate::geometry::{Point, Triad, format_point, format_short};
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
@@ -174,8 +174,9 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
         let height = first.normal().dot(&(center - origin)).abs();
         if tilt > PLANE_TOLERANCE || height > PLANE_TOLERANCE * size {
             return Err(Error::input(format!(
-                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} out of the plane of the first cell and rotated by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected on it)",
-                tilt.to_degrees()
+                "a half-space needs a plane contact frame, but cell {cell} is rotated by {} degrees from the first cell and lies out of its plane by {} % of the frame's size. If the surface is nearly flat, use frame.kind = \"grid\". For a bore or a strongly curved surface, mesh both bodies",
+                format_short(tilt.to_degrees()),
+                format_short(100.0 * height / size)
             )));
         }
     }

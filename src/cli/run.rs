@@ -160,11 +160,15 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
         Status::NotConverged => {
             format!("NOT CONVERGED: {}; the results so far are kept", explain_outcome(summary))
         }
-        Status::Failed if summary.steps.is_empty() => "FAILED; nothing was computed,".to_owned(),
-        Status::Failed => "FAILED; the results so far are kept,".to_owned(),
+        Status::Failed if summary.steps.is_empty() => "FAILED before the first result".to_owned(),
+        Status::Failed => "FAILED; the results so far are kept".to_owned(),
         Status::Interrupted => "INTERRUPTED; the results so far are kept".to_owned(),
     };
-    text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", format_duration(total)));
+    let resources = format!("{}, {memory:.0} MiB", format_duration(total));
+    text.push_str(&match summary.status {
+        Status::Converged => format!("\n{how} in {resources}\n"),
+        _ => format!("\n{how}\nrun time and memory: {resources}\n"),
+    });
     text.push_str(&format!("results: {}\n", directory.join("summary.json").display()));
     text
 }
@@ -198,7 +202,7 @@ pub(super) fn explain_reason(word: Option<&str>) -> String {
         Some("contact-lost") => "the bodies separated (contact-lost): check approach, forces and moments",
         Some("frame-edge") => {
             "the worn contact reached the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells; \
-             the warnings say why the frame could not grow"
+             the notes above say why the frame did not grow"
         },
         Some("stick-zone") => {
             "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \

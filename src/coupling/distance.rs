@@ -144,7 +144,7 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     }
     let CurvedOverlap { meshed, left, cells: [count, n], .. } = overlap;
     Err(Error::input(format!(
-        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells. This is an interference fit, which is not available: moving body 2 along n by {:.6} to the first touch leaves an overlap of {left:.6}. Mesh body 2 without the interference; to press it onto the flanks, mesh it at a distance from body 1 along n",
+        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells. This is an interference fit, which is not available: a motion of body 2 by {:.6} along n still leaves an overlap of {left:.6}. Mesh body 2 smaller, or at a distance from body 1 along n",
         -first
     )))
 }

@@ -122,8 +122,8 @@ fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
 
 fn both_rigid() -> Error {
     Error::input(
-        "both bodies are rigid: their contact has no unique tractions; make at least one of body1.kind and \
-         body2.kind \"fe\" or \"half-space\"",
+        "both bodies are rigid: their contact has no unique tractions; give at least one body the kind \
+         \"fe\", \"be\" or \"half-space\"",
     )
 }
 

@@ -139,7 +139,7 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     let bodies = [first, second];
     if plan.bodies.iter().all(|body| matches!(body, BodyPlan::Rigid)) {
         let error = crate::error::Error::input(
-            "both bodies are rigid: make at least one of body1.kind and body2.kind \"fe\" or \"half-space\"",
+            "both bodies are rigid: give at least one body the kind \"fe\", \"be\" or \"half-space\"",
         );
         return Err(SceneError { error, key: "body1.kind".to_owned() });
     }

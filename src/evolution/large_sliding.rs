@@ -44,9 +44,14 @@ pub(super) fn large_sliding_warning(
     let half_width = 0.5 * (contact[1] - contact[0] + cell);
     let step = format!("step \"{}\" (", record.name);
     let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));
+    let (effect, remedy) = if record.worn_volume > 0.0 {
+        ("the wear scar of the longer body becomes too deep and too short", ", or use wear volumes only")
+    } else {
+        ("the contact does not move with body 2", "")
+    };
     (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width && !is_known()).then(|| {
         warning(&format!(
-            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The model neglects that the surfaces move past each other: the wear scar of the longer body becomes too deep and too short. Keep the displacement below {:.0} %, or use wear volumes only",
+            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The model neglects that the surfaces move past each other: {effect}. Keep the displacement below {:.0} %{remedy}",
             record.increment,
             100.0 * distance / half_width,
             100.0 * MAX_SLIDING_OVER_HALF_WIDTH

@@ -392,10 +392,12 @@ fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<Str
         FrictionLaw::Frp { tilt, .. } if *tilt != 0.0 => " for tilted fibres",
         _ => "",
     };
-    (!single.is_empty()).then(|| {
-        format!(
-            "friction depends on the load path, but step {} is solved in one increment; more increments may change the tangential force by a few percent{tilted}",
-            quoted_names(&single)
-        )
-    })
+    let (which, these) = match single.as_slice() {
+        [] => return None,
+        [name] => (format!("step \"{name}\" has one increment"), "this step"),
+        _ => (format!("steps {} have one increment each", quoted_names(&single)), "these steps"),
+    };
+    Some(format!(
+        "friction depends on the load path, but {which}. More increments may change the tangential force by a few percent{tilted}. To check, compare with `increments = 4` in {these}"
+    ))
 }

@@ -413,7 +413,7 @@ impl Run<'_> {
                 "add more faces to the contact groups"
             };
             let note = warning(&format!(
-                "step \"{}\" ({}): the contact reaches the edge of the frame and is cut off there, although the bodies continue: loads and pressures are wrong; {larger}",
+                "step \"{}\" ({}): the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
                 record.name, record.increment
             ));
             // Strokes add no record, so the search in the records does not find their warnings.

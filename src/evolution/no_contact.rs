@@ -22,13 +22,13 @@ impl PreparedModel<'_> {
         let place = format!("step \"{}\" ({})", record.name, record.increment);
         if record.approach <= 0.0 || record.max_wear_depth > 0.0 {
             return Some(format!(
-                "{place}: the bodies are not in contact; check approach, gap and frame if contact was intended"
+                "{place}: the bodies are not in contact, so that all contact forces are 0. If contact is intended, check approach, gap and frame"
             ));
         }
         let frame = &self.model.frame;
         let side = frame.mean_cell_side();
         Some(warning(&format!(
-            "{place}: none of the {} cells is in contact, although body 2 was moved {:.4e} past the first touch; the smallest gap is {left:.4e}. If the cells (mean side {side:.3e}) are coarser than the contact, use cells of a tenth of its width or an approach above {:.4e}. Otherwise check frame.center, gap.offset and the mesh positions",
+            "{place}: none of the {} cells is in contact, although body 2 was moved {:.4e} past the first touch; the smallest gap is {left:.4e}. If the cells (side {side:.3e}) are too coarse, use smaller ones or an approach above {:.4e}. Otherwise check frame.center, gap.offset and the meshes",
             frame.n_cells(),
             record.approach,
             record.approach + left

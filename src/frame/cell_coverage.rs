@@ -265,25 +265,19 @@ pub(super) fn refuse_uncovered(
     };
     let (what, mend) = if coverage < 1.0 {
         (
-            format!(
-                "is covered by the contact faces of {} only to {:.4} %",
-                side.name(),
-                100.0 * coverage.max(0.0)
-            ),
+            format!("is covered to {:.4} % only", 100.0 * coverage.max(0.0)),
             "use a smaller frame, move its center, or enlarge the contact group (its outward normals must point towards the other body)",
         )
     } else {
-        (
-            format!("is covered {coverage:.4} times by the contact faces of {}", side.name()),
-            "keep only one layer of faces in the contact group",
-        )
+        (format!("is covered {coverage:.4} times"), "keep only one layer of faces in the contact group")
     };
     Err(Error::input(format!(
-        "cell {name} of the contact frame at ({:.6}, {:.6}, {:.6}) {what}; all {} cells must be covered once \
-         ({count} are not): {mend}",
+        "the contact faces of {} do not cover {count} of the {} cells of the contact frame exactly once. For example, \
+         cell {name} at ({:.6}, {:.6}, {:.6}) {what}: {mend}",
+        side.name(),
+        covers.len(),
         place.x,
         place.y,
-        place.z,
-        covers.len()
+        place.z
     )))
 }

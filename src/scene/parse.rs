@@ -11,7 +11,7 @@ use super::document::{
     Document, Location, TomlEntry, TomlNode, TomlValue, ValueSource, element_index, index_of_name,
     key_segments, name_of, node_from_toml, table_from_toml,
 };
-use crate::scene::suggest::quoted_list;
+use crate::scene::suggest::{closest, quoted_list};
 
 /// Maximum number of segments of an override's key; a file has the same limit.
 const MAX_KEY_DEPTH: usize = 80;
@@ -144,8 +144,12 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
         wrong(message, "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
     })?;
     let parts: Vec<Cow<'_, str>> = key_segments(key).collect();
-    set(root, &parts, value, index)
-        .map_err(|message| wrong(message, "use a key of docs/keys.md; list elements are counted from 0"))
+    set(root, &parts, value, index).map_err(|message| {
+        wrong(
+            message,
+            "use a name, or a number from 0, for an element of a list; docs/keys.md lists all keys",
+        )
+    })
 }
 
 /// Value of an override: a TOML value, or a bare word or path that is read as a string.
@@ -162,7 +166,13 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     }
     match DeValue::parse(text) {
         Ok(parsed) => Ok(node_from_toml(&parsed, &|_| ValueSource::Override(index))),
-        Err(error) => Err(format!("`{text}` is not a TOML value: {}", error.message())),
+        Err(error) => {
+            let number = text.replace(',', ".");
+            if text.contains(',') && number.parse::<f64>().is_ok() {
+                return Err(format!("`{text}` has a decimal comma; write a decimal point: {number}"));
+            }
+            Err(format!("`{text}` is not a TOML value: {}", error.message()))
+        }
     }
 }
 
@@ -199,12 +209,19 @@ fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) 
                 Some(item) => set(item, rest, value, index),
                 None => {
                     let names: Vec<&str> = items.iter().filter_map(name_of).collect();
+                    let hint = match closest(segment, &names) {
+                        Some(near) if segment.parse::<usize>().is_err() => {
+                            format!(". Did you mean \"{near}\"? It has ")
+                        }
+                        _ => "; it has ".to_owned(),
+                    };
+                    let elements = if n == 1 { "element" } else { "elements" };
                     let names = if names.is_empty() {
                         String::new()
                     } else {
-                        format!("; their names are {}", quoted_list(&names, "\""))
+                        format!(", named {}", quoted_list(&names, "\""))
                     };
-                    Err(format!("the list has no element `{segment}` (it has {n}, counted from 0{names})"))
+                    Err(format!("the list has no element `{segment}`{hint}{n} {elements}{names}"))
                 }
             }
         }

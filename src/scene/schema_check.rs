@@ -125,7 +125,7 @@ impl<'a> SchemaWalk<'a> {
                 (*mend).to_owned(),
             );
         }
-        let name = last(key);
+        let name = last_named_segment(key);
         let hint = match closest(found, words) {
             Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
             None => format!("allowed: {allowed}"),
@@ -168,7 +168,12 @@ impl<'a> SchemaWalk<'a> {
         variant: Option<(&'a str, &'a [Json])>,
     ) {
         let TomlValue::Table(entries) = &node.value else {
-            return self.report_wrong_type(node, key, "a table");
+            let known = names(schema);
+            let wanted = match known.len() {
+                1..=MAX_KEYS_IN_HELP => format!("a table with the keys {}", quoted_list(&known, "`")),
+                _ => "a table".to_owned(),
+            };
+            return self.report_wrong_type(node, key, &wanted);
         };
         let properties = schema.get("properties").and_then(Json::as_object);
         let free = schema.get("additionalProperties").filter(|s| s.is_object());
@@ -219,11 +224,11 @@ impl<'a> SchemaWalk<'a> {
             let owners = branches.iter().map(|b| self.dereference(b));
             let owners = owners.filter(|b| names(b).contains(&name.as_str()));
             let words: Vec<&str> = owners.filter_map(|owner| tag_word(owner, tag)).collect();
-            (!words.is_empty()).then(|| format!("it belongs to {tag} = {}", quoted_list(&words, "\"")))
+            (!words.is_empty()).then(|| (tag, format!("it belongs to {tag} = {}", quoted_list(&words, "\""))))
         });
         let mut mend = format!("allowed keys: {}", quoted_list(&known, "`"));
-        if let Some(owner) = owner {
-            mend = format!("{owner}; {mend}");
+        if let Some((tag, owner)) = owner {
+            mend = format!("{owner}: change `{tag}`, or remove the key; {mend}");
         } else if let Some(word) = closest(name, &known) {
             mend = format!("did you mean `{word}`? {mend}");
         }
@@ -258,7 +263,8 @@ impl<'a> SchemaWalk<'a> {
             if most.checked_mul(2) == Some(items.len() as u64) {
                 mend.push_str("; decimals are written with a point, as in 1.5");
             }
-            let message = format!("`{}` has {} values", last(key), items.len());
+            let values = if items.len() == 1 { "value" } else { "values" };
+            let message = format!("`{}` has {} {values}", last(key), items.len());
             return self.report(key, message, &describe_list(schema), mend);
         }
         if let Some(schema) = schema.get("items") {
@@ -300,7 +306,11 @@ impl<'a> SchemaWalk<'a> {
         }
         if let Some(bounds) = violated_bounds(found, schema) {
             let message = format!("`{name}` is {found}, but must be {bounds}");
-            self.report(key, message, &format!("must be {bounds}"), format!("give a number {bounds}"));
+            let mend = match last(key) {
+                "normal_force" => "compressive normal forces are positive: give 0 or more".to_owned(),
+                _ => format!("give a number {bounds}"),
+            };
+            self.report(key, message, &format!("must be {bounds}"), mend);
         }
     }
 
@@ -334,6 +344,9 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("sliding-friction", "remove it: contacts in full slip are solved like all others"),
     ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
+
+/// Maximum number of keys of a table that the help text for a value of another type lists.
+const MAX_KEYS_IN_HELP: usize = 4;
 
 /// Maximum magnitude of an integer.
 const MAX_INTEGER: f64 = 1e15;
@@ -412,7 +425,8 @@ fn describe_list(schema: &Json) -> String {
     let most = schema.get("maxItems").and_then(Json::as_u64);
     match (least, most) {
         (Some(n), Some(m)) if n == m => format!("a list of {n} values"),
-        (Some(n), _) => format!("a list of at least {n}"),
+        (Some(1), _) => "a list of at least 1 value".to_owned(),
+        (Some(n), _) => format!("a list of at least {n} values"),
         _ => "a list".to_owned(),
     }
 }

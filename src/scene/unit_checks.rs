@@ -164,6 +164,7 @@ fn radius(plan: &Plan) -> Option<f64> {
 fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let approach = plan.max_prescribed_approach().unwrap_or(0.0);
     let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
+    let unit = &plan.units.length;
     let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
         (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
         (_, Some(cycles)) => cycles.reach(),
@@ -172,38 +173,38 @@ fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let slide = slides.fold(0.0, f64::max);
     if slide > 20.0 * half {
         notes.push(format!(
-            "the tangential displacement of body 2 is {slide:.4e}, more than 20 times the half-width of \
-                            the contact frame ({half:.4e})"
+            "the tangential displacement of body 2 is {slide:.4e} {unit}, more than 20 times the half-width of \
+             the contact frame ({half:.4e} {unit}): check both"
         ));
     }
     let Some(radius) = radius(plan) else { return };
     if radius > 1e6 * half || radius < 0.05 * half {
         notes.push(format!(
-            "the radius of the gap is {radius:.4e}, but the half-width of the contact frame is {half:.4e}"
+            "the radius of the gap is {radius:.4e} {unit}, but the half-width of the contact frame is {half:.4e} {unit}: check both"
         ));
     }
     if approach > 0.5 * radius {
         notes.push(format!(
-            "the approach is {approach:.4e}, more than half of the gap radius {radius:.4e}: small-deformation theory \
-             does not apply"
+            "the approach is {approach:.4e} {unit}, more than half of the gap radius, {radius:.4e} {unit}. Small-deformation \
+             theory does not apply: check both"
         ));
         return;
     }
     let estimate = if approach > 0.0 {
-        Some((format!("the approach {approach:.4e}"), (radius * approach).sqrt()))
+        Some((format!("the approach {approach:.4e} {unit}"), (radius * approach).sqrt()))
     } else {
         hertz_half_width(plan, radius)
     };
     let Some((by, width)) = estimate else { return };
     if width > 5.0 * half {
         notes.push(format!(
-            "{by} gives a contact half-width of about {width:.1e} (Hertz), much larger than the half-width of the \
-             contact frame, {half:.4e}"
+            "{by} gives a contact half-width of about {width:.1e} {unit} (Hertz), much larger than the half-width of the \
+             contact frame, {half:.4e} {unit}: check the units, or enlarge frame.half_width"
         ));
     } else if width < 0.1 * cell {
         notes.push(format!(
-            "{by} gives a contact half-width of about {width:.1e} (Hertz), much smaller than a cell of the frame, \
-             {cell:.4e}: the contact is not resolved"
+            "{by} gives a contact half-width of about {width:.1e} {unit} (Hertz), much smaller than a cell of the frame, \
+             {cell:.4e} {unit}. The contact is not resolved: check the units, or use a smaller frame"
         ));
     }
 }
@@ -222,7 +223,7 @@ fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
         // Line contact of half-width a and length L: a² = 4 F R / (π L E*), with force F, radius R and effective modulus E*.
         Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
     };
-    (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
+    (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e} {}", plan.units.force), width))
 }
 
 /// Extent along x, y, z of the nodes of a group.
@@ -250,29 +251,30 @@ fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
         let Some(fe) = body.as_meshed() else { continue };
         let Some(contact) = extent(fe, &fe.contact) else { continue };
         let (side, height) = (contact[0].max(contact[1]), height(plan, fe));
+        let unit = &plan.units.length;
         if let Some([half, cell]) = grid_half_width_and_cell(&plan.frame) {
             let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
             let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
             if side > 1e3 * half {
                 notes.push(format!(
-                    "the contact surface of {key} is {side:.4e} wide, more than 1000 times the half-width of the \
-                     contact frame, {half:.4e}"
+                    "the contact surface of {key} is {side:.4e} {unit} wide, more than 1000 times the half-width of the \
+                     contact frame, {half:.4e} {unit}: check mesh and frame"
                 ));
             } else if side < 0.02 * half {
                 notes.push(format!(
-                    "the contact surface of {key} is only {side:.4e} wide, less than 2 % of the half-width of the \
-                     contact frame, {half:.4e}"
+                    "the contact surface of {key} is only {side:.4e} {unit} wide, less than 2 % of the half-width of the \
+                     contact frame, {half:.4e} {unit}: check mesh and frame"
                 ));
             } else if face > 100.0 * cell && fe.near_field == NearField::Mesh {
                 notes.push(format!(
-                    "the contact faces of {key} are about {face:.1e} wide, more than 100 times the cells of the frame, {cell:.4e}"
+                    "the contact faces of {key} are about {face:.1e} {unit} wide, more than 100 times the cells of the frame, {cell:.4e} {unit}: check mesh and frame"
                 ));
             }
         }
         let approach = plan.max_prescribed_approach().unwrap_or(0.0);
         if approach > 0.3 * height {
             notes.push(format!(
-                "the approach is {approach:.4e}, more than 30 % of the height of the mesh of {key} along the normal, {height:.4e}"
+                "the approach is {approach:.4e} {unit}, more than 30 % of the height of the mesh of {key} along the normal, {height:.4e} {unit}: check both"
             ));
         }
     }

@@ -132,7 +132,7 @@ const TABLE: &[Row] = &[
     ("radius = 50.0", "radius = 1979-05-27", 0, &["gap.radius", "the date"]),
     ("radius = 50.0", "radius = [50.0]", 0, &["gap.radius", "a list of 1"]),
     ("cells = [16, 16]", "cells = 16", 0, &["frame.cells", "a list of 2 values"]),
-    ("cells = [16, 16]", "cells = [16]", 0, &["frame.cells", "has 1 values"]),
+    ("cells = [16, 16]", "cells = [16]", 0, &["frame.cells", "has 1 value", "a list of 2 values"]),
     ("half_width = [1.2, 1.2]", "half_width = [1,2, 1,2]", 0, &["has 4 values", "with a point"]),
     ("cells = [16, 16]", "cells = [16.5, 16]", 0, &["frame.cells.0", "not a whole number"]),
     ("cells = [16, 16]", "cells = [99999999999999999999, 16]", 0, &["frame.cells.0"]),

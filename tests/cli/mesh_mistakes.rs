@@ -452,7 +452,7 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     let (code, found) = check_mesh(&text);
     assert_eq!(code, Some(2), "{found}");
     assert!(
-        found.contains("possible unit error: the contact surface of body1 is only 2.0000e-3 wide"),
+        found.contains("possible unit error: the contact surface of body1 is only 2.0000e-3 mm wide"),
         "{found}"
     );
 }

@@ -266,7 +266,7 @@ fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
 #[test]
 fn contact_cut_off_at_the_edge_of_the_frame() {
     let warned =
-        "the contact reaches the edge of the frame and is cut off there, although the bodies continue";
+        "the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside";
     let cut = |summary: &serde_json::Value| summary["steps"][0]["contact_touches_edge"] == true;
     let small = ["frame.half_width=[0.2, 0.2]", "frame.cells=[16, 16]"];
     let (summary, text) = run("hertz.toml", &small);

@@ -98,14 +98,17 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let words = "the contact faces of body1 are coarser than the cells of the frame";
     let summary = run(place.path(), &["body1.near_field=\"mesh\""]);
     let text = warning(&summary, words).expect("a warning");
-    assert!(text.contains("(0.01 of the area per node)") && !text.contains("cells of at least"), "{text}");
+    assert!(
+        text.contains("(cell area 0.01 of the area per node)") && !text.contains("cells of at least"),
+        "{text}"
+    );
     assert!(
         text.contains("if body1 is softer than body2") && text.contains("body1.near_field = \"auto\""),
         "{text}"
     );
     let base = ["frame.half_width=[3.5, 3.5]", "frame.cells=[35, 35]"];
     let (code, text) = call("check", place.path(), &base);
-    let reason = "body1 does not allow the near field of a half-space: an edge or a support of the body is 0.5 from the frame; at least 0.3 of half its side, 1.05, is needed (half_width up to [3.07, 3.07])";
+    let reason = "body1 does not allow the near field of a half-space: an edge or a support of the body is 0.5 from the frame, closer than 1.05 (0.3 times its half-width); frame.half_width up to [3.07, 3.07] is allowed";
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");

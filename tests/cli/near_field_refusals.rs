@@ -96,7 +96,7 @@ fn another_material_too_near() {
     refused(
         place.path(),
         &["frame.half_width=[1.8, 1.8]", brass],
-        "another material is 0.5 from the frame; at least 0.4 of half its side, 0.72, is needed",
+        "another material is 0.5 from the frame, closer than 0.72 (0.4 times its half-width)",
     );
 }
 

@@ -47,12 +47,12 @@ fn each_mixed_up_number_is_named() {
     set("gap.radius=2e7", &["radius of the gap is 2.0000e7"]);
     set(
         "steps.press.approach=5.0",
-        &["approach 5.0000e0 gives a contact", "height of the mesh of body1 along the normal, 1.0000e0"],
+        &["approach 5.0000e0 mm gives a contact", "height of the mesh of body1 along the normal, 1.0000e0"],
     );
     set("steps.press.approach=1e-9", &["much smaller than a cell"]);
     set("steps.shift.shift.distance=20.0", &["displacement of body 2 is 2.0000e1"]);
     let forced = "steps=[{ normal_force = 1e9 }]";
-    set(forced, &["force 1.0000e9 gives a contact"]);
+    set(forced, &["force 1.0000e9 N gives a contact"]);
 }
 
 /// Truth: the slices of this pin and its hole are 1 mm thick along y and 40 mm high along the normal. Their approach of 0.31 mm is

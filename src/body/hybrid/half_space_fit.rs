@@ -100,7 +100,7 @@ impl HalfSpaceFit {
         let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
         if rise > MAX_RISE {
             return Ok(Err(Unsuitable(format!(
-                "its surface is not plane under the frame: heights differ by {}, but at most {MAX_RISE} of half its side is allowed{}",
+                "its surface is too curved under the frame: heights differ by {}, more than {MAX_RISE} times the half-width of the frame{}",
                 format_number(high - low),
                 flatter_frame_advice(mesh, &under, (&level, rise))
             ))));
@@ -133,7 +133,7 @@ impl HalfSpaceFit {
                 Ok::<_, Error>(others.min(distance_to_edges(spec, patch, &curved_faces)?))
             };
             return Ok(Err(Unsuitable(format!(
-                "{what} is {} from the frame; at least {share} of half its side, {}, is needed{}",
+                "{what} is {} from the frame, closer than {} ({share} times its half-width){}",
                 format_number(*distance),
                 format_number(share * shorter),
                 smaller_frame_advice(&patch, (*distance, *share), &least)?
@@ -198,7 +198,7 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
         return String::new();
     }
     let [x, y] = level.half_width.map(|half| format_number(round_down(factor * half)));
-    format!(" (half_width up to [{x}, {y}])")
+    format!("; frame.half_width up to [{x}, {y}] is allowed")
 }
 
 /// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
@@ -219,7 +219,7 @@ fn smaller_frame_advice(
         return Ok(String::new());
     }
     let [x, y] = patch.half_width.map(|half| format_number(round_down(factor * half)));
-    Ok(format!(" (half_width up to [{x}, {y}])"))
+    Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
 }
 
 /// Rounds a length down to three digits.

@@ -90,11 +90,22 @@ impl Run<'_> {
                 cycling.cycle.charge_work(jump.work());
                 before.put(cycling);
                 jump = self.integrate(Integrator::BackwardEuler, length, cycling, &stage)?;
+                let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
+                let (what, remedy) = if whole && length <= 1.0 {
+                    (
+                        "one cycle".to_owned(),
+                        "a jump cannot be shorter: check the specific wear rate and its unit",
+                    )
+                } else {
+                    (
+                        format!("{length} {}", cycling.length_unit()),
+                        "use more jumps for a more accurate result",
+                    )
+                };
                 self.result.warnings.push(format!(
-                    "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which would wear beyond the end of contact. Backward Euler was used instead; more jumps give a more accurate result",
+                    "step \"{}\" ({}): the jump of {what} wears so much that cells lose contact, which the second-order integrator does not allow. The less accurate Backward Euler method was used for this jump; {remedy}",
                     step.name,
-                    cycling.jumps_done + 1,
-                    cycling.length_unit()
+                    cycling.jumps_done + 1
                 ));
             }
             if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
@@ -150,10 +161,11 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(warning(&format!(
-            "{begin} of {} {} is longer than the stability limit of {critical:.4e}. Pressures and wear depths oscillate from cell to cell and \
+            "{begin} of {} {} is longer than the stability limit of {}. Pressures and wear depths oscillate from cell to cell and \
              are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
             format_short(length),
-            cycling.length_unit()
+            cycling.length_unit(),
+            format_short(critical)
         )));
     }
 
@@ -178,12 +190,13 @@ impl Run<'_> {
         } else {
             "A jump covers at least one cycle, which is too long: take".to_owned()
         };
+        let unit = cycling.length_unit();
         Err(Error::input(format!(
-            "step \"{}\": explicit jumps of {} {} are unstable: above {critical:.4e} (2 λ_min(S_nn) / D), pressures oscillate from cell to \
-             cell. {shorter} an implicit integrator: wear.integrator = \"sdirk2\"",
+            "step \"{}\": explicit jumps of {} {unit} are unstable: above {} {unit}, pressures oscillate from cell to cell. {shorter} \
+             an implicit integrator: wear.integrator = \"sdirk2\"",
             self.step().name,
             format_short(length),
-            cycling.length_unit()
+            format_short(critical)
         )))
     }
 

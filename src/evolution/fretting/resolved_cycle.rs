@@ -422,10 +422,10 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {} cycles {:.2} % of the wear occurs in cells that slip during a stroke but have no slip between its reversal points. Resolved cycles cannot correct this wear; the estimated errors include it. Use smaller cells, or `increments = 8`, which solves more points of the path",
+            "step \"{}\": after {} cycles, {} of the wear occurs in cells that slip within a stroke but not between its reversal points. The computed wear omits it; the estimated errors include it. Use smaller cells, or cycles.increments = 8",
             self.step().name,
             self.state.cycles_done,
-            100.0 * missed
+            percent(missed)
         ));
     }
 
@@ -440,14 +440,14 @@ impl Run<'_> {
         let by = if resolved > 0.0 {
             let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &by_ends.rate);
             format!(
-                "{:+.2} % of the wear volume (wear depth: {depth:.2} %, root mean square relative to the largest)",
+                "{:+.2} % of the wear volume and {depth:.2} % of the largest wear depth (root mean square)",
                 100.0 * (all / resolved - 1.0)
             )
         } else {
             "the whole wear".to_owned()
         };
         self.result.warnings.push(format!(
-            "step \"{}\": cycles with {increments} {of_strokes} and with {} per stroke differ by {by} (wear.tolerance = {tolerance:e}) and by {:.1} % of the tangential force at a reversal point. The estimated errors include the wear difference. Omit `increments`, or use \"auto\", to correct both",
+            "step \"{}\": cycles with {increments} {of_strokes} and with {} per stroke differ by {by}, and by {:.1} % of the tangential force at a reversal point (wear.tolerance = {tolerance:e}). The estimated errors include the wear difference. To correct both, omit cycles.increments or use \"auto\"",
             self.step().name,
             refined.increments,
             100.0 * by_ends.force_change(&refined.wear)
@@ -555,10 +555,10 @@ impl Run<'_> {
                         cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
-                            "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {:.2} % (root mean square relative to the largest depth). The estimated errors include this change",
+                            "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {} (root mean square), more than wear.tolerance = {tolerance:e}. The estimated errors include this change; accept it, or increase wear.tolerance",
                             self.step().name,
                             self.state.cycles_done,
-                            100.0 * change
+                            percent(change)
                         ));
                     }
                     let both = limit.rate.iter().zip(&last.rate);
@@ -719,4 +719,10 @@ impl Run<'_> {
         }
         self.state.volume_error += volume.abs();
     }
+}
+
+/// A share in percent with two decimals, for messages.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.01 { "less than 0.01 %".to_owned() } else { format!("{percent:.2} %") }
 }

@@ -162,7 +162,7 @@ impl Run<'_> {
         let by_jumps =
             self.result.records.iter().filter_map(|record| record.jump).map(|jump| jump.volume_error);
         let remedy = if by_jumps.sum::<f64>() > 0.5 * record.worn_volume_error {
-            "Shorter jumps reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
+            "Shorter jumps, of at least one cycle, reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
         } else if used.correction == Correction::Never {
             "The error comes from the path between the reversal points: omit cycles.increments, or use \"auto\", to correct the wear"
         } else {

@@ -99,8 +99,7 @@ fn friction_law(
     if ellipse.mu.contains(&0.0) {
         let message =
             format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
-        let mend =
-            "make both coefficients positive (a small value suffices), or both 0 for frictionless contact";
+        let mend = "make the smaller coefficient at least a hundredth of the larger one (smaller values converge slowly), or both 0 for frictionless contact";
         r.report("friction", message, "0 in one direction only", mend);
     } else if ellipse.mu.iter().all(|mu| *mu > 0.0)
         && (ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1]
@@ -108,7 +107,7 @@ fn friction_law(
     {
         let message =
             format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);
-        let mend = "reduce the ratio of the two coefficients to at most 1e6";
+        let mend = "reduce the ratio of the two coefficients to at most 100; ratios up to 1e6 are allowed, but converge slowly";
         r.report("friction", message, "more than a million times apart", mend);
     }
     Some(law)

@@ -150,7 +150,7 @@ fn rows(
     let mut wrong = Vec::new();
     for (line, text) in lines {
         if let Err(problem) = separators.check(text) {
-            wrong.push(format!("{file}, line {line}: the row {problem}"));
+            wrong.push(format!("{file}, line {line}: the row {problem}; put texts in quotes"));
             continue;
         }
         let cells = split_fields(text);
@@ -196,7 +196,13 @@ fn rows(
         }
         points.push(point(*line, &values));
     }
-    report_lines(r, key, file, wrong, ["this file", "give each column a number in every row"]);
+    report_lines(
+        r,
+        key,
+        file,
+        wrong,
+        ["this file", "correct this line; each column needs a number in every row"],
+    );
     points
 }
 

@@ -26,9 +26,9 @@ fn refuse_friction_on_unconstrained_be(
         return Ok(());
     }
     let error = Error::input(format!(
-        "{} is a boundary-element body with unconstrained rigid-body modes ({}), which friction does not allow: slip is measured from the state without contact, which the supports do not determine. Support the body (`fixed`, `symmetry`), use finite elements (kind = \"fe\"), or remove friction",
+        "{} is a boundary-element body with unconstrained rigid-body modes ({}), which friction does not allow: its position before contact, from which slip is measured, is not determined. Support the body (`fixed`, `symmetry`), use kind = \"fe\", or remove friction",
         BODY_KEYS[index],
-        motions.names.join(", ")
+        motion_names(motions)
     ));
     Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
@@ -65,9 +65,9 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
         && have_common_motion(a, b, frame.size())
     {
         let error = Error::input(format!(
-            "both bodies are unconstrained and can move together without force: body 1 by {}, body 2 by {}; fix more components in the supports of one of them",
-            lower.names.join(", "),
-            upper.names.join(", ")
+            "both bodies are unconstrained and can move together without force (body 1 by {}; body 2 by {}), so that their position is not determined. Fix more components in the supports of one body",
+            motion_names(lower),
+            motion_names(upper)
         ));
         return Err(SceneError { error, key: BODY_KEYS[1].to_owned() });
     }
@@ -76,7 +76,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     let who: Vec<String> = floating
         .iter()
         .map(|(index, motions, _)| {
-            format!("{} is unconstrained: {}", SIDES[*index].name(), motions.names.join(", "))
+            format!("{} is unconstrained: {}", SIDES[*index].name(), motion_names(motions))
         })
         .collect();
     plan.steps.iter().enumerate().try_for_each(|(index, step)| {
@@ -90,7 +90,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
         }
         let Some((key, instead)) = displacement_along_free_direction(step, &free) else { return Ok(()) };
         let error = Error::input(format!(
-            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}), so that its position follows from its loads; {instead}, or support the body along this direction",
+            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}). Only loads determine its position there; {instead}, or support the body along this direction",
             step.name,
             who.join("; ")
         ));
@@ -183,4 +183,12 @@ fn displacement_along_free_direction(
     };
     let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
     moves.then_some((key, "move the supports of the other body"))
+}
+
+/// Names of rigid-body motions, for messages.
+fn motion_names(motions: &RigidBodyModes) -> String {
+    if motions.names.len() == 6 {
+        return "translation and rotation along and about x, y and z".to_owned();
+    }
+    motions.names.join(", ")
 }

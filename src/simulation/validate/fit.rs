@@ -281,7 +281,7 @@ fn coarse_faces_warning(
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
         warning(&format!(
-            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} ({} of the area per node). Pressures peak along these faces, up to several times too high if {key} is softer than {partner}, and parts of the contact may open; {}{why}",
+            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}{why}",
             format_number(face.sqrt()),
             format_number(cell.sqrt()),
             format_short(ratio),
@@ -307,9 +307,9 @@ fn refuse_far_finer_cells(
     }
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let error = Error::input(format!(
-        "the cells of the frame are far smaller than the contact faces of {key}, which has the near field of its mesh: node spacing {} {unit}, mean cell side {} {unit}. Pressures along these faces would be several times too high; {}, or allow this with {key}.near_field = \"mesh\"{why}",
-        format_number(face.sqrt()),
-        format_number(frame.mean_cell_area().sqrt()),
+        "the cells of the frame are far smaller than the contact faces of {key}: cell side {} {unit}, node spacing {} {unit}. Pressures would be several times too high; {}, or accept this with {key}.near_field = \"mesh\"{why}",
+        format_short(frame.mean_cell_area().sqrt()),
+        format_short(face.sqrt()),
         coarse_faces_remedy(plan, frame, (index, face))
     ));
     Err(SceneError { error, key: format!("{key}.near_field") })
@@ -434,10 +434,10 @@ fn check_cell_area_ratio(
         }));
     }
     let error = Error::input(format!(
-        "the cells of the frame are too small for the meshes: their area is {} times the contact area of a node of the finest body (mean cell side {} {unit}, node spacing {} {unit}). The tractions are not determined; use {nodes}cells of at least {} {unit}{}, refine a mesh, use elements of order 2, or make one body a half-space{why}",
+        "the cells of the frame are too small for the meshes: their area is {} times the contact area of a node of the finest body (cell side {} {unit}, node spacing {} {unit}). The tractions are not determined; use {nodes}cells of at least {} {unit}{}, a finer mesh, elements of order 2, or a half-space body{why}",
         format_short(ratio),
-        format_number(cell),
-        format_number(face),
+        format_short(cell),
+        format_short(face),
         format_number(face * MIN_CELL_AREA_RATIO.sqrt()),
         at_most(frame, ratio, MIN_CELL_AREA_RATIO)
     ));

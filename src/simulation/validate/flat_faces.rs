@@ -142,7 +142,7 @@ pub(in crate::simulation) fn own_load_warning(
     let unit = &plan.units.length;
     let what = if overlap > 0.0 { "overlap" } else { "opening" };
     Some(warning(&format!(
-        "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}, {:.1} % of the {what} of {} {unit} before contact. Contact loads and pressures err by one to two times this share; use elements of second order, or smaller ones (`orthowear refine` shows where)",
+        "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}, {:.1} % of the {what} before contact ({} {unit}). Loads and pressures err by one to two times this share; use elements of second order, or smaller ones",
         format_short(error),
         100.0 * error / depth,
         format_short(depth)
@@ -159,23 +159,18 @@ fn faceting_warning(
     let share = 100.0 * lost / depth;
     let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();
     let radius = cut.length * cut.length / (8.0 * cut.largest());
-    let (length, lost, depth, fine, radius) = (
-        format_short(cut.length),
-        format_short(lost),
-        format_short(depth),
-        format_short(fine),
-        format_short(radius),
-    );
+    let (length, lost, fine, radius) =
+        (format_short(cut.length), format_short(lost), format_short(fine), format_short(radius));
     let what = if bowed {
         format!(
-            "the gap corrects the flat contact faces of {key} (edges of {length} {unit}) for the curvature of the surface, which differs from node to node. The gap is uncertain by up to {lost} {unit}, {share:.1} % of the approach of {depth} {unit}; loads and pressures have errors of this size"
+            "the gap corrects the flat contact faces of {key} (edges of {length} {unit}) for the curvature of the surface. The gap is uncertain by up to {lost} {unit}, {share:.1} % of the approach, and loads and pressures by this share"
         )
     } else {
         format!(
-            "the flat contact faces of {key} (edges of {length} {unit}, surface radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach of {depth} {unit}. The gap is too large by this amount; loads and pressures err by one to two times this share"
+            "the flat contact faces of {key} (edges of {length} {unit}, radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach. Loads and pressures err by one to two times this share"
         )
     };
     warning(&format!(
-        "{what}. Use elements of second order, faces of at most {fine} {unit} there, or the exact shape (gap.kind = \"ellipsoid\", \"sphere\" or \"cylinder\")"
+        "{what}. Use elements of second order, faces of at most {fine} {unit}, or a gap.kind such as \"sphere\" or \"cylinder\""
     ))
 }
