@@ -25,7 +25,7 @@ impl Triad {
     }
 
     /// Triad with normal `normal`. Its first tangent is the projection of `toward` on the surface (or of a global axis if `toward`
-    /// is almost normal to it).
+    /// is almost normal to the surface).
     pub fn from_normal(normal: Point, toward: Point) -> Self {
         let n = normal.normalize();
         let mut t = toward - n * n.dot(&toward);

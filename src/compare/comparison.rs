@@ -34,7 +34,7 @@ pub struct VariantResult {
     pub status: Option<Status>,
     /// Reason why the variant was not computed, did not converge or failed.
     pub reason: Option<String>,
-    /// Name of its folder of results, next to `compare.json`.
+    /// Name of the variant's folder of results, next to `compare.json`.
     pub folder: Option<String>,
     /// Total time, s, with the writing of results.
     pub seconds: f64,
@@ -69,12 +69,12 @@ pub struct StepResult {
     pub natural_residual: f64,
     /// Computing time of all increments of the step, s.
     pub seconds: f64,
-    /// Differences from the first computed variant. `None` for that variant itself, and where it did not end the step after the
-    /// same number of cycles.
+    /// Differences from the first computed variant. `None` for the first variant itself, and where the first variant lacks the step
+    /// or ended it after a different number of cycles.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the first computed variant, percent of its value; `None` if that value is 0.
+/// Differences from the first computed variant, percent of the first variant's value; `None` if this value is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
@@ -138,8 +138,8 @@ impl Comparison {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences from the first computed variant. It compares steps that both variants ended after the same number
-    /// of cycles, and adds warnings for the others. Another warning is added if the first variant was not computed.
+    /// Computes the differences from the first computed variant for steps that both variants ended after the same number of cycles.
+    /// Warns about different numbers of cycles, and if the first variant of the scene was not computed.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {

@@ -1,8 +1,8 @@
 //! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
 //!
-//! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results and
-//! differences in percent, 100 (a - b) / |b|. [`step_ends::VariantStates`] provides fields and pressure profiles at the ends of
-//! steps.
+//! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results a and their
+//! differences in percent from the results b of the first variant, 100 (a - b) / |b|. [`step_ends::VariantStates`] provides fields
+//! and pressure profiles at the ends of steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -40,7 +40,7 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Name of its folder of results, for example "fe-be".
+    /// Name of the variant's folder of results, for example "fe-be".
     pub fn folder(&self) -> String {
         self.name.to_lowercase()
     }
@@ -48,9 +48,9 @@ impl Variant {
 
 /// Builds the contact frame of `plan` and the variants on it.
 ///
-/// The variants are `wanted`. If it is empty, they are the variants that the scene names, otherwise the scene as it is and the
-/// default variants. A variant that cannot be computed has the reason in place of a plan. The scene as it is always has its plan; a
-/// run reports why it cannot be computed.
+/// The variants are `wanted`. If `wanted` is empty, the scene names the variants. If the scene names none, the variants are the
+/// scene as it is and the default variants. A variant that cannot be computed has the reason in place of a plan. The scene as it is
+/// always has its plan; a run of it reports why it cannot be computed.
 ///
 /// # Errors
 /// If the frame cannot be built, or the gap between two meshes cannot be computed on it.
@@ -112,7 +112,7 @@ fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
 /// Plan with the discretisations `pair` of the bodies. Adds notes for the user to `notes`.
 ///
 /// # Errors
-/// If a body has no such discretisation, or the changed plan cannot be computed on `frame`.
+/// If a body cannot have its discretisation, or the changed plan cannot be computed on `frame`.
 fn variant_plan(
     plan: &Plan,
     frame: &ContactFrame,

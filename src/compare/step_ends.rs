@@ -139,7 +139,8 @@ mod tests {
         ends
     }
 
-    /// Truth: in each cell, the value of one variant minus the value of the first. A variant without the step is omitted.
+    /// Truth: each difference is the value of a variant minus the value of the first variant. A variant without the step is
+    /// omitted.
     #[test]
     fn differences_are_from_the_first() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

@@ -17,8 +17,8 @@ use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
 /// Largest angle, degrees, between material axes under the frame and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 
-/// Largest relative difference of a group between two meshes. It limits the difference of the areas, and the distance of the
-/// centroids over the square root of the area.
+/// Maximum relative difference of a group of faces between two meshes. It limits the difference of the areas and, divided by the
+/// square root of the area, the distance of the centroids.
 const ALIKE: f64 = 0.05;
 
 /// Angles between material axes, degrees, up to this limit are rounding.
@@ -92,7 +92,7 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
 }
 
 /// Half-space of the material that a meshed body has under the frame. Adds notes about loads, foundations, displacements and
-/// materials that it omits.
+/// materials that the half-space omits.
 ///
 /// # Errors
 /// If the body is unconstrained or has no uniform material under the frame.

@@ -1,7 +1,9 @@
-//! Assembled block system of two bodies and the frame, factorised once. It is the reference for the condensed path.
+//! Assembled block system of two bodies and the frame, factorised once. It is the reference for condensed bodies.
 //!
 //! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. A meshed body has its free
-//! nodal components as unknowns, a half-space its displacements at the cells:
+//! nodal components as unknowns, a half-space its displacements at the cells. I maps displacements to cells. A are cell areas, F
+//! loads, G cell integrals. k_go is the distance of the undeformed surfaces plus prescribed displacements, C_gn w the wear depth as
+//! a normal gap:
 //!
 //! ```text
 //! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
@@ -10,7 +12,7 @@
 //! ```
 //!
 //! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact. The scaled
-//! unknowns are x / l0 and k / l0. Rows of finite elements are scaled by 1 / (E0 l0^2), the others by 1 / l0.
+//! unknowns are x / l0 and k / l0. Rows of finite elements are scaled by 1 / (E0 l0^2), all other rows by 1 / l0.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -52,8 +54,7 @@ impl BlockSystem {
     /// Assembles and factors the system.
     ///
     /// # Errors
-    /// If both bodies are rigid, a body gives no equations, the system is too large for this path, or the
-    /// factorisation fails.
+    /// If both bodies are rigid, a body gives no equations, the system is too large for this method, or the factorisation fails.
     pub fn new(body1: &dyn ElasticBody, body2: &dyn ElasticBody, frame: &ContactFrame) -> Result<Self> {
         let n_cells = frame.n_cells();
         refuse_size(body1, body2, n_cells)?;

@@ -15,9 +15,9 @@ use crate::linalg::sparse::SymmetricSparse;
 /// Scales of lengths and stresses (docs/theory-coupling.md).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlockScales {
-    /// E0, MPa.
+    /// Scale E0 of stresses, MPa.
     pub modulus: f64,
-    /// l0, mm.
+    /// Scale l0 of lengths, mm.
     pub length: f64,
 }
 
@@ -47,9 +47,9 @@ pub(super) struct MeshRows {
     map: FaceMap,
     /// Row of each displacement component of the contact nodes, `None` where prescribed, `[3 n_c]`.
     rows: Vec<Option<usize>>,
-    /// Prescribed displacement of the same components, 0 where free, mm.
+    /// Prescribed displacement of each displacement component of the contact nodes, 0 where free, mm.
     prescribed: Vec<f64>,
-    /// Load vector F - K_fc u_c with the prescribed displacements u_c, `[n_free]`, N.
+    /// Loads F - K_fc u_c on the free components f, with the displacements u_c of the prescribed components c, `[n_free]`, N.
     load: Vec<f64>,
     scratch: Mutex<Vec<f64>>,
 }
@@ -142,7 +142,7 @@ impl BodyRows {
         }
     }
 
-    /// Entries of the body's displacement in the gap rows k - sum s I x = ...; row indices start at 0.
+    /// Entries of the gap rows for the body's displacements: minus its gap sign times its map to the cells. Row indices start at 0.
     pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),

@@ -4,18 +4,18 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, MeshedSurface, edge_sagittas, first_touch};
 use crate::geometry::Point;
 
-/// Smallest n_I.n, relative to the largest, of cells that determine the first touch (n_I cell normal, n frame normal). In steeper
-/// cells a small error of the meshes causes a large motion.
+/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch (n_I cell normal, n frame normal). In
+/// steeper cells, a small error of the meshes causes a large motion of body 2.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// Smallest n_I.n, relative to the largest, of cells that determine the first touch if less steep cells alone leave an overlap.
-/// Also the smallest n_I.n of cells that have a distance from a plane.
+/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch if less steep cells leave an overlap.
+/// Also the minimum cosine of cells that have a distance from a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Faces differ from the curved surface by less.
+/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Flat faces differ less from the curved surface.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Possible error of the curved shape through flat edges, as a share of their largest sagitta.
+/// Possible error of a curved shape that is fitted to straight edges, as a share of the largest sagitta.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
 /// Safety factor on the interpolation error of curved edges.
@@ -37,12 +37,12 @@ pub struct MeshedGap {
 /// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch. A surface `None` is
 /// the plane through the global origin normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n. The first touch is the smallest d / n_I.n over all points
-/// of the cells that face n ([`first_touch`]).
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The first touch is the minimum of d /
+/// n_I.n over all points with the distance d in the cells that face n ([`first_touch`]).
 ///
-/// A condensed mesh has the mean heights of its flat faces. The displacement of its contact surface is averaged with the same shape
-/// functions. If the displacement follows a curved surface, its nodes follow that surface. A body with the near field of a
-/// half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
+/// For a condensed mesh, the heights are means over its flat faces: displacements of its contact surface are averaged with the same
+/// shape functions. If the displacement follows a curved surface, the displaced nodes lie on this surface. A body with the near
+/// field of a half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
 /// If the meshed bodies overlap by more than the error of curved faces. If the motion to the first touch does not remove an overlap
@@ -136,8 +136,8 @@ fn curved_overlap(
     }
 }
 
-/// Refuses curved surfaces that overlap after the motion to the first touch (interference fit). Surfaces that enclose one another
-/// overlap on their flanks, too, in any position of body 2.
+/// Refuses curved surfaces that overlap after the motion to the first touch (interference fit). If one surface encloses the other
+/// with interference, the flanks overlap in any position of body 2.
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());

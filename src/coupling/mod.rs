@@ -1,9 +1,9 @@
-//! Coupling of two bodies on one contact frame: g = g_free + S P + w n.
+//! Coupling of two bodies on one contact frame: the gap is g = g_free + S P + w n.
 //!
-//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth. [`couple`] computes S and
-//! the part of g_free that loads and prescribed displacements cause ([`CoupledBodies`]). [`surface_distance`] computes the other
-//! part of g_free, the distance of the undeformed surfaces; for meshes it uses [`mesh_distance`]. [`BlockSystem`] is the reference
-//! implementation of S.
+//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. [`couple`]
+//! computes S and the part of g_free that loads and prescribed displacements cause ([`CoupledBodies`]). [`surface_distance`]
+//! computes the other part of g_free, the distance of the undeformed surfaces; for meshes it uses [`mesh_distance`].
+//! [`BlockSystem`] is the reference implementation of S.
 
 pub mod block;
 mod block_rows;
@@ -100,7 +100,7 @@ pub fn couple(
 }
 
 /// Sets tractions and gaps across planes of symmetry to zero in the cells on these planes. Returns `coupled` unchanged if no cell
-/// lies on one.
+/// lies on a plane of symmetry.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -210,8 +210,8 @@ fn with_far_fields(
 
 /// Work that is omitted when the flexibilities are summed.
 ///
-/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. Unless the sum `couples`
-/// normal and tangential components, their products are omitted, too.
+/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. If the sum does not
+/// couple normal and tangential components (`couples`), the products between them are omitted, too.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {

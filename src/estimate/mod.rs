@@ -1,7 +1,7 @@
 //! Estimates the work, the omitted work and the required resources of a run of a plan, without running it.
 //!
-//! [`estimate`] returns the memory and time of the run ([`RunEstimate`]) and of its bodies ([`BodyEstimate`]). Times are numbers of
-//! operations divided by typical rates, or times typical costs: the constants of this module.
+//! [`estimate`] returns the memory and time of the run ([`RunEstimate`]) and of its bodies ([`BodyEstimate`]). Times are operation
+//! counts, divided by typical rates or multiplied by typical costs (the constants of this module).
 
 mod time;
 
@@ -35,7 +35,7 @@ const FLOPS_PER_SECOND: f64 = 2.8e10;
 /// Seconds of ordering and symbolic analysis per unknown.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Expected number of conjugate gradient iterations; seconds per iteration and matrix entry.
+/// Expected number of conjugate gradient iterations. `PER_ENTRY`: seconds per iteration and stored matrix entry.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
@@ -51,16 +51,16 @@ const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 /// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// Seconds of a far field per unknown and column; seconds for the table of an anisotropic material.
+/// Seconds of a far field per unknown and column. `TABLE`: seconds to tabulate the field of an anisotropic material.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Seconds per unit force and quadrature point in elements of other materials, by closed forms and by a table. `PER_PAIR`: seconds
-/// per pair of columns and quadrature point.
+/// Seconds per unit force and quadrature point in elements of other materials: isotropic by closed forms, anisotropic by a table.
+/// `PER_PAIR`: seconds per pair of columns and quadrature point.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
-/// Seconds of the influence integrals per pair of node and element, by closed forms and by a table.
+/// Seconds of the influence integrals per pair of node and element: isotropic by closed forms, anisotropic by a table.
 const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
 
 /// Scaling of compressed boundary elements: value at 10 000 unknowns, and exponent of the number of unknowns. The first row is the

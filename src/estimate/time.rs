@@ -11,7 +11,7 @@ use crate::simulation::build::memory::is_compressed;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 
-/// Seconds per point inside an isotropic and an anisotropic half-space, and per point and boundary element.
+/// Seconds per point inside a half-space (isotropic, anisotropic), and seconds per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
 /// Seconds for the table of the field inside a half-space, per square root of the ratio of its largest to its smallest stiffness.
@@ -38,7 +38,7 @@ pub(super) fn of_steps(
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
-    // First-order iterations grow with the number of cells across the contact. Iterations with an approximate inverse hardly grow.
+    // The number of first-order iterations grows with the cells across the contact. With an approximate inverse, it hardly grows.
     let products = match on_grid {
         true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
@@ -64,7 +64,7 @@ pub(super) fn contact_problems(step: &Step) -> usize {
     }
 }
 
-/// Estimated time of the points inside bodies after each of `n_solves` contact problems and of their tables, s.
+/// Estimated time of points inside bodies, s: tables of the fields, and an evaluation after each of `n_solves` contact problems.
 pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     let points: f64 = plan.interior_requests.iter().map(|request| of_points(plan, request)).sum();
     inside_tables(plan) + n_solves as f64 * points

@@ -1,4 +1,4 @@
-//! Sum of several operators.
+//! Sum of several flexibility operators.
 
 use std::sync::Arc;
 

@@ -14,18 +14,18 @@ struct ConstrainedCell {
     cell: usize,
     /// P: orthogonal projector on the components in the planes. Its normal row and column are the unit vector of the normal.
     projector: Matrix3<f64>,
-    /// I - P.
+    /// Projector I - P on the components across the planes.
     across: Matrix3<f64>,
-    /// c, mm/MPa.
+    /// Compliance c of the components across the planes, mm/MPa.
     compliance: f64,
 }
 
 /// S' = P S P + c (I - P) of an operator S. The projector P removes tractions and gaps across planes of symmetry in the cells on
 /// these planes.
 ///
-/// The components across are decoupled: if the tractions across vanish, the gaps across vanish, exactly if P is diagonal. S' is
-/// symmetric positive definite in the area-weighted inner product, as S is, because P acts within a cell and its components share
-/// one area. c > 0 has the magnitude of the diagonal of S in the cell and does not influence results.
+/// The components across are decoupled: if the tractions across vanish, the gaps across vanish up to rounding, and exactly if P is
+/// diagonal. S' is symmetric positive definite in the area-weighted inner product, as S is, because P acts within a cell and all
+/// components of a cell have one area. c > 0 has the magnitude of the diagonal of S in the cell and does not influence results.
 ///
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
@@ -84,8 +84,8 @@ fn set(values: &mut [f64], n: usize, cell: usize, value: nalgebra::Vector3<f64>)
     (0..3).for_each(|plane| values[plane * n + cell] = value[plane]);
 }
 
-/// Compliance of a cell along the tangent in its plane of symmetry, mm/MPa. If that is not positive, as on two planes, the normal
-/// compliance; otherwise 1.
+/// Compliance of a cell along the tangent in its plane of symmetry, mm/MPa. If it is not positive, as on two planes, the normal
+/// compliance is returned, or 1 if neither is positive.
 fn compliance_in_plane(block: &Matrix3<f64>, projector: &Matrix3<f64>) -> f64 {
     let tangents = projector.fixed_view::<2, 2>(0, 0);
     let along = (tangents * block.fixed_view::<2, 2>(0, 0)).trace();
@@ -172,7 +172,7 @@ impl Flexibility for ConstrainedFlexibility {
 mod tests {
     use super::*;
 
-    /// A dense symmetric positive definite operator on cells of the given areas: A S = B Bᵀ + 1.
+    /// Dense operator S on cells with the areas A. A S = B Bᵀ + 1 is symmetric positive definite for a fixed matrix B.
     struct Dense {
         areas: Vec<f64>,
         matrix: nalgebra::DMatrix<f64>,
@@ -246,8 +246,8 @@ mod tests {
         nalgebra::DMatrix::from_fn(12, 12, |i, j| AREAS[i % 4] * matrix[(i, j)])
     }
 
-    /// Truth: A S' = (A S')ᵀ > 0, and the same for the preconditioner. S' maps tractions in the planes to gaps in the planes.
-    /// 1e-14: rounding.
+    /// Truth: A S' is symmetric positive definite with the areas A, and so is A times the preconditioner. S' maps tractions in the
+    /// planes to gaps in the planes. 1e-14: rounding.
     #[test]
     fn it_is_symmetric_positive_definite_and_keeps_to_the_planes() {
         let operator = constrained();

@@ -28,8 +28,8 @@ pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;
 
-    /// Tangential part of the operator, if normal and tangential components are decoupled: neither changes the gap of the other.
-    /// `None` if the two parts cannot be used separately.
+    /// Tangential part of the operator, if pressures cause no tangential gap and tangential tractions no normal gap. `None` if the
+    /// two parts cannot be used separately.
     fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
         None
     }
@@ -37,10 +37,10 @@ pub trait Flexibility: Send + Sync {
     /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// `normal_gap = S_nn pressure`, both `[N]`; overwrites. Does not allocate.
+    /// `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Does not allocate.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
-    /// The 3 x 3 diagonal blocks S_II, `[N]`.
+    /// The 3 x 3 diagonal blocks S_II of the cells I, `[N]`, mm/MPa.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>>;
 
     /// Whether tangential tractions change the normal gap (S_nt not identically zero).
@@ -76,13 +76,13 @@ pub trait Flexibility: Send + Sync {
     }
 
     /// Operator of the same bodies on a smaller grid with at least `at_least` cells along x and y, whose sides are `factor` times
-    /// as long. No two of its cells are further apart than cells of the frame. `None` if there is no such operator.
+    /// as long. The grid is not longer than the frame along x or y. `None` if there is no such operator.
     fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
     /// Places an operator of [`Self::restrict`] on the frame, with its first cell at the cell `origin`. Operators that depend on
-    /// the position need this; the others return `smaller`.
+    /// the position need this; all other operators return `smaller`.
     fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
@@ -92,7 +92,7 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// Cells whose rows are not formed, ascending. [`Self::apply`] gives an incomplete gap there, and no traction may act there.
+    /// Ascending cells whose rows of S are not formed. [`Self::apply`] gives an incomplete gap there; no traction may act there.
     fn unformed_cells(&self) -> Vec<usize> {
         Vec::new()
     }
@@ -106,7 +106,7 @@ pub trait Flexibility: Send + Sync {
         Ok(())
     }
 
-    /// Forms the rows of further cells.
+    /// Forms the rows of S for further cells.
     ///
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.

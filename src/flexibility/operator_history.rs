@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Changes that earlier calls made to an operator after its construction.
 ///
-/// A new operator that repeats the history of another gives the same products, bit by bit.
+/// A new operator that repeats the history of another operator gives the same products, bit by bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OperatorHistory {
     /// Cells whose rows were formed, one list per call.

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 
-/// Flexibility of the cells of `whole` that may carry tractions. The other cells carry none, and their gap is not returned.
+/// Flexibility of the cells of `whole` that may carry tractions. Other cells carry no tractions, and their gap is not returned.
 pub struct SubsetFlexibility {
     whole: Arc<dyn Flexibility>,
     /// Index of each cell in `whole`.
@@ -105,7 +105,7 @@ impl Flexibility for SubsetFlexibility {
         self.whole.direct_sums(&places, &whole)
     }
 
-    /// Applies the block of the approximate inverse of `whole`, which is symmetric positive definite, too.
+    /// Applies the block for the subset in the approximate inverse of `whole`. This block is symmetric positive definite, too.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
         self.apply_whole(1, (normal_gap, pressure), product)
@@ -145,7 +145,7 @@ impl TangentialFlexibility for SubsetFlexibility {
 mod tests {
     use super::*;
 
-    /// S of three cells as a full matrix; the tangential parts are twice the normal one.
+    /// S of three cells as a full matrix; the tangential blocks are twice the normal block.
     struct Three;
 
     impl Flexibility for Three {
@@ -190,7 +190,7 @@ mod tests {
     }
 
     /// Truth: the subset of a decoupled operator is decoupled, too. Its tangential part equals the tangential rows and columns of
-    /// its full product.
+    /// the subset's full product.
     #[test]
     fn tangential_part_of_the_whole() {
         let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);

@@ -18,7 +18,7 @@ impl Ball {
         Self { center, radius: points.iter().map(|x| (x - center).norm()).fold(0.0, f64::max) }
     }
 
-    /// Whether the ball is closer than `reach` to the line through `start` along the unit vector `along`.
+    /// Whether the ball is at most `reach` away from the line through `start` along the unit vector `along`.
     fn meets(&self, start: &Point, along: &Point, reach: f64) -> bool {
         let arm = self.center - start;
         let across = arm - along * along.dot(&arm);
@@ -72,8 +72,8 @@ impl BallTree {
         here
     }
 
-    /// Finds the balls closer than `reach` to the line through `start` along the unit vector `along`. Overwrites `found` with their
-    /// indices, ascending.
+    /// Finds the balls at most `reach` away from the line through `start` along the unit vector `along`. Overwrites `found` with
+    /// their indices, ascending.
     pub(crate) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
         if !self.branches.is_empty() {
@@ -101,7 +101,7 @@ impl BallTree {
 mod tests {
     use super::*;
 
-    /// Truth: comparison with every ball in turn.
+    /// Truth: each ball is compared with the line separately.
     #[test]
     fn finds_what_the_line_passes() {
         let balls: Vec<Ball> = (0..500)

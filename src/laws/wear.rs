@@ -1,4 +1,5 @@
-//! Wear laws: wear depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (docs/theory-wear.md).
+//! Wear laws (docs/theory-wear.md): a slip dg_t under the pressure p causes the wear depth dw = p |dg_t|_i. For each slip
+//! v, |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) with the specific wear rates i1, i2 and the components v1, v2 along principal axes.
 
 use crate::laws::friction::{FrictionEllipse, tilt_interpolation};
 
@@ -19,7 +20,7 @@ impl SpecificWearRate {
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
-    /// Wear volume per friction energy, k = i / mu; `None` if it depends on the direction of slip.
+    /// Wear volume per friction energy, k = i / mu, 1/MPa; `None` if it depends on the direction of slip.
     pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];

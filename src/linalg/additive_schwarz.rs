@@ -1,9 +1,8 @@
 //! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A of a smooth kernel.
 //!
 //! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
-//! by R_g. A row of W contains the weights of the points of one larger group. The inverse of such a kernel is nearly local: the
-//! local blocks approximate its short waves, the weighted sums its long waves. The sum of both parts is symmetric and positive
-//! definite.
+//! by R_g. A row of W contains the weights of the points of one larger group. A⁻¹ is nearly local: the local blocks approximate its
+//! effect on short waves, and the weighted sums its effect on long waves. B is symmetric and positive definite.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -34,7 +33,7 @@ pub struct AdditiveSchwarz {
     n: usize,
     planes: usize,
     groups: Vec<LocalBlock>,
-    /// Groups of the coarse level as ranges of points; `coarse_inverse` `[planes, groups]` squared.
+    /// Groups of the coarse level as ranges of points. `coarse_inverse` is A_c⁻¹, a square matrix with rows `[planes, groups]`.
     coarse_groups: Vec<Range<usize>>,
     coarse_inverse: Vec<f64>,
     /// Weights of the points in the coarse sums, `[N]`.
@@ -44,14 +43,15 @@ pub struct AdditiveSchwarz {
 
 struct LocalBlock {
     places: Range<usize>,
-    /// Inverse of the diagonal block, `[planes, places]` squared.
+    /// Inverse of the diagonal block, a square matrix with rows `[planes, places]`.
     inverse: Vec<f64>,
 }
 
 impl AdditiveSchwarz {
-    /// Builds the preconditioner for the matrix that `uses` assembles from components of `matrix` over `planes` planes.
+    /// Builds the preconditioner for the matrix A that the terms `uses` assemble from components of `matrix`.
     ///
-    /// `weights` `[N]` are the weights of the points in the coarse sums: the values of a constant field.
+    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums: the vector of a constant
+    /// field.
     pub fn new(
         matrix: &HierarchicalMatrix,
         uses: &[ComponentProduct],
@@ -134,7 +134,7 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the matrix over `planes` from its components between `m` points, `[planes, m]` squared.
+/// Assembles the square matrix with rows `[planes, m]` from its components between `m` points.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {

@@ -23,7 +23,7 @@ const MAGIC: &[u8; 8] = b"ORTHOLST";
 const FORMAT: u64 = 1;
 const HEADER_BYTES: usize = 24;
 const CHECKSUM_BYTES: usize = 32;
-/// Values that are converted to or from bytes at a time.
+/// Number of values that are converted to or from bytes at a time.
 const VALUES_PER_CHUNK: usize = 1 << 13;
 /// Age at which unfinished files of killed runs are removed: one day.
 const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
@@ -77,7 +77,7 @@ impl CacheKeyBuilder {
     }
 }
 
-/// Name of the instruction set that kernels select from. Kernels for other instructions round differently.
+/// Name of the instruction set that kernels choose on this processor. Kernels for other instructions round differently.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -331,7 +331,7 @@ mod tests {
         hash.finish()
     }
 
-    /// Truth: a written list is read back to the last bit, and another key has no entry. Any changed bit and any missing end is
+    /// Truth: a written list is read back to the last bit, and another key has no entry. A changed bit or a truncated file is
     /// detected, and a new write replaces the damaged file.
     #[test]
     fn lists_come_back_whole_or_damaged() {

@@ -74,7 +74,7 @@ mod tests {
         }
     }
 
-    /// Truth: documentation of the interfaces: the tightest limit along the path applies, and the kernel can reclaim cached files.
+    /// Truth: documentation of the interfaces. The tightest limit along the path applies, and the kernel can reclaim cached files.
     /// "max" and invisible groups set no limit.
     #[test]
     fn the_tightest_group_counts() {

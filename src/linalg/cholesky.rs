@@ -43,7 +43,7 @@ pub trait SymmetricSolver: Send + Sync {
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
-/// Symbolic factorisation: the structure of L for a matrix in a given order, computed without its values.
+/// Symbolic factorisation: the structure of L for a matrix in a given order, computed without the values of the matrix.
 #[derive(Debug)]
 pub struct SymbolicCholesky {
     structure: Structure,
@@ -167,8 +167,8 @@ impl SymbolicCholesky {
 
     /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes.
     ///
-    /// It counts the inverse and the inverse of a triangle. If several supernodes share the trailing block, a copy of this block is
-    /// added.
+    /// It counts the inverse of the block and the inverse of its triangular factor. If several supernodes share the trailing block,
+    /// a copy of this block is added.
     pub fn trailing_inverse_bytes(&self) -> usize {
         let supernodes = self.structure.supernodes();
         let is_within_last = supernodes
@@ -295,7 +295,7 @@ impl CholeskyFactor {
         SupernodalLltRef::new(self.structure.supernodes(), &self.values)
     }
 
-    /// Returns an error if a pivot is rounding only.
+    /// Returns an error if a squared pivot is at most [`PIVOT_LIMIT`] times the diagonal entry of K.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
         let factor = self.supernodes();
@@ -425,8 +425,8 @@ mod tests {
     use super::super::sparse::SymmetricTriplets;
     use super::*;
 
-    /// Stiffness of springs between the nodes of each cell of a k x k x k node grid, with weak springs to the ground; and the node
-    /// graph.
+    /// Stiffness matrix and node graph of a k x k x k node grid. Springs connect the nodes of each cell; weak springs connect all
+    /// nodes to the ground.
     fn springs(k: usize) -> (SymmetricSparse, NodeGraph) {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut cells: Vec<Vec<usize>> = Vec::new();
@@ -471,7 +471,7 @@ mod tests {
         }
     }
 
-    /// Truth: solutions of A x = e for unit vectors e give the columns of (A⁻¹)_cc. Tolerance: rounding times the condition number,
+    /// Truth: solutions of K x = e for unit vectors e give the columns of (K⁻¹)_cc. Tolerance: rounding times the condition number,
     /// 1e4.
     #[test]
     fn trailing_inverse_is_the_block_of_the_inverse() {
@@ -489,7 +489,7 @@ mod tests {
         }
     }
 
-    /// Truth: solutions for unit right-hand sides, and 1 / d for a row without off-diagonal entries. Trailing rows of unconnected
+    /// Truth: solutions for unit right-hand sides, and 1 / d for a row with only the diagonal entry d. Trailing rows of unconnected
     /// parts lie in several supernodes. Their entries are copied, which needs memory for a third matrix.
     #[test]
     fn trailing_inverse_of_separate_parts() {

@@ -60,8 +60,8 @@ pub(crate) fn try_zeroed(len: usize) -> Result<Vec<f64>> {
         return Ok(Vec::new());
     }
     let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
-    // SAFETY: the layout has a non-zero size. `alloc_zeroed` uses fresh pages of the system, which are zero already; `resize` could
-    // not.
+    // SAFETY: the layout has a non-zero size. Unlike `Vec::resize`, `alloc_zeroed` can use fresh pages of the system, which are
+    // already zero.
     let start = handling_allocation_failure(|| unsafe { std::alloc::alloc_zeroed(layout) });
     if start.is_null() {
         return Err(error());

@@ -60,7 +60,7 @@ impl Hessenberg {
         Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![norm] }
     }
 
-    /// Appends a column of length k + 2 and returns the residual norm after it.
+    /// Appends a column of length k + 2, where k is the number of earlier columns, and returns the new residual norm.
     fn push(&mut self, mut column: Vec<f64>) -> f64 {
         let k = self.columns.len();
         for (i, [c, s]) in self.rotations.iter().enumerate() {
@@ -221,7 +221,7 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// Unsymmetric tridiagonal matrix with `.0` rows; the preconditioner is its diagonal.
+    /// Unsymmetric tridiagonal matrix with the given number of rows. The preconditioner divides by its diagonal.
     struct Tridiagonal(usize);
 
     impl LinearSystem for Tridiagonal {

@@ -158,7 +158,7 @@ impl std::fmt::Display for MemoryLimit {
     }
 }
 
-/// Like [`MemoryLimit::ensure_available`], against all memory that is available now.
+/// Like [`MemoryLimit::ensure_available`], with all memory that is available now as the limit.
 ///
 /// # Errors
 /// If less memory is available (Linux; on other systems nothing is checked).
@@ -205,7 +205,7 @@ thread_local! {
     static FAILURE_HANDLED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work`, whose caller handles failed allocations on this thread itself.
+/// Runs `work`. Meanwhile, [`allocation_failure_is_handled`] is true on this thread: the caller handles failed allocations.
 pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
     let before = FAILURE_HANDLED.replace(true);
     let done = work();
@@ -304,8 +304,8 @@ mod tests {
         assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
     }
 
-    /// Truth: docs/command-line.md: 80 % by default, any other share by the option. Tolerance 20 %: the available memory changes
-    /// from one moment to the next.
+    /// Truth: docs/command-line.md: the limit is 80 % of the available memory, or the percentage of the option. Tolerance 20 %: the
+    /// available memory changes from one moment to the next.
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };

@@ -1,6 +1,6 @@
 //! Linear algebra of the solver: dense, sparse and hierarchical matrices, factorisations, iterative solvers, and memory limits.
 //!
-//! - Stiffness matrices, K x = f: [`sparse::SymmetricSparse`], solved by a [`cholesky::SymmetricSolver`]. Solvers are
+//! - Stiffness matrices K, equation K x = f: [`sparse::SymmetricSparse`], solved by a [`cholesky::SymmetricSolver`]. Solvers are
 //!   [`cholesky::CholeskyFactor`] (K = L Lᵀ) and [`two_level::TwoLevelSolver`] (conjugate gradients).
 //! - Dense kernels: [`packed::PackedSymmetric`], [`hierarchical::HierarchicalMatrix`], [`hierarchical::CollocationMatrix`].
 //! - Unsymmetric systems: [`dense_lu::DenseLu`], [`sparse_lu::SparseLu`], [`gmres::Gmres`].

@@ -53,7 +53,7 @@ impl NodeGraph {
         graph
     }
 
-    /// Graph of `n_nodes` nodes with the edges `pairs`. An edge may be given once or twice.
+    /// Graph of `n_nodes` nodes with the edges `pairs`, each given once.
     pub(super) fn from_edges(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
         let mut offsets = vec![0usize; n_nodes + 1];
         pairs.iter().for_each(|&(i, j)| {
@@ -115,8 +115,8 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
 
 /// Divides a graph into parts of similar size with few edges between them; returns the part of each node.
 ///
-/// Part numbers are consecutive from 0, at most `n_parts` parts. Edges with a large `weight(a, b)` (positive) tend to lie inside a
-/// part.
+/// There are at most `n_parts` parts, numbered consecutively from 0. Edges with a large `weight(a, b)` (positive) tend to lie
+/// inside a part.
 ///
 /// # Errors
 /// As [`nested_dissection`].
@@ -166,7 +166,7 @@ pub(super) fn partition(
             "METIS failed to divide a mesh of {n} nodes (status {status})"
         )));
     }
-    // METIS may return parts without nodes; the others are renumbered.
+    // METIS may return parts without nodes; the parts with nodes are renumbered.
     let mut number = vec![usize::MAX; n_parts];
     let mut count = 0;
     Ok(parts

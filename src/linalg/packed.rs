@@ -29,7 +29,7 @@ pub struct PackedSymmetric {
 struct Scratch {
     /// Partial results, one vector per stripe.
     parts: Vec<f64>,
-    /// Ranges of the vector that may contain non-zeros, ascending, in steps of [`ZERO_SCAN_LEN`].
+    /// Ascending ranges of the vector that may contain non-zeros, in whole chunks of [`ZERO_SCAN_LEN`] entries.
     filled: Vec<Range<usize>>,
 }
 
@@ -204,7 +204,7 @@ fn stripes(n: usize) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    /// Truth: the definition of the product, row by row. Tolerance 1e-13: rounding of sums of up to 150 terms of order 1.
+    /// Truth: y_i = Σ_j a_ij x_j, summed row by row. Tolerance 1e-13: rounding of sums of up to 150 terms of order 1.
     #[test]
     fn product_is_the_sum_over_columns() {
         for n in [0, 1, 2, 5, 17, 64, 150] {
@@ -221,8 +221,8 @@ mod tests {
         }
     }
 
-    /// Truth: the definition of the product, and the same bits as a product that includes the zeros. Cases: runs of zeros of any
-    /// length and position, only zeros, no zeros.
+    /// Truth: y_i = Σ_j a_ij x_j, and rows without the zeros have the same bits as rows with the zeros. Cases: one non-zero entry,
+    /// no zeros, and runs of zeros of different length and position.
     #[test]
     fn zeros_are_left_out() {
         let n = 150;
@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Truth: the same bits with one thread and with several threads.
+    /// Truth: a product has the same bits with one, two, three and seven threads.
     #[test]
     fn threads_do_not_change_bits() {
         let matrix = PackedSymmetric::from_lower(333, |i, j| ((i + 7 * j) as f64).cos()).expect("memory");

@@ -2,7 +2,7 @@
 
 /// Calls an `#[inline(always)]` function, compiled for AVX2 if the processor supports it. The bits are the same in both cases.
 ///
-/// A length may be a const generic parameter of the function.
+/// The function may have one const generic parameter.
 macro_rules! wide {
     ($body:ident$(<$n:ident>)?($($value:expr => $name:ident: $kind:ty),*)) => {{
         #[cfg(target_arch = "x86_64")]

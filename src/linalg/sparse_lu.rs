@@ -10,13 +10,13 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use super::vector::norm;
 use crate::error::{Error, Result};
 
-/// Maximum relative residual of a correct factorisation. A larger one is not rounding: the factors are wrong, or the matrix is
+/// Maximum relative residual of a correct factorisation. A larger residual is not rounding: the factors are wrong, or the matrix is
 /// singular.
 const RESIDUAL_LIMIT: f64 = 1e-8;
 /// Maximum number of right-hand sides per solve.
 pub const MAX_RHS: usize = 32;
 
-/// LU factorisation A = Pᵀ L U Qᵀ of a square sparse matrix.
+/// LU factorisation A = Pᵀ L U Qᵀ of a square sparse matrix with row and column permutations P and Q.
 pub struct SparseLu {
     symbolic: SymbolicLu<usize>,
     numeric: NumericLu<usize, f64>,
@@ -103,7 +103,7 @@ impl SparseLu {
         );
     }
 
-    /// Checks that the solution x of A x = A v gives A x = A v, for a fixed vector v without regular pattern.
+    /// Checks the relative residual of the solution x of A x = A v, where v is a fixed vector without regular pattern.
     fn check(&self, matrix: &CscMatrix<f64>) -> Result<()> {
         let n = self.n();
         let known: Vec<f64> = (0..n).map(|i| (i as f64 * 12.9898 + 1.0).sin()).collect();
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Truth: A x equals b for the solution x; an unsymmetric band matrix. Tolerance 1e-12: rounding.
+    /// Truth: A x = b for each solution x of an unsymmetric band matrix A. Tolerance 1e-12: rounding.
     #[test]
     fn solutions_satisfy_the_equations() {
         let n = 70_usize;

@@ -34,7 +34,7 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     rule
 }
 
-/// P_n(x) and its derivative by the three-term recurrence.
+/// Legendre polynomial P_n(x) and its derivative by the three-term recurrence.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut current) = (1.0, x);
     for k in 2..=n {
@@ -80,7 +80,7 @@ mod tests {
         }
     }
 
-    /// Truth: the moments of the cube, product of line moments.
+    /// Truth: moments of the cube are products of moments of the line [-1, 1].
     #[test]
     fn cube_moments() {
         let integral: f64 =

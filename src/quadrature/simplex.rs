@@ -1,11 +1,11 @@
 //! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
 //!
-//! They are products of Gauss rules collapsed onto the simplex: all weights positive, any degree, no tables.
+//! Rules of higher degree are products of Gauss rules collapsed onto the simplex, of any degree. All weights are positive.
 
 use super::RulePoint;
 use super::gauss::gauss_legendre;
 
-/// Gauss rule on [0, 1].
+/// Gauss rule with `n` points on [0, 1].
 fn unit_line(n: usize) -> Vec<(f64, f64)> {
     gauss_legendre(n).into_iter().map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w)).collect()
 }
@@ -58,8 +58,8 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     rule
 }
 
-/// Rule of degree 3 with eight points of equal weight inside the tetrahedron. Four points each lie at the shares t and u of the way
-/// from the centroid to the corners.
+/// Rule of degree 3 with eight points of equal weight inside the tetrahedron. Four points lie at the fraction t of the way from the
+/// centroid to the corners, and four points at the fraction u.
 ///
 /// Degree 2 requires t² + u² = 2/5, degree 3 t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's formula gives the
 /// root with all points inside.
@@ -103,8 +103,8 @@ mod tests {
         }
     }
 
-    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule takes the fewest such
-    /// n points along each edge.
+    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule has the smallest
+    /// sufficient n along each direction.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {

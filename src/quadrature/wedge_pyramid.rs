@@ -4,8 +4,8 @@ use super::RulePoint;
 use super::gauss::{gauss_legendre, quadrilateral};
 use super::simplex::triangle;
 
-/// Rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]); weights sum to 1. It is the product of the triangle's rule of
-/// `degree` and `n` Gauss points.
+/// Rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]); weights sum to 1. It is the product of the triangle rule of
+/// `degree` and the `n`-point Gauss rule.
 pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     triangle(degree)
@@ -32,8 +32,8 @@ pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: the integral of x^i y^j z^k over the pyramid is 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)). This holds for even i, j;
-    /// otherwise it is 0. Over the wedge it is the product of the integrals over the triangle and the line. Tolerance: rounding.
+    /// Truth: for even i and j, x^i y^j z^k has the integral 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) over the pyramid, otherwise
+    /// 0 (beta function B). Over the wedge: product of the integrals over triangle and line. Tolerance: rounding.
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();

@@ -7,16 +7,16 @@ use super::cluster_tree::{Cluster, ClusterTree};
 pub struct ClusterPair {
     /// Index of the row cluster in the tree.
     pub rows: usize,
-    /// Index of the column cluster in the tree. With [`MirrorBlocks::One`] its points do not precede the points of the row cluster.
+    /// Index of the column cluster in the tree. With [`MirrorBlocks::One`], the column range does not start before the row range.
     pub columns: usize,
     /// Whether the distance of the clusters is large relative to their size, so that the block has low rank.
     pub is_admissible: bool,
 }
 
-/// Which blocks of a mirrored pair a partition contains.
+/// Whether a partition contains one or both of two mirrored blocks, which have exchanged row and column clusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
-    /// One block of each pair. The blocks cover each pair of points once; diagonal blocks cover it in both orders.
+    /// One block of each mirrored pair. Each pair of points is covered in one order; within diagonal blocks, in both orders.
     One,
     /// Both blocks. The blocks cover each ordered pair of points once.
     Both,
@@ -24,7 +24,7 @@ pub enum MirrorBlocks {
 
 /// Divides the matrix over all pairs of points into blocks.
 ///
-/// A block is admissible if the smaller of the two diameters is at most `admissibility` times the distance.
+/// A block is admissible if its clusters are apart and the smaller diameter is at most `admissibility` times their distance.
 pub fn partition<const D: usize>(
     tree: &ClusterTree<D>,
     admissibility: f64,
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     /// Truth: the blocks cover each pair of points once, in one order only except on the diagonal. Admissible blocks satisfy the
-    /// distance condition.
+    /// distance condition of [`partition`].
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();
@@ -95,8 +95,8 @@ mod tests {
         assert!(n_far > 10 && seen.iter().all(|&count| count == 1));
     }
 
-    /// Truth: the blocks cover each ordered pair of points once, and admissible blocks satisfy the distance condition. Points on
-    /// two walls in space.
+    /// Truth: the blocks cover each ordered pair of points once, and admissible blocks satisfy the distance condition of
+    /// [`partition`]. The points lie on two walls in space.
     #[test]
     fn all_blocks_hold_every_pair_once() {
         let at = |k: usize| {

@@ -11,9 +11,9 @@ pub type BoundingBox<const D: usize = 2> = [[f64; D]; 2];
 /// Cluster of neighbouring points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cluster<const D: usize = 2> {
-    /// Range of its points in the order of the tree.
+    /// Range of the cluster's points in the order of the tree.
     pub range: Range<usize>,
-    /// Bounding box of the extents of its points.
+    /// Bounding box of the extents of the cluster's points.
     pub extent: BoundingBox<D>,
     /// Indices of the two child clusters; `None` for a leaf.
     pub children: Option<[usize; 2]>,
@@ -73,7 +73,7 @@ impl<const D: usize> ClusterTree<D> {
         Self { clusters, order }
     }
 
-    /// Ranges of the largest clusters with at most `size` points (or leaves); ascending, and each point belongs to one range.
+    /// Ascending ranges of the largest clusters with at most `size` points, or of larger leaves. Each point is in one range.
     pub fn clusters_of_size(&self, size: usize) -> Vec<Range<usize>> {
         let (mut parts, mut waiting) = (Vec::new(), vec![0]);
         while let Some(index) = waiting.pop() {
@@ -125,8 +125,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Truth: the definition of a tree: children make up their parent, each point has one position, and extents contain the extents
-    /// of their points.
+    /// Truth: the properties of a cluster tree: children make up their parent, each point has one position, and extents contain the
+    /// extents of their points.
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);

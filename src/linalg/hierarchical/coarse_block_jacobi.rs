@@ -18,16 +18,16 @@ use crate::linalg::vector::norm;
 /// Maximum number of nodes of a diagonal block.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Maximum number of nodes of a rigid group. If the number of nodes divided by [`MAX_GROUPS`] is larger, that value applies.
+/// Maximum number of nodes of a rigid group. For large matrices, the maximum is the number of nodes divided by [`MAX_GROUPS`].
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
 /// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
-/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b).
+/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with additions.
 ///
-/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of larger groups.
+/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of A for larger groups.
 pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
@@ -36,9 +36,9 @@ pub struct CoarseBlockJacobi {
     coarse_inverse: DenseMatrix,
 }
 
-/// Additions to a collocation matrix: 3 x 3 blocks on the diagonal, and a border of further rows and columns.
+/// Additions to a collocation matrix `[n, n]`: 3 x 3 blocks on the diagonal, and `border` further rows and columns.
 pub struct DiagonalAndBorder<'a> {
-    /// Additional 3 x 3 block of each node i, rows and columns 3 i + c.
+    /// Additional 3 x 3 block of each node i, in the rows and columns 3 i to 3 i + 2.
     pub blocks: &'a [Matrix3<f64>],
     /// Border columns `[n + border, border]`.
     pub columns: &'a DenseMatrix,
@@ -46,7 +46,7 @@ pub struct DiagonalAndBorder<'a> {
     pub rows: &'a DenseMatrix,
 }
 
-/// Positions and kinds of the unknowns of a collocation matrix.
+/// Positions of the nodes of a collocation matrix, and kinds of its unknowns (traction or displacement).
 #[derive(Clone, Copy)]
 pub struct CollocationUnknowns<'a> {
     /// Positions of the nodes, mm.
@@ -94,7 +94,7 @@ impl RigidGroup {
         self.motions.len() / self.places.len()
     }
 
-    /// Motions of the rows `places` of the group, `[places, motions]`.
+    /// Entries of the motions in the rows `places` of the group, `[places, motions]`.
     pub fn motions_at(&self, places: &Range<usize>) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
             .subrows(places.start - self.places.start, places.len())
@@ -162,7 +162,7 @@ impl CoarseBlockJacobi {
 
     /// Expected memory [peak during construction, kept afterwards] for a layout, bytes.
     ///
-    /// Blocks are counted exactly; six motions per group are assumed.
+    /// Diagonal blocks are counted exactly. Six motions per group and six border rows are assumed.
     pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
         let nodes = layout.groups().n_nodes();
         let locals: usize =
@@ -246,7 +246,7 @@ fn inverse(matrix: DenseMatrix, par: Par) -> Result<DenseMatrix> {
     Ok(inverse)
 }
 
-/// Row ranges of the largest clusters with at most `nodes` nodes (or leaves); ascending.
+/// Ascending row ranges of the largest clusters with at most `nodes` nodes, or of larger leaves.
 fn dof_clusters(layout: &CollocationLayout, nodes: usize) -> Vec<Range<usize>> {
     let (tree, groups) = (layout.tree(), layout.groups());
     let (mut parts, mut waiting) = (Vec::new(), vec![0]);

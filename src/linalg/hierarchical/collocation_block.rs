@@ -8,7 +8,7 @@ use super::cross_approximation::{LazyMatrix, index_at_share};
 /// Number of rows per node: one per direction.
 pub const ROWS_PER_NODE: usize = 3;
 
-/// Positions of the initial rows and columns of a cross approximation, as shares of the numbers of nodes and elements.
+/// Nodes and element whose rows and columns a cross approximation computes first, as fractions of the largest index in the block.
 const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
 const FIRST_COLUMN: f64 = 0.5;
 
@@ -32,9 +32,9 @@ pub struct ElementNumbering {
 }
 
 impl ElementNumbering {
-    /// Creates the numbering for elements with the numbers of nodes `nodes`, in tree order. Each node has three columns.
+    /// Creates the numbering. `nodes` is the number of nodes of each element in tree order; each node has three matrix columns.
     ///
-    /// Each element has `n_sum_columns` further columns, of which only the sum over all elements is kept.
+    /// Each element has `n_sum_columns` further columns. Only their sums over all elements are kept.
     pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());
         for (element, count) in nodes.enumerate() {
@@ -49,7 +49,7 @@ impl ElementNumbering {
         self.element_of.len()
     }
 
-    /// Number of summed columns of each element: only the sum of such a column over all elements is kept.
+    /// Number of summed columns of each element. Only the sums of these columns over all elements are kept.
     pub fn n_sum_columns(&self) -> usize {
         self.n_sum_columns
     }
@@ -59,7 +59,7 @@ impl ElementNumbering {
         self.first[elements.start]..self.first[elements.end]
     }
 
-    /// Rows of a range of elements, which are also its matrix columns.
+    /// Rows of a range of elements. The matrix columns of these elements have the same indices.
     pub fn dofs(&self, elements: &Range<usize>) -> Range<usize> {
         let nodes = self.nodes(elements);
         ROWS_PER_NODE * nodes.start..ROWS_PER_NODE * nodes.end
@@ -71,7 +71,7 @@ impl ElementNumbering {
     }
 }
 
-/// Block with rows and columns that are computed on first use, together for each node or element. The summed columns are last.
+/// Block whose rows and columns are computed on first use, all of a node or an element together. The summed columns are last.
 pub(super) struct CollocationBlock<'k, K> {
     kernel: &'k K,
     groups: &'k ElementNumbering,
@@ -81,7 +81,7 @@ pub(super) struct CollocationBlock<'k, K> {
     n_matrix_columns: usize,
     n_columns: usize,
     values: Vec<f64>,
-    /// Index of the first known row of each node and of the first known column of each element, or [`NOT_COMPUTED`].
+    /// First row of each node in `row_places` and first column of each element in `column_places`, or [`NOT_COMPUTED`].
     first_row_of_node: Vec<u32>,
     first_column_of_element: Vec<u32>,
     row_places: Vec<usize>,
@@ -131,7 +131,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.n_matrix_columns
     }
 
-    /// Evaluates an element at a node. For each column, returns its position in the block and its three rows.
+    /// Evaluates the kernel for an element at a node. Yields for each column its position in the block and its three entries.
     fn evaluate(&mut self, node: usize, element: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let (groups, place) = (self.groups, self.elements.start + element);
         self.values.resize(ROWS_PER_NODE * groups.n_columns(place), 0.0);
@@ -203,7 +203,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
 }
 
 impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
-    /// A new column requires all columns of its element, which costs more than an additional cross. Hence a low share.
+    /// A new column requires all columns of its element, which costs more than an additional cross. Known columns are cheaper.
     const KNOWN_COLUMN_SHARE: f64 = 0.1;
 
     fn size(&self) -> (usize, usize) {

@@ -18,7 +18,7 @@ use crate::linalg::dense_matrix::DenseMatrix;
 /// Group of rows with common motions: translations, and rotations of the displacements.
 pub(super) struct RigidGroup {
     pub places: Range<usize>,
-    /// Index of its first motion.
+    /// Index of its first motion among the motions of all groups.
     pub first_motion: usize,
     /// Orthonormal motions, stored one after the other.
     pub motions: Vec<f64>,
@@ -63,7 +63,7 @@ pub struct CollocationMatrix {
 impl CollocationLayout {
     /// Divides the matrix into blocks over the cluster tree of the elements.
     ///
-    /// A block is admissible if the smaller diameter is at most `admissibility` times the distance.
+    /// See [`partition`] for `admissibility`.
     pub fn new(tree: ClusterTree<3>, groups: ElementNumbering, admissibility: f64) -> Self {
         let blocks = partition(&tree, admissibility, MirrorBlocks::Both);
         Self { tree, groups, blocks }
@@ -83,7 +83,7 @@ impl CollocationLayout {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
-    /// Numbers for memory estimates: entries of the near blocks, and sum of rows and columns of the far blocks.
+    /// Numbers for memory estimates: [entries of the near blocks, rows plus columns of the far blocks].
     pub fn storage_counts(&self) -> [usize; 2] {
         self.blocks.iter().fold([0; 2], |[near, far], block| {
             let [m, n] = self.elements(block).map(|elements| self.groups.dofs(&elements).len());
@@ -91,7 +91,7 @@ impl CollocationLayout {
         })
     }
 
-    /// Computes a block and the sums of its summed columns, `[extra][row]`.
+    /// Computes a block, and the sums of its summed columns over its elements, `[n_sum_columns][row]`.
     ///
     /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision.
     fn build_block(
@@ -219,7 +219,7 @@ impl CollocationMatrix {
         }
     }
 
-    /// Adds the entries in the rows and columns `places` to `values`, the diagonal block of `places`.
+    /// Adds the diagonal block of the rows `places` to `values`. `places` must be the row range of a cluster.
     pub(super) fn add_diagonal_block(&self, places: &Range<usize>, values: &mut DenseMatrix) {
         let inside = |range: &Range<usize>| places.start <= range.start && range.end <= places.end;
         for block in self.blocks.iter().filter(|block| inside(&block.rows) && inside(&block.columns)) {
@@ -335,8 +335,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Elements of two nodes on two walls, with an unsymmetric 3 x 3 kernel. One summed column per direction is the sum of the
-    /// matrix columns.
+    /// Elements on two walls, each with two nodes, and an unsymmetric 3 x 3 kernel. The single summed column of an element is the
+    /// sum of its matrix columns.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {
@@ -362,8 +362,8 @@ mod tests {
         }
     }
 
-    /// Truth: sums over the kernel, to the requested error of the entries, in double and in single precision. Summed columns are
-    /// products with ones. Diagonal blocks equal the entries of the full matrix.
+    /// Truth: products and diagonal blocks of the dense kernel matrix, within the requested error of the entries, in double and
+    /// single precision. The summed column equals the product with a vector of ones.
     #[test]
     fn products_are_sums_over_the_kernel() {
         let at = |k: usize| {

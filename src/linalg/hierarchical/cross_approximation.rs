@@ -21,14 +21,15 @@ pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 /// Number of consecutive crosses below the bound after which a component counts as complete.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// A check row continues the approximation if its largest residual entry exceeds this multiple of the mean allowed error.
+/// A check row continues the approximation if its largest residual entry exceeds this multiple of the mean allowed error of an
+/// entry, bound / √(m n) in a block `[m, n]`.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// No cross is added through a row if all residual entries are below this share of the mean allowed error.
+/// No cross is added through a row if all its residual entries are below this share of the mean allowed error of an entry.
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
-/// Position of the first row and column as a share of the number of rows or columns; below, of further initial rows and of the
-/// check rows.
+/// Position of the first row and of the first column as a fraction of the largest index. The next constants give the further
+/// initial rows, and the rows that are checked last.
 const FIRST_LINE_SHARE: f64 = 0.5;
 const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
 const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
@@ -93,10 +94,10 @@ pub(super) struct KernelBlock<'k, K> {
     columns: Range<usize>,
     components: usize,
     row_places: Vec<usize>,
-    /// `[row][component][column]`
+    /// Entries of the known rows, `[row][component][column]`.
     row_values: Vec<f64>,
     column_places: Vec<usize>,
-    /// `[column][component][row]`
+    /// Entries of the known columns, `[column][component][row]`.
     column_values: Vec<f64>,
 }
 
@@ -178,9 +179,9 @@ pub const MAX_COMPONENTS: usize = 9;
 /// Low-rank matrix Σ u vᵀ `[m, n]`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct OuterProducts {
-    /// `[rank][m]`
+    /// Vectors u, `[rank][m]`.
     pub u: Vec<f64>,
-    /// `[rank][n]`
+    /// Vectors v, `[rank][n]`.
     pub v: Vec<f64>,
     pub rank: usize,
 }

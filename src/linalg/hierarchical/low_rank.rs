@@ -144,8 +144,8 @@ mod tests {
         }
     }
 
-    /// Truth: the kernel 1 / r between two squares at a distance of about their diagonal. The error is at most the bound, the rank
-    /// grows with the logarithm of the tolerance, and small terms are in single precision.
+    /// Truth: entries of the kernel 1 / r between two unit squares at a distance of about their diagonal. The error is at most the
+    /// bound, the rank grows with the logarithm of the tolerance, and small terms are in single precision.
     #[test]
     fn error_follows_the_bound() {
         let m = 144;

@@ -20,7 +20,7 @@ const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
 /// Number of sampled far blocks per size class in [`BlockLayout::sampled_bytes`].
 const SAMPLED_BLOCKS_PER_SIZE: usize = 3;
 
-/// Number of parts of a parallel product. It is fixed, so that results have the same bits for any number of threads.
+/// Number of block ranges of a parallel product. It is fixed, so that results have the same bits for any number of threads.
 pub(super) const N_PRODUCT_PARTS: usize = 16;
 
 /// Block of the matrix with all components.
@@ -128,8 +128,8 @@ impl BlockLayout {
 
     /// Estimates the memory of the matrix from [`Self::fill`], bytes, without evaluating the kernel.
     ///
-    /// Near blocks are counted. A far block needs `per_line` bytes per row or column, per component and per squared number of
-    /// decimal digits of its tolerance.
+    /// Near blocks are counted. For each component, a far block `[m, n]` needs `per_line` d² (m + n) bytes, at most its dense size,
+    /// where d = -log10 of its tolerance.
     pub fn estimated_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
         let far = self.blocks.iter().filter(|block| block.is_admissible).map(|block| {
             let [m, n] = self.ranges(block).map(|range| range.len());
@@ -201,9 +201,9 @@ impl BlockLayout {
         StoredBlock { rows, columns, content: BlockContent::Near(values) }
     }
 
-    /// Computes the matrices of a kernel. Entry (j, i) of a component equals its entry in `signs` (1 or -1) times entry (i, j).
+    /// Computes the matrices of a kernel. `signs` contains 1 for a symmetric component and -1 for an antisymmetric component.
     ///
-    /// The error of a far block is at most its share of `tolerance` times its norm (Frobenius, all components together).
+    /// A far block's relative error (Frobenius norm of all components together) is at most `tolerance` times the block's factor.
     ///
     /// # Errors
     /// If the run is cancelled.
@@ -293,7 +293,7 @@ impl HierarchicalMatrix {
 
     /// Weighted sums Σ w_i w_j a_ij over the points i, j of each pair of groups, `[component][group][group]`.
     ///
-    /// `groups` are ascending ranges that cover all points; `weights` are `[N]`.
+    /// `groups` are ascending ranges that cover all points; `weights` `[N]` are w in tree order, and a_ij are the matrix entries.
     pub fn group_sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();
         let of: Vec<usize> = groups

@@ -1,9 +1,9 @@
 //! Hierarchical matrices of smooth kernels: a cluster tree of points, dense blocks between near clusters, low-rank blocks `Σ u vᵀ`
-//! between distant clusters. [`ClusterTree`] and [`partition`] define the blocks, adaptive cross approximation computes the
-//! low-rank ones.
+//! between distant clusters. [`ClusterTree`] and [`partition`] define the blocks; adaptive cross approximation computes low-rank
+//! blocks.
 //!
-//! [`HierarchicalMatrix`]: points in the plane, several symmetric or antisymmetric components; one block of each mirrored pair is
-//! stored. [`CollocationMatrix`]: elements in space, unsymmetric; the kernel is evaluated for a node and an element at a time.
+//! [`HierarchicalMatrix`] has points in the plane and symmetric or antisymmetric components; only one of two transposed blocks is
+//! stored. [`CollocationMatrix`] is unsymmetric and has elements in space; its kernel is evaluated for a node and an element.
 //!
 //! # Source
 //! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical

@@ -1,12 +1,11 @@
-//! Products of hierarchical matrices with vectors. The bits are the same for any number of threads; only the first product
-//! allocates.
+//! Products of hierarchical matrices with vectors. Results have the same bits for any number of threads; buffers are reused.
 
 use rayon::prelude::*;
 
 use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
 use crate::linalg::vector::{axpy, dot8};
 
-/// Term `y_target += sign C_component x_source` of a product with several planes of vectors.
+/// Term `y_target += sign C_component x_source` of a product. x and y consist of several planes: vectors `[N]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComponentProduct {
     /// Index of the component.
@@ -19,7 +18,7 @@ pub struct ComponentProduct {
     pub sign: f64,
 }
 
-/// Number of entries that one parallel task sums over all parts.
+/// Number of entries of y for which one parallel task sums the partial results.
 const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
@@ -168,7 +167,7 @@ mod tests {
         (0..2 * n).map(|k| ((k * 7919 % 1000) as f64 * 0.37).sin()).collect()
     }
 
-    /// Truth: the sum over all entries of the kernel, for full and partly zero vectors. The error is proportional to the tolerance.
+    /// Truth: direct sums over all kernel entries, for full and partly zero vectors. The error is 0.001 to 1 times the tolerance.
     #[test]
     fn products_are_sums_over_the_kernel() {
         for tolerance in [1e-4, 1e-8] {
@@ -199,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Truth: the same bits with one thread and with several threads.
+    /// Truth: a product has the same bits with one, two and three threads.
     #[test]
     fn threads_do_not_change_bits() {
         let product = |threads: usize| {
@@ -215,7 +214,7 @@ mod tests {
         assert!(product(2) == one && product(3) == one);
     }
 
-    /// Truth: group sums equal products with vectors that are constant on a group. Tolerance: rounding of 600 terms.
+    /// Truth: products with the weights of one group, summed with the weights of another group. Tolerance: rounding of 600 terms.
     #[test]
     fn sums_over_groups() {
         let (matrix, _) = matrix(1e-6);

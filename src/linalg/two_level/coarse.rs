@@ -1,4 +1,4 @@
-//! Coarse space of the two-level solver: the six rigid motions of each of many small parts.
+//! Coarse space of the two-level solver: six rigid motions for each of many small parts of the body.
 
 use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 
@@ -9,7 +9,7 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Smallest eigenvalue of the Gram matrix of the motions of a part, scaled to unit diagonal, that counts as a motion.
+/// Minimum eigenvalue of an independent motion of a part, in the Gram matrix of its rigid motions scaled to unit diagonal.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
@@ -87,7 +87,7 @@ impl CoarseSpace {
     }
 }
 
-/// Coarse unknowns of all lanes, stored row by row (`lanes`) and lane by lane (`columns`).
+/// Coarse unknowns of [`LANES`] vectors, stored row by row (`lanes`) and vector by vector (`columns`).
 pub(super) struct CoarseVectors {
     lanes: Vec<Lanes>,
     columns: Vec<f64>,
@@ -100,7 +100,7 @@ impl CoarseVectors {
     }
 }
 
-/// Computes `c = Zᵀ x - (A Z)ᵀ y`.
+/// Computes `coarse = Zᵀ x - (A Z)ᵀ y`.
 fn restrict(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
     wide!(restrict_in(
         space => space: &CoarseSpace,
@@ -131,7 +131,7 @@ fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lane
     }
 }
 
-/// Computes `c += sign Mᵀ x` at a node.
+/// Computes `coarse += sign Mᵀ x` at a node, where M are its `motions`.
 #[inline(always)]
 fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
     for (m, coarse) in coarse.iter_mut().enumerate() {
@@ -148,7 +148,7 @@ fn rows_of_part(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
     &mut coarse[6 * part as usize..6 * part as usize + 6]
 }
 
-/// Computes `y += Z c`.
+/// Computes `y += Z coarse`.
 fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
     for (node, &part) in space.part_of_node.iter().enumerate() {
         let coarse = &coarse[6 * part as usize..6 * part as usize + 6];

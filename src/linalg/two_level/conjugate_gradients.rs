@@ -7,7 +7,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::linalg::vector::nan_max;
 
-/// Maximum number of iterations. The preconditioner counts as failed if it needs more.
+/// Maximum number of iterations. If convergence needs more, the preconditioner counts as failed.
 const MAX_ITERATIONS: usize = 2000;
 
 /// Number of last steps from which the error is estimated.
@@ -53,7 +53,7 @@ impl CgVectors {
         }
     }
 
-    /// Solves A x = b for the right-hand sides in `residual`, within `MAX_ENERGY_ERROR`.
+    /// Solves A x = b for the right-hand sides in `residual`, to a relative error of `MAX_ENERGY_ERROR` in the energy norm.
     ///
     /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
     ///

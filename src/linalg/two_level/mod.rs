@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients ([`TwoLevelSolver`]) for a stiffness matrix A that is too large to be factorised.
 //!
-//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M, symmetric Gauss-Seidel
-//! sweeps, reduces stiff errors inside a part. Z, rigid motions of many small parts of the body, reduces errors that extend over
-//! many parts. Hence the number of iterations hardly grows with the mesh.
+//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M⁻¹, symmetric Gauss-Seidel
+//! sweeps, reduces stiff errors inside a part. The columns of Z, rigid motions of many small parts of the body, reduce errors that
+//! extend over many parts. Hence the number of iterations hardly grows with the number of nodes.
 //!
 //! # Source
 //! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
@@ -45,7 +45,7 @@ const COARSE_BYTES_FACTOR: f64 = 500.0;
 
 /// Block of the inverse of A, with the convergence of its computation.
 pub struct InverseBlock {
-    /// (A⁻¹)_cc, `[n_c, n_c]`.
+    /// (A⁻¹)_cc for the requested rows c, `[n_c, n_c]`.
     pub values: SymmetricDense,
     /// Number of iterations and estimated error.
     pub convergence: Convergence,

@@ -26,13 +26,13 @@ pub struct NodalUnknowns {
 
 /// Symmetric block matrix A with nodes in Cuthill-McKee order. Components that a node does not have are rows of the identity.
 pub(super) struct NodeMatrix {
-    /// Position of each matrix row among the `3 n` rows of this order.
+    /// Position of each matrix row among the `3 n` rows in Cuthill-McKee order.
     pub position_of_row: Vec<usize>,
-    /// Positions of the nodes in this order.
+    /// Positions of the nodes in Cuthill-McKee order, mm.
     pub points: Vec<[f64; 3]>,
     /// Offsets of the blocks left of the diagonal for each node, `[n + 1]`.
     pub offsets: Vec<usize>,
-    /// Block columns of these blocks, ascending in each row.
+    /// Column nodes of the blocks left of the diagonal, ascending in each row.
     pub columns: Vec<u32>,
     /// The blocks left of the diagonal.
     pub lower: Vec<Block3x3>,
@@ -143,7 +143,7 @@ pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
     Ok(vec![[0.0; 9]; n])
 }
 
-/// Graph of the nodes that share an entry of the matrix.
+/// Graph of the nodes that are coupled by an entry of the matrix.
 fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     let (offsets, rows, _) = matrix.lower();
     let mut others: Vec<Vec<usize>> = vec![Vec::new(); unknowns.points.len()];
@@ -209,7 +209,7 @@ pub(super) fn rows_of_node_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] 
     (&mut x[3 * node..3 * node + 3]).try_into().expect("three rows")
 }
 
-/// Computes `y += B x`.
+/// Computes `y += block x`.
 #[inline(always)]
 pub(super) fn add(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {
@@ -219,7 +219,7 @@ pub(super) fn add(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     }
 }
 
-/// Computes `y += Bᵀ x`.
+/// Computes `y += blockᵀ x`.
 #[inline(always)]
 pub(super) fn add_transposed(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {

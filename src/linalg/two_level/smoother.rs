@@ -33,7 +33,8 @@ impl GaussSeidel {
         Ok(Self { inverse: inverse.collect::<Result<_>>()? })
     }
 
-    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate.
+    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate. D contains the
+    /// diagonal blocks of `matrix`, L the blocks left of the diagonal.
     pub fn apply(&self, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
         wide!(sweeps(
             self => smoother: &GaussSeidel,
