@@ -14,7 +14,8 @@
 use super::super::balance::StepSizes;
 use super::super::projection::{RigidMotions, project};
 use super::super::{ContactState, Increment, NormalControl, TangentialControl};
-use super::{SolveControl, SolveReport};
+use super::control::SolveControl;
+use super::report::SolveReport;
 
 /// Number of iterations without a new best residual after which the method stops and the next method of the sequence continues.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;

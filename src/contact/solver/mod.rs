@@ -3,6 +3,7 @@
 mod barzilai_borwein;
 mod coarse_to_fine;
 mod conjugate_gradients;
+mod control;
 mod newton;
 mod pressures_first;
 mod projected_gradient;
@@ -10,97 +11,11 @@ mod report;
 mod uzawa;
 
 pub use coarse_to_fine::solves_windows;
+pub use control::{IterationCallback, Method, SolverOptions};
 pub use report::{SolveReport, StopReason};
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::{ContactState, Increment, NormalControl};
-use crate::omitted::AllowedOmissions;
-
-/// Solution method for the contact problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// Fastest suitable method: "cg" where only pressures are unknown, else "newton"; "bb" where these stop converging.
-    #[default]
-    Auto,
-    /// Semismooth Newton with a preconditioned Krylov method.
-    Newton,
-    /// Projected conjugate gradients where only pressures are unknown, else as "newton".
-    #[serde(rename = "cg")]
-    ConjugateGradients,
-    /// Barzilai-Borwein projection.
-    #[serde(rename = "bb")]
-    BarzilaiBorwein,
-    /// Uzawa predictor-corrector with radial return. Slow; for comparison.
-    Uzawa,
-}
-
-/// Solver settings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverOptions {
-    /// Largest accepted natural residual.
-    pub tolerance: f64,
-    /// Solution method.
-    pub method: Method,
-    /// Largest number of iterations of one solve.
-    pub max_iterations: usize,
-    /// Work that the solver may omit.
-    pub skip: AllowedOmissions,
-}
-
-impl Default for SolverOptions {
-    fn default() -> Self {
-        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: AllowedOmissions::ALL }
-    }
-}
-
-/// Callback between iterations, with the iteration count and the residual. Returning `true` cancels the solve.
-pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
-
-/// Settings and callback of one stage of a solve, and the iterations of the stages before it.
-struct SolveControl<'a> {
-    options: SolverOptions,
-    /// Iterations of the earlier stages of the solve.
-    iterations_before: usize,
-    watch: &'a mut IterationCallback<'a>,
-}
-
-impl<'a> SolveControl<'a> {
-    fn new(options: SolverOptions, watch: &'a mut IterationCallback<'a>) -> Self {
-        Self { options, iterations_before: 0, watch }
-    }
-
-    /// Control for the rest of the solve after `iterations` iterations of the current stage.
-    fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
-        let max_iterations = self.options.max_iterations.saturating_sub(iterations);
-        SolveControl {
-            options: SolverOptions { max_iterations, ..self.options },
-            iterations_before: self.iterations_before + iterations,
-            watch: self.watch,
-        }
-    }
-
-    /// Calls the callback. Returns whether the solve is cancelled.
-    fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
-        (self.watch)(self.iterations_before + iterations, residual)
-    }
-
-    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`: no
-    /// iterations are left.
-    fn stop_reason(&mut self, iterations: usize, residual: f64, exhausted: bool) -> Option<StopReason> {
-        if residual.is_nan() {
-            Some(StopReason::NotFinite)
-        } else if residual <= self.options.tolerance {
-            Some(StopReason::Converged)
-        } else if exhausted {
-            Some(StopReason::Iterations)
-        } else {
-            self.is_cancelled(iterations, residual).then_some(StopReason::Interrupted)
-        }
-    }
-}
+use control::SolveControl;
 
 /// Solver of an increment on all cells.
 #[derive(Clone, Copy)]
@@ -126,7 +41,7 @@ impl IncrementSolver {
     fn solve(self, problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         match self {
             Self::ConjugateGradients => conjugate_gradients::solve(problem, it, control),
-            Self::Newton => newton::solve(problem, it, control),
+            Self::Newton => newton::solve(problem, it, control, solve_by_sequence),
             Self::BarzilaiBorwein => barzilai_borwein::solve(problem, it, control),
             Self::Uzawa => uzawa::solve(problem, it, control),
         }
@@ -158,7 +73,7 @@ pub fn solve(
 ) -> SolveReport {
     let mut control = SolveControl::new(*options, watch);
     let report = if pressures_first::is_applicable(problem, options) {
-        pressures_first::solve(problem, it, &mut control)
+        pressures_first::solve(problem, it, &mut control, solve_nested)
     } else {
         solve_nested(problem, it, &mut control)
     };
@@ -197,7 +112,7 @@ fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveC
     if !solves_windows(problem.flexibility.grid(), &control.options) {
         return solve_by_sequence(problem, it, control);
     }
-    let (report, done) = coarse_to_fine::solve(problem, it, control);
+    let (report, done) = coarse_to_fine::solve(problem, it, control, solve_by_sequence);
     if done || report.stop == StopReason::Interrupted {
         return report;
     }

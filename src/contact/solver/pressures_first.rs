@@ -8,7 +8,8 @@
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
 
 use super::super::{ContactState, Increment, PathPoint, Pressures, TangentialControl};
-use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_nested};
+use super::control::{Method, PartSolver, SolveControl, SolverOptions};
+use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
 /// Shares of the tolerance for the two stages. An error of the pressures is also an error of the friction limits.
@@ -36,15 +37,20 @@ pub(super) fn without_friction<'p>(problem: &Increment<'p>) -> Increment<'p> {
     Increment { friction: None, scales: problem.scales.clone(), path_points, ..*problem }
 }
 
-/// Solves from the state in `it`.
-pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+/// Solves from the state in `it`, each of the two problems with `solver`.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    control: &mut SolveControl,
+    solver: PartSolver,
+) -> SolveReport {
     let pressed = without_friction(problem);
     let surface = 2 * problem.n();
     let tangential = it.scaled[..surface].to_vec();
     it.scaled[..surface].fill(0.0);
     let mut part = control.rest(0);
     part.options.tolerance *= PRESSURE_TOLERANCE_SHARE;
-    let first = solve_nested(&pressed, it, &mut part);
+    let first = solver(&pressed, it, &mut part);
     it.scaled[..surface].copy_from_slice(&tangential);
     if first.stop != StopReason::Converged {
         return first;
@@ -57,6 +63,6 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     };
     let mut part = control.rest(first.iterations);
     part.options.tolerance *= TANGENTIAL_TOLERANCE_SHARE;
-    let second = solve_nested(&sheared, it, &mut part);
+    let second = solver(&sheared, it, &mut part);
     first.joined_with(second)
 }

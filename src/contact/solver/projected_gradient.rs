@@ -4,7 +4,8 @@
 use super::super::balance::StepSizes;
 use super::super::projection::{Equilibrium, RigidMotions, project};
 use super::super::{ContactState, Increment, Unknowns};
-use super::{SolveControl, SolveReport, StopReason};
+use super::control::SolveControl;
+use super::report::{SolveReport, StopReason};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {

@@ -7,8 +7,9 @@
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
+use super::control::SolveControl;
 use super::projected_gradient::{StepRule, run_projected_gradient, step_sizes};
-use super::{SolveControl, SolveReport};
+use super::report::SolveReport;
 
 const RELAXATION: f64 = 1.8;
 

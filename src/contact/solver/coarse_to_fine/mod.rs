@@ -9,7 +9,8 @@ mod tangential;
 
 use super::super::window::{Window, WindowOperator, WindowProblem};
 use super::super::{ContactState, Increment, Pressures, SlipReference, Unknowns};
-use super::{Method, SolveControl, SolveReport, SolverOptions, StopReason, solve_by_sequence};
+use super::control::{Method, PartSolver, SolveControl, SolverOptions};
+use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
 /// Smallest number of frame cells for windows and coarser cells.
@@ -49,16 +50,17 @@ pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool
     skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= MIN_FRAME_CELLS)
 }
 
-/// Solves from the state in `it`. Returns the report and whether the solve has ended. If it has not, `it` contains the best
+/// Solves from the state in `it`, windows and coarser cells with `solver`. Returns the report and whether the solve has ended. If it has not, `it` contains the best
 /// available start for the whole frame.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
     control: &mut SolveControl,
+    solver: PartSolver,
 ) -> (SolveReport, bool) {
     let frame = problem.flexibility.grid().expect("asked for before");
     let mut nested =
-        CoarseToFine { problem, options: control.options, frame, report: SolveReport::default() };
+        CoarseToFine { problem, options: control.options, frame, solver, report: SolveReport::default() };
     let done = nested.run(it, control).is_some();
     (nested.report, done)
 }
@@ -67,6 +69,8 @@ struct CoarseToFine<'s, 'p> {
     problem: &'s Increment<'p>,
     options: SolverOptions,
     frame: [usize; 2],
+    /// Solver of a window or of coarser cells.
+    solver: PartSolver,
     report: SolveReport,
 }
 
@@ -230,7 +234,7 @@ impl<'p> CoarseToFine<'_, 'p> {
     ) {
         let mut rest = control.rest(self.report.iterations);
         rest.options.max_iterations = rest.options.max_iterations.min(most);
-        let report = solve_by_sequence(&part.problem(self.problem), state, &mut rest);
+        let report = (self.solver)(&part.problem(self.problem), state, &mut rest);
         self.report = report.with_work_of(&self.report);
     }
 }

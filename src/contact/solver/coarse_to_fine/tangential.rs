@@ -9,7 +9,7 @@
 
 use super::super::super::ContactState;
 use super::super::super::window::{Window, WindowProblem};
-use super::super::{SolveControl, SolverOptions};
+use super::super::control::{SolveControl, SolverOptions};
 use super::{
     CoarseToFine, MAX_WINDOW_ITERATIONS, Rectangle, STEADY_ROLLING_RESIDUAL, WINDOW_MARGIN_CELLS,
     contact_rectangle, expanded,

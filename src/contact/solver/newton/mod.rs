@@ -17,7 +17,8 @@ mod unknowns;
 
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein;
-use super::{SolveControl, SolveReport, SolverOptions, StopReason};
+use super::control::{PartSolver, SolveControl, SolverOptions};
+use super::report::{SolveReport, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -81,7 +82,14 @@ struct NewtonSolve<'s, 'p> {
 }
 
 /// Solves from the state in `it`. Afterwards `it` contains the last state; in steady rolling, the best state.
-pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+///
+/// `frictionless_solver`: for the pressures from which steady rolling with friction starts.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    control: &mut SolveControl,
+    frictionless_solver: PartSolver,
+) -> SolveReport {
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     problem.evaluate(it);
     let linear = LinearModel { flexibility: problem.flexibility, zeros: vec![0.0; 3 * problem.n()] };
@@ -90,7 +98,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
     let solve = NewtonSolve { problem, options, report, krylov, linear, workspace, start };
-    if rolls { solve.run_rolling(it, control) } else { solve.run(it, control) }
+    if rolls { solve.run_rolling(it, control, frictionless_solver) } else { solve.run(it, control) }
 }
 
 impl NewtonSolve<'_, '_> {

@@ -4,8 +4,9 @@
 //! rarely necessary, because the cell states converge from the leading edge on. If the residual stops decreasing, steps are halved.
 
 use super::super::super::{ContactState, Increment, Unknowns};
+use super::super::control::{PartSolver, SolveControl};
 use super::super::pressures_first::without_friction;
-use super::super::{SolveControl, SolveReport, StopReason, solve_by_sequence};
+use super::super::report::{SolveReport, StopReason};
 use super::NewtonSolve;
 
 /// Number of consecutive steps without a new best residual after which further steps are damped.
@@ -19,9 +20,14 @@ const MAX_ROLLING_STEPS: usize = 60;
 
 impl NewtonSolve<'_, '_> {
     /// Solves from the evaluated state in `it`. Afterwards `it` contains the best state.
-    pub(super) fn run_rolling(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+    pub(super) fn run_rolling(
+        mut self,
+        it: &mut ContactState,
+        control: &mut SolveControl,
+        frictionless_solver: PartSolver,
+    ) -> SolveReport {
         if self.problem.friction.is_some() && it.scaled.iter().all(|traction| *traction == 0.0) {
-            self.solve_frictionless_start(it, control);
+            self.solve_frictionless_start(it, control, frictionless_solver);
         }
         let mut trial = it.clone();
         let (mut best, mut least) = (Unknowns::from_state(it), f64::INFINITY);
@@ -58,10 +64,15 @@ impl NewtonSolve<'_, '_> {
     }
 
     /// Solves for the pressures without friction, as a start.
-    fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
+    fn solve_frictionless_start(
+        &mut self,
+        it: &mut ContactState,
+        control: &mut SolveControl,
+        solver: PartSolver,
+    ) {
         // In steady rolling wear does not change the gap.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
-        let report = solve_by_sequence(&pressed, it, control);
+        let report = solver(&pressed, it, control);
         self.report.add_work_of(&report);
         self.report.applications += self.problem.applications();
         self.problem.evaluate(it);

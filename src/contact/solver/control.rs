@@ -1,0 +1,101 @@
+//! Settings of a solve, and its control between iterations.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::super::{ContactState, Increment};
+use super::report::{SolveReport, StopReason};
+use crate::omitted::AllowedOmissions;
+
+/// Solution method for the contact problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Fastest suitable method: "cg" where only pressures are unknown, else "newton"; "bb" where these stop converging.
+    #[default]
+    Auto,
+    /// Semismooth Newton with a preconditioned Krylov method.
+    Newton,
+    /// Projected conjugate gradients where only pressures are unknown, else as "newton".
+    #[serde(rename = "cg")]
+    ConjugateGradients,
+    /// Barzilai-Borwein projection.
+    #[serde(rename = "bb")]
+    BarzilaiBorwein,
+    /// Uzawa predictor-corrector with radial return. Slow; for comparison.
+    Uzawa,
+}
+
+/// Solver settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolverOptions {
+    /// Largest accepted natural residual.
+    pub tolerance: f64,
+    /// Solution method.
+    pub method: Method,
+    /// Largest number of iterations of one solve.
+    pub max_iterations: usize,
+    /// Work that the solver may omit.
+    pub skip: AllowedOmissions,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: AllowedOmissions::ALL }
+    }
+}
+
+/// Callback between iterations, with the iteration count and the residual. Returning `true` cancels the solve.
+pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
+
+/// Settings and callback of one stage of a solve, and the iterations of the stages before it.
+pub(super) struct SolveControl<'a> {
+    pub(super) options: SolverOptions,
+    /// Iterations of the earlier stages of the solve.
+    iterations_before: usize,
+    watch: &'a mut IterationCallback<'a>,
+}
+
+impl<'a> SolveControl<'a> {
+    pub(super) fn new(options: SolverOptions, watch: &'a mut IterationCallback<'a>) -> Self {
+        Self { options, iterations_before: 0, watch }
+    }
+
+    /// Control for the rest of the solve after `iterations` iterations of the current stage.
+    pub(super) fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
+        let max_iterations = self.options.max_iterations.saturating_sub(iterations);
+        SolveControl {
+            options: SolverOptions { max_iterations, ..self.options },
+            iterations_before: self.iterations_before + iterations,
+            watch: self.watch,
+        }
+    }
+
+    /// Calls the callback. Returns whether the solve is cancelled.
+    pub(super) fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
+        (self.watch)(self.iterations_before + iterations, residual)
+    }
+
+    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`: no
+    /// iterations are left.
+    pub(super) fn stop_reason(
+        &mut self,
+        iterations: usize,
+        residual: f64,
+        exhausted: bool,
+    ) -> Option<StopReason> {
+        if residual.is_nan() {
+            Some(StopReason::NotFinite)
+        } else if residual <= self.options.tolerance {
+            Some(StopReason::Converged)
+        } else if exhausted {
+            Some(StopReason::Iterations)
+        } else {
+            self.is_cancelled(iterations, residual).then_some(StopReason::Interrupted)
+        }
+    }
+}
+
+/// Solver that a method calls for a part of its problem: from the tractions and rigid motions of the state, which afterwards is the
+/// solution or the best state.
+pub(super) type PartSolver = fn(&Increment, &mut ContactState, &mut SolveControl) -> SolveReport;
