@@ -1,6 +1,6 @@
 //! Warning about contacts that too few cells resolve.
 
-use super::records::{FrameState, IncrementRecord};
+use super::records::IncrementRecord;
 use crate::error::warning;
 use crate::frame::ContactFrame;
 
@@ -14,14 +14,14 @@ const MIN_CELLS_ACROSS_LINE: usize = 4;
 /// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
 /// contact of the whole frame, whose boundary is given.
 ///
-/// `records`: of the step; `fields`: at its end.
+/// `records`: of the step; `pressures`: at its end, `[N]`, MPa.
 pub(super) fn few_contact_cells_warning(
     frame: &ContactFrame,
     records: &[IncrementRecord],
-    fields: &FrameState,
+    pressures: &[f64],
 ) -> Option<String> {
     let last = records.last()?;
-    let contact: Vec<usize> = (0..frame.n_cells()).filter(|&cell| fields.status[cell] > 0).collect();
+    let contact: Vec<usize> = (0..frame.n_cells()).filter(|&cell| pressures[cell] > 0.0).collect();
     if contact.is_empty() || records.iter().any(|record| record.contact_area > last.contact_area) {
         return None;
     }
@@ -65,15 +65,15 @@ mod tests {
         let warned = |columns: f64, rows: f64, earlier: f64| {
             let inside = |cell: usize| {
                 let [x, y] = frame.plane_coordinates(cell);
-                u8::from(x.abs() < 0.05 * columns && y.abs() < 0.125 * rows)
+                f64::from(x.abs() < 0.05 * columns && y.abs() < 0.125 * rows)
             };
-            let fields = FrameState { status: (0..80).map(inside).collect(), ..FrameState::default() };
+            let pressures: Vec<f64> = (0..80).map(inside).collect();
             let record = |contact_area| IncrementRecord {
                 name: "press".to_owned(),
                 contact_area,
                 ..IncrementRecord::default()
             };
-            few_contact_cells_warning(&frame, &[record(earlier), record(columns * rows)], &fields)
+            few_contact_cells_warning(&frame, &[record(earlier), record(columns * rows)], &pressures)
         };
         assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("only 8 cells lie in contact")));
         assert!(warned(6.0, 2.0, 0.0).is_none() && warned(4.0, 2.0, 9.0).is_none());

@@ -229,7 +229,8 @@ impl<'a> Run<'a> {
             let before = self.result.records.iter().rev().take_while(of_step).count();
             let records = &self.result.records[self.result.records.len() - before..];
             let frame = &self.prepared.model.frame;
-            self.result.warnings.extend(few_contact_cells_warning(frame, records, &self.result.state));
+            let pressures = &self.state.tractions[2 * frame.n_cells()..];
+            self.result.warnings.extend(few_contact_cells_warning(frame, records, pressures));
             self.step_index += 1;
             self.progress = StepProgress::NotStarted;
             self.record_rollback_point(CheckpointEvent::StepEnd)?;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord};
 use serde_json::Value;
 
 /// The tractions of every increment.

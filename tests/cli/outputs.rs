@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::error::{Error, ErrorKind};
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::output::output_dir::OutputDir;
 use orthowear::output::recorder::Recorder;
 use orthowear::output::summary::{Summary, Units};

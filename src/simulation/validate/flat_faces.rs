@@ -159,15 +159,20 @@ fn faceting_warning(
     let share = 100.0 * lost / depth;
     let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();
     let radius = cut.length * cut.length / (8.0 * cut.largest());
-    let (length, lost, fine, radius) =
-        (format_short(cut.length), format_short(lost), format_short(fine), format_short(radius));
+    let (length, lost, depth, fine, radius) = (
+        format_short(cut.length),
+        format_short(lost),
+        format_short(depth),
+        format_short(fine),
+        format_short(radius),
+    );
     let what = if bowed {
         format!(
-            "the gap corrects the flat contact faces of {key} (edges of {length} {unit}) for the curvature of the surface. The gap is uncertain by up to {lost} {unit}, {share:.1} % of the approach, and loads and pressures by this share"
+            "the gap corrects the flat contact faces of {key} (edges of {length} {unit}) for the curvature of the surface. The gap is uncertain by up to {lost} {unit}, {share:.1} % of the approach of {depth} {unit}, and loads and pressures by this share"
         )
     } else {
         format!(
-            "the flat contact faces of {key} (edges of {length} {unit}, radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach. Loads and pressures err by one to two times this share"
+            "the flat contact faces of {key} (edges of {length} {unit}, radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach of {depth} {unit}. Loads and pressures err by one to two times this share"
         )
     };
     warning(&format!(
