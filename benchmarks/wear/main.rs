@@ -15,7 +15,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord};
 use orthowear::output::plot::axis::Scale;
 use orthowear::output::plot::chart::{Chart, Series};
 use orthowear::{scene, simulation};

@@ -1,7 +1,8 @@
 //! States at the ends of steps of the variants of a scene: pressure profiles, fields and their differences.
 
 use crate::error::Result;
-use crate::evolution::records::{FrameState, IncrementRecord, Observer};
+use crate::evolution::observer::Observer;
+use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::frame::ContactFrame;
 use crate::output::frame_fields::{FRAME_COMPONENTS, FrameMesh, planes_to_triples};
 use crate::output::line_profile::{ProfileLine, profile_along};

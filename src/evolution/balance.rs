@@ -8,9 +8,9 @@ use crate::contact::{
     Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
 };
 use crate::error::{Error, Result};
-use crate::evolution::Run;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::model::PreparedModel;
+use crate::evolution::run::Run;
 use crate::evolution::step::Step;
 use crate::geometry::Side;
 

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::evolution::controls::ActiveControls;
-use crate::evolution::fretting::wear_step::WearStepState;
-use crate::evolution::monotone::MonotoneProgress;
+use crate::evolution::controls::{ActiveControls, LoadPath};
+use crate::evolution::fretting::wear_step_state::WearStepState;
+use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
 use crate::evolution::state::RunState;
 
@@ -35,6 +35,14 @@ pub(super) enum StepProgress {
     Monotone(Box<MonotoneProgress>),
     /// Some cycles are done.
     WearStep(Box<WearStepState>),
+}
+
+/// Progress of a monotone step.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct MonotoneProgress {
+    pub(super) load_path: LoadPath,
+    pub(super) increments_done: usize,
+    pub(super) predictor: Predictor,
 }
 
 impl RunCheckpoint {

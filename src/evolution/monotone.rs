@@ -2,22 +2,20 @@
 
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-
 use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
 use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result, warning};
-use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::checkpoint::{MonotoneProgress, StepProgress};
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
+use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::predictor::Predictor;
-use crate::evolution::records::{
-    Certificate, CheckpointEvent, IncrementRecord, Observer, Outcome, Resultants,
-};
+use crate::evolution::records::{Certificate, IncrementRecord, Outcome, Resultants};
+use crate::evolution::run::Run;
+use crate::evolution::state;
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
-use crate::evolution::{Run, state};
 use crate::omitted::OmittableWork;
 
 /// Laws that act in an increment, and the number of times its slip occurs.
@@ -168,14 +166,6 @@ pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usi
         sum += area;
     }
     if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
-}
-
-/// Progress of a monotone step.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct MonotoneProgress {
-    load_path: LoadPath,
-    increments_done: usize,
-    predictor: Predictor,
 }
 
 impl Run<'_> {

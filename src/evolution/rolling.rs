@@ -2,8 +2,8 @@
 
 use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
-use crate::evolution::Run;
 use crate::evolution::records::RollingRecord;
+use crate::evolution::run::Run;
 use crate::evolution::step::Rolling;
 use crate::frame::ContactFrame;
 

@@ -5,7 +5,7 @@ use crate::contact::ContactState;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
 use crate::evolution::state::RunState;
 use crate::evolution::step::Step;

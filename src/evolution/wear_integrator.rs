@@ -9,13 +9,14 @@ use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference};
 use crate::error::Result;
-use crate::evolution::fretting::cycle_state::is_periodic;
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::strokes::is_periodic;
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
 };
+use crate::evolution::run::Run;
+use crate::evolution::state;
 use crate::evolution::step::Integrator;
-use crate::evolution::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{ErrorKind, Result};
 use crate::evolution::RunCheckpoint;
-use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer};
+use crate::evolution::observer::{CheckpointEvent, Observer};
+use crate::evolution::records::{FrameState, IncrementRecord};
 use crate::flexibility::Flexibility;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::output::checkpoint_writer::{self, CheckpointWriter};

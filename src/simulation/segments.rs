@@ -7,7 +7,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::error::{Error, ErrorKind, Result, exit, panic_message};
-use crate::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use crate::evolution::observer::{CheckpointEvent, Observer};
+use crate::evolution::records::{FrameState, IncrementRecord, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;

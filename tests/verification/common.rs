@@ -5,7 +5,8 @@ use std::sync::Arc;
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen};
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord};
 use orthowear::evolution::step::{
     ClosedPath, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, Tangential,
 };

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord};
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::ContactFrame;

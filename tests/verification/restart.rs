@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer};
+use orthowear::evolution::observer::{CheckpointEvent, Observer};
+use orthowear::evolution::records::{FrameState, IncrementRecord};
 use orthowear::evolution::{RunCheckpoint, RunResult};
 use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::operator_history::OperatorHistory;

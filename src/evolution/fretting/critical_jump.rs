@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::contact::ContactState;
-use crate::evolution::Run;
+use crate::evolution::run::Run;
 use crate::flexibility::Flexibility;
 use crate::linalg::vector::dot;
 

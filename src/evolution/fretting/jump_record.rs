@@ -4,11 +4,12 @@ use std::time::Instant;
 
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::records::{JumpRecord, Outcome, Resultants};
+use crate::evolution::run::{FRAME_EDGE, Run};
+use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
-use crate::evolution::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {
     /// Completes the remaining cycles of a step in which nothing wears any more.

@@ -1,7 +1,7 @@
 //! Rollback of rejected jumps.
 
 use crate::contact::Unknowns;
-use crate::evolution::fretting::wear_step::WearStepState;
+use crate::evolution::fretting::wear_step_state::WearStepState;
 
 /// Values that a trial jump changes.
 pub(super) struct Tried {

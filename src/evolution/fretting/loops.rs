@@ -4,12 +4,12 @@ use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, SlipReference, SolverOptions};
 use crate::error::Result;
-use crate::evolution::Run;
 use crate::evolution::controls::PrescribedLoads;
-use crate::evolution::fretting::cycle_state::FrettingPath;
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::records::{FrettingLoop, Outcome};
+use crate::evolution::run::Run;
 use crate::evolution::step::{ClosedPath, CycleMotion};
 
 /// Least number of increments per stroke.

@@ -1,13 +1,17 @@
 //! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles. Jumps integrate dw/dN = F(w) with wear depth
 //! w and number of cycles N. F = Σ p|s|_i sums pressure times slip over the increments of a cycle; the norm |s|_i contains the
-//! specific wear rates. [`wear_step::WearStepState`] is the state of a step, [`cycle_state::CycleState`] of a cycle.
+//! specific wear rates. [`wear_step_state::WearStepState`] is the state of a step, [`cycle_state::CycleState`] of a cycle.
 
 mod critical_jump;
-pub(super) mod cycle_state;
+mod cycle_state;
 mod jump_record;
 mod jump_trial;
 mod loops;
 mod next_jump;
+mod path;
+mod path_correction;
 mod rates;
 mod resolved_cycle;
-pub(super) mod wear_step;
+pub(super) mod strokes;
+mod wear_step;
+pub(super) mod wear_step_state;

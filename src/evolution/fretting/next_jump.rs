@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
-use crate::evolution::Run;
 use crate::evolution::fretting::jump_trial::Tried;
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::run::Run;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
 use crate::geometry::format_short;

@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use crate::error::{Result, warning};
-use crate::evolution::Run;
-use crate::evolution::fretting::wear_step::WearStepState;
+use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::run::Run;
 use crate::evolution::step::Integrator;
 use crate::evolution::wear_integrator::WearJump;
 

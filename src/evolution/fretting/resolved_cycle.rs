@@ -1,19 +1,18 @@
 //! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). They give factors on the wear that follows
 //! from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force has changed.
 
-use serde::{Deserialize, Serialize};
-
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
-use crate::evolution::fretting::cycle_state::FrettingPath;
 use crate::evolution::fretting::loops::IncrementStart;
-use crate::evolution::fretting::wear_step::{SlipSource, WearStepState};
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::path_correction::{CycleSlip, ResolvedCycle, ReversalCorrection};
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
 use crate::evolution::records::Resultants;
+use crate::evolution::run::Run;
+use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
-use crate::evolution::{Run, state};
-use crate::frame::grid::extend_field;
 
 /// Largest number of increments per stroke, unless four times the coupled increments are more.
 const MAX_STROKE_INCREMENTS: usize = 64;
@@ -45,94 +44,8 @@ const MAX_WEAR_FACTOR: f64 = 4.0;
 /// Lower bound on the share of a stroke in which slip spreads over the contact.
 const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
-/// Largest relative change of a factor by extrapolation to the middle of a jump.
-const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
-
-/// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
-const RECHECK_LAG_GROWTH: f64 = 2.0;
-
-/// Ratio of normal forces after which a cycle is resolved again: the elastic lag then takes another share of the stroke.
-const RECHECK_FORCE_RATIO: f64 = 2.0;
-
 /// Relative accuracy to which a resolved cycle measures the error of the coupled cycle where it corrects nothing.
 const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
-
-/// Resolved cycle in comparison with the coupled path points.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(in crate::evolution) struct ResolvedCycle {
-    /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
-    pub corrects: bool,
-    /// Wear by the resolved cycle over wear by the coupled path points, extrapolated to the middle of the next jump, `[N]`.
-    pub factors: Vec<f64>,
-    /// Factors at the resolved cycle, `[N]`.
-    measured_factors: Vec<f64>,
-    /// Change of the factors per cycle between the previous resolved cycle and this one, `[N]`.
-    factor_rate: Vec<f64>,
-    /// Cycles of the step before the resolved cycle.
-    at_cycle: f64,
-    /// Dissipation of the resolved cycle over the dissipation of the coupled path points; 1 without correction.
-    pub dissipation_factor: f64,
-    /// Increments per stroke.
-    pub increments: usize,
-    /// Whether no jump has followed this resolved cycle yet.
-    pub is_new: bool,
-    /// Slip between the coupled path points when the cycle was resolved, `[E, 2, N]` for E path points, mm.
-    slip: Vec<f64>,
-    /// Ratio of elastic lag to slip when the cycle was resolved.
-    lag_ratio: f64,
-    /// Whether the whole contact slid when the cycle was resolved.
-    full_slip: bool,
-    /// Mean normal force at the reversal points when the cycle was resolved, N.
-    normal_force: f64,
-    /// Wear depth when the cycle was resolved, `[N]`, mm.
-    wear_depth: Vec<f64>,
-    /// Remaining error of the wear per cycle, `[N]`: relative to the cell's wear if it is corrected, else per wear volume, 1/mm2.
-    remaining_error: Vec<f64>,
-    /// Remaining relative error of the wear volume per cycle; with correction, in addition to the errors of the cells.
-    remaining_volume_error: f64,
-    /// Share of the wear volume that the factors do not represent.
-    unresolved_wear_fraction: f64,
-    /// Correction of the resultants at the reversal points (+, -). `None` for prescribed increments and without convergence.
-    pub reversal_correction: Option<[ReversalCorrection; 2]>,
-}
-
-/// Difference of the resultants between a resolved and a coupled cycle at a reversal point. Forces and moments are relative to the
-/// normal force, the stick area is relative to the contact area. The correction thus scales when the load or the contact changes.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(in crate::evolution) struct ReversalCorrection {
-    shift: [f64; 2],
-    normal_force: f64,
-    tangential_force: [f64; 2],
-    moment: [f64; 3],
-    stick_area: f64,
-}
-
-impl ReversalCorrection {
-    fn between(resolved: &Resultants, by_ends: &Resultants) -> Self {
-        let share =
-            |now: f64, before: f64, whole: f64| if whole > 0.0 { (now - before) / whole } else { 0.0 };
-        let force = by_ends.normal_force;
-        Self {
-            shift: [0, 1].map(|k| resolved.shift[k] - by_ends.shift[k]),
-            normal_force: share(resolved.normal_force, force, force),
-            tangential_force: [0, 1]
-                .map(|k| share(resolved.tangential_force[k], by_ends.tangential_force[k], force)),
-            moment: [0, 1, 2].map(|k| share(resolved.moment[k], by_ends.moment[k], force)),
-            stick_area: share(resolved.stick_area, by_ends.stick_area, by_ends.contact_area),
-        }
-    }
-
-    /// Adds the difference to the resultants at the reversal point.
-    pub fn apply(&self, values: &mut Resultants) {
-        let force = values.normal_force;
-        (0..2).for_each(|k| values.shift[k] += self.shift[k]);
-        values.normal_force += self.normal_force * force;
-        (0..2).for_each(|k| values.tangential_force[k] += self.tangential_force[k] * force);
-        (0..3).for_each(|k| values.moment[k] += self.moment[k] * force);
-        let stick_area = values.stick_area + self.stick_area * values.contact_area;
-        values.stick_area = stick_area.clamp(0.0, values.contact_area);
-    }
-}
 
 /// Wear of one cycle.
 #[derive(Clone)]
@@ -182,63 +95,6 @@ struct RefinedCycle {
 /// Mean normal force at the reversal points, N.
 fn mean_normal_force(reversals: &[Resultants; 2]) -> f64 {
     0.5 * (reversals[0].normal_force + reversals[1].normal_force)
-}
-
-/// Slip of a cycle between its coupled path points. The elastic lag of a cell is the motion of body 2 minus the slip.
-#[derive(Clone, Copy)]
-struct CycleSlip {
-    /// Whether every cell slips on the stroke to each path point at which it carries pressure.
-    full_slip: bool,
-    /// Largest elastic lag of a cell over the displacement of body 2: share of a stroke in which slip spreads over the contact.
-    slip_spread_share: f64,
-    /// Ratio of elastic lag to slip, both as pressure-weighted means over the contact.
-    lag: f64,
-}
-
-impl ResolvedCycle {
-    /// Extrapolates the factors to the middle of a jump of `length` cycles that begins after `done` cycles of the step.
-    pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
-        let ahead = done + 0.5 * length - self.at_cycle;
-        for ((factor, found), slope) in
-            self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate)
-        {
-            *factor = (found + slope * ahead)
-                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
-        }
-    }
-
-    /// Transfers the resolved cycle to a larger frame of `n` cells; `places`: new index of each cell.
-    pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
-        Self {
-            factors: extend_field(&self.factors, places, n, |_| 1.0),
-            measured_factors: extend_field(&self.measured_factors, places, n, |_| 1.0),
-            factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
-            slip: extend_field(&self.slip, places, n, |_| 0.0),
-            wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),
-            remaining_error: extend_field(&self.remaining_error, places, n, |_| 0.0),
-            ..self
-        }
-    }
-
-    /// Returns whether to resolve the cycle again for the present slip and normal force. `changed`: relative change of the slip
-    /// since the cycle was resolved.
-    fn is_due(
-        &self,
-        used: ResolvedCycleSettings,
-        (slip, normal_force): (&CycleSlip, f64),
-        changed: impl Fn(&[f64]) -> f64,
-    ) -> bool {
-        let ratio = normal_force / self.normal_force;
-        let unloaded = !(1.0 / RECHECK_FORCE_RATIO..=RECHECK_FORCE_RATIO).contains(&ratio);
-        match used.correction {
-            Correction::Never => false,
-            _ if unloaded => true,
-            _ if self.corrects => changed(&self.slip) > used.tolerance,
-            _ if slip.full_slip != self.full_slip => true,
-            _ if slip.full_slip => slip.lag > RECHECK_LAG_GROWTH * self.lag_ratio,
-            _ => changed(&self.slip) > used.tolerance,
-        }
-    }
 }
 
 impl Run<'_> {

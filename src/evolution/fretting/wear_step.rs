@@ -3,19 +3,21 @@
 use std::time::Instant;
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
-use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
+use crate::contact::{NormalControl, TangentialControl};
 use crate::error::{Result, warning};
 use crate::evolution::checkpoint::StepProgress;
-use crate::evolution::controls::{ActiveControls, LoadPath, PrescribedLoads};
-use crate::evolution::fretting::cycle_state::{CycleState, FrettingPath};
+use crate::evolution::controls::{ActiveControls, PrescribedLoads};
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::jump_trial::Tried;
-use crate::evolution::fretting::resolved_cycle::ResolvedCycle;
-use crate::evolution::records::{CheckpointEvent, Outcome};
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
+use crate::evolution::observer::CheckpointEvent;
+use crate::evolution::records::Outcome;
+use crate::evolution::run::{FRAME_EDGE, Run};
+use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
-use crate::evolution::{FRAME_EDGE, Run, state};
 use crate::geometry::format_short;
 
 /// Largest wear depth that the first controlled jump aims at, relative to the approach.
@@ -23,46 +25,6 @@ const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
 
 /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
 const MIN_TOLERANCE_RATIO: f64 = 10.0;
-
-/// Wear step in progress.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(in crate::evolution) struct WearStepState {
-    pub cycle: CycleState,
-    pub slip_source: SlipSource,
-    /// Completed cycles, or sliding distance in mm, of this step.
-    pub completed: f64,
-    /// Wear depth per cycle, mm, or per mm of sliding, at the current wear depth, `[N]`.
-    pub wear_rate: Vec<f64>,
-    /// Dissipation per cycle, N mm, or per mm of sliding, N, at the current wear depth.
-    pub dissipation_rate: f64,
-    /// The last resolved cycle, if strokes are resolved.
-    pub resolved_cycle: Option<ResolvedCycle>,
-    /// Loads other than the cyclic motion, from the start of the step to its end.
-    pub load_path: LoadPath,
-    pub step_controller: StepController,
-    /// Number of records of the step.
-    pub jumps_done: usize,
-    /// Longest stable jump of an explicit integrator: cycles, or mm of sliding.
-    pub critical_length: Option<f64>,
-    /// Largest pressure at the start of the step, MPa.
-    pub initial_peak_pressure: f64,
-    /// Whether contact reached the edge of the frame at the start of the step.
-    pub touched_edge_initially: bool,
-    /// Number of cycles and sliding distance (mm) before the step.
-    pub totals_before: (u64, f64),
-    /// Whether rates and path points were computed with the operators before a rebuild.
-    #[serde(default)]
-    pub rates_outdated: bool,
-}
-
-/// Source of the slip of a cycle.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(in crate::evolution) enum SlipSource {
-    /// Path points of a closed path.
-    ClosedPath(FrettingPath),
-    /// Slip per mm of steady sliding, `[2, N]`, dimensionless.
-    Sliding(Vec<f64>),
-}
 
 impl Run<'_> {
     /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
@@ -280,34 +242,5 @@ impl Run<'_> {
         self.controls = ActiveControls { tangential, ..self.controls };
         self.advance_stroke(loads, rigid)?;
         Ok(())
-    }
-}
-
-impl WearStepState {
-    /// Unit of `completed` in messages.
-    pub fn length_unit(&self) -> &'static str {
-        if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
-            "cycles"
-        } else {
-            "length units of sliding"
-        }
-    }
-
-    /// Dissipation of a cycle over the dissipation of its coupled path points; 1 without resolved cycles.
-    pub fn dissipation_factor(&self) -> f64 {
-        self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
-    }
-
-    /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
-    pub fn reported_path_point(&self) -> PathPoint {
-        PathPoint {
-            normal: NormalControl::Approach,
-            tangential: TangentialControl::Shift,
-            balance: None,
-            reference: match &self.slip_source {
-                SlipSource::ClosedPath(_) => self.cycle.slip_reference(),
-                SlipSource::Sliding(slip) => SlipReference::Prescribed(slip.clone()),
-            },
-        }
     }
 }

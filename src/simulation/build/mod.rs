@@ -13,7 +13,7 @@ use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::coupling::{couple, surface_distance};
 use crate::error::{Error, Result, warning};
-use crate::evolution::records::Observer;
+use crate::evolution::observer::Observer;
 use crate::evolution::{self, Model, RunCheckpoint, RunResult};
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;

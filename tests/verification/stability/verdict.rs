@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::evolution::Model;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::scene;
 use orthowear::simulation::build;
 

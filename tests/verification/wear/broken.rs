@@ -3,7 +3,8 @@
 use orthowear::contact::SolverOptions;
 use orthowear::error::{ErrorKind, Result};
 use orthowear::evolution::RunCheckpoint;
-use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::observer::{CheckpointEvent, Observer};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Integrator, Step};
 
 use crate::common::{Silent, fretting, frp_wear, indent, shift, sphere_on_frp};

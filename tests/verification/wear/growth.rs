@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::evolution::records::{CheckpointEvent, FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::observer::{CheckpointEvent, Observer};
+use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Integrator, Step};
 use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run};
 use orthowear::laws::wear::WearLaw;

@@ -1,7 +1,8 @@
 //! Closed fretting paths: prescribed forces, ellipses.
 
 use orthowear::contact::SolverOptions;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::evolution::observer::Observer;
+use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Drive, Integrator, JumpPolicy, Normal, Step};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;

@@ -1,0 +1,85 @@
+//! Path of a fretting cycle: prescribed positions or forces at its path points.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::TangentialControl;
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::step::{ClosedPath, Drive, Tangential};
+
+/// Prescribed positions or forces at the path points of a cycle.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct FrettingPath {
+    /// Quantity that follows the path.
+    pub drive: Drive,
+    /// Displacement of body 2 (mm) or force on body 1 (N) along x, y at each path point, the + reversal point first.
+    path_points: Vec<[f64; 2]>,
+    /// Displacement of body 2 at the start of the step, mm.
+    pub center: [f64; 2],
+    /// Force on body 1 at the start of the step, N.
+    center_force: [f64; 2],
+}
+
+impl FrettingPath {
+    /// Path points of a closed path. Its centre is the displacement `center` or the force `force` at the start of the step.
+    pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
+        Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
+    }
+
+    fn from_offsets(
+        offsets: &[[f64; 2]],
+        drive: Drive,
+        (center, center_force): ([f64; 2], [f64; 2]),
+    ) -> Self {
+        let about = if drive == Drive::Shift { center } else { center_force };
+        let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
+        Self { drive, path_points, center, center_force }
+    }
+
+    /// The same path with the increments of `closed`. Increments are shorter at the start of each stroke, in the share `transition`
+    /// of the stroke over which slip spreads.
+    pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
+        Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
+    }
+
+    /// Number of path points.
+    pub fn len(&self) -> usize {
+        self.path_points.len()
+    }
+
+    /// Index of the - reversal point.
+    pub fn reversal_index(&self) -> usize {
+        self.len() / 2
+    }
+
+    /// Sets the displacement of body 2 to the displacement of a path point, if displacements are prescribed.
+    pub fn set_shift(&self, end: usize, rigid: &mut [f64; 3]) {
+        if self.drive == Drive::Shift {
+            rigid[..2].copy_from_slice(&self.path_points[end]);
+        }
+    }
+
+    /// Loads that return body 2 to the centre, and the tangential control afterwards.
+    pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
+        match self.drive {
+            Drive::Shift => (
+                PrescribedLoads { tangential: TangentialControl::Shift, ..loads },
+                Tangential::Shift(self.center),
+            ),
+            Drive::Force => {
+                let on_body2 = self.center_force.map(|force| -force);
+                let tangential = TangentialControl::Force(on_body2);
+                (PrescribedLoads { tangential, ..loads }, Tangential::Force(self.center_force))
+            }
+        }
+    }
+
+    /// Loads at a path point.
+    pub fn loads(&self, end: usize, loads: PrescribedLoads) -> PrescribedLoads {
+        let tangential = match self.drive {
+            Drive::Shift => TangentialControl::Shift,
+            // The solver takes the force on body 2.
+            Drive::Force => TangentialControl::Force(self.path_points[end].map(|force| -force)),
+        };
+        PrescribedLoads { tangential, ..loads }
+    }
+}

@@ -1,0 +1,205 @@
+//! Strokes of a fretting cycle, solved one after the other, from which its stick zone follows.
+
+use std::time::Instant;
+
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{ContactState, PathPoint, SlipReference, SolverOptions, Unknowns};
+use crate::error::Result;
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
+use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
+use crate::evolution::records::Outcome;
+use crate::evolution::run::Run;
+use crate::evolution::state;
+use crate::evolution::step::Drive;
+use crate::omitted::OmittableWork;
+
+/// Largest number of cycles without wear before they must be periodic. Responses are periodic if their change per cycle, relative
+/// to their range, is at most the second constant.
+const MAX_SETTLING_CYCLES: usize = 10;
+const PERIODIC_TOLERANCE: f64 = 1e-3;
+
+/// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
+const STROKE_TOLERANCE: f64 = 1e-6;
+
+/// Returns whether the responses at the path points equal the responses in the previous cycle, within `PERIODIC_TOLERANCE` of their
+/// range.
+pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
+    let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    let range = found.iter().map(|a| apart(a, &found[0])).fold(0.0, f64::max);
+    found.len() == before.len() && change <= PERIODIC_TOLERANCE * range
+}
+
+impl Run<'_> {
+    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
+    pub(super) fn find_periodic_cycle(
+        &mut self,
+        course: &FrettingPath,
+        loads: PrescribedLoads,
+        ring: &mut CycleState,
+    ) -> Result<()> {
+        ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+        let half = course.reversal_index();
+        let mut before: Vec<[f64; 2]> = Vec::new();
+        for cycle in 0..MAX_SETTLING_CYCLES {
+            let up = if cycle == 0 { course.len()..course.len() + 1 } else { half + 1..course.len() + 1 };
+            for end in up.map(|end| end % course.len()).chain(1..half + 1) {
+                let mut rigid = [
+                    ring.contact.rigid_motion[end][0],
+                    ring.contact.rigid_motion[end][1],
+                    self.state.rigid_motion[2],
+                ];
+                course.set_shift(end, &mut rigid);
+                let (it, report) = self.advance_stroke(course.loads(end, loads), rigid)?;
+                ring.charge(&report);
+                if end == 1 {
+                    ring.stick_mask.fill(true);
+                }
+                ring.record_stroke(&it, end, STICK_SLIP_SHARE * ring.amplitude());
+                if self.result.outcome != Outcome::Converged {
+                    return Ok(());
+                }
+            }
+            let found = self.responses_at_path_points(ring, course);
+            if is_periodic(&found, &before) {
+                return Ok(());
+            }
+            before = found;
+        }
+        self.result.warnings.push(format!(
+            "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
+            self.step().name
+        ));
+        Ok(())
+    }
+
+    /// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
+    pub(in crate::evolution) fn responses_at_path_points(
+        &self,
+        ring: &CycleState,
+        course: &FrettingPath,
+    ) -> Vec<[f64; 2]> {
+        let n = self.prepared.n();
+        let at = |end: usize| match course.drive {
+            Drive::Force => [ring.contact.rigid_motion[end][0], ring.contact.rigid_motion[end][1]],
+            Drive::Shift => {
+                let tractions = &ring.contact.tractions[end * 3 * n..(end + 1) * 3 * n];
+                let ([x, y, _], _) = self.prepared.resultants(tractions);
+                [x, y]
+            }
+        };
+        (0..course.len()).map(at).collect()
+    }
+
+    /// Solves one increment without wear and updates the state of the run. `rigid`: prescribed motions, and initial guess of
+    /// unknown motions.
+    pub(super) fn advance_stroke(
+        &mut self,
+        loads: PrescribedLoads,
+        rigid: [f64; 3],
+    ) -> Result<(ContactState, SolveReport)> {
+        let step = self.step();
+        let clock = Instant::now();
+        let reference = SlipReference::Previous(self.state.slip_reference.clone());
+        let end = self.path_point(&loads, reference)?;
+        let worn = self.state.wear_depth.clone();
+        let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
+        let options = self.stroke_options();
+        let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
+        let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
+        it.mode_amplitudes = vec![self.state.mode_amplitudes];
+        if options.skip.allows(OmittableWork::ColdStarts) {
+            problem.scale_tractions(&self.state.tractions, &mut it.scaled);
+        }
+        let stage = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, &options, self.observer, &stage)?;
+        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
+        let values = state::resultants(&self.prepared, &problem, &it, 0);
+        let fields = state::frame_state(&problem, &it, 0, &worn);
+        self.state.set_from(&it, 0);
+        let approach = self.prepared.approach(&it, 0);
+        let certificate = state::certificate(&checks, approach, balance);
+        let mut record = self.new_record((1, approach), &values, (&it, certificate), clock);
+        self.complete_record(&mut record, &report, (&checks, options.tolerance));
+        self.warn_of_spin_moment();
+        if self.result.outcome != Outcome::Converged {
+            self.deliver(record, fields)?;
+        }
+        Ok((it, report))
+    }
+
+    /// Solver options for strokes that only determine the stick zone.
+    pub(super) fn stroke_options(&self) -> SolverOptions {
+        SolverOptions { tolerance: self.options.tolerance.max(STROKE_TOLERANCE), ..self.options }
+    }
+
+    /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
+    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(in crate::evolution) fn recompute_stick_zone(
+        &mut self,
+        (course, loads): (&FrettingPath, PrescribedLoads),
+        worn: &[f64],
+        ring: &mut CycleState,
+        stage: &ProgressSpan,
+    ) -> Result<SolveReport> {
+        let half = course.reversal_index();
+        let options = self.stroke_options();
+        // A stage that ends before 1 skips the check of the operator, which would repeat in every stroke.
+        let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
+        let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
+        let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;
+        let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
+        let mut before: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..MAX_SETTLING_CYCLES {
+            for end in (half + 1..course.len() + 1).map(|end| end % course.len()).chain(1..half + 1) {
+                let place = IncrementStart { reference, ..IncrementStart::at_path_point(&ring.contact, end) };
+                let way = (course, end, loads);
+                let (place, report, _) = self.solve_stroke(way, (worn, &options), place, stage)?;
+                ring.charge_work([1, 0, 0]);
+                sum = report.with_work_of(&sum);
+                if sum.stop != StopReason::Converged {
+                    // Restores the last coupled solution, which is reported.
+                    solved.0.restore_into(&mut ring.contact);
+                    (ring.stick_mask, ring.stick_gap) = (solved.1, solved.2);
+                    let laws = ActiveLaws::of(self.step());
+                    let ends = self.path_points(course, loads, ring)?;
+                    increment_problem(&self.prepared, &options, worn, laws, ends).evaluate(&mut ring.contact);
+                    return Ok(sum);
+                }
+                if end == 1 {
+                    ring.stick_mask.fill(true);
+                }
+                ring.record_stroke(&place.it, end, STICK_SLIP_SHARE * ring.amplitude());
+                reference = place.reference;
+            }
+            let found = self.responses_at_path_points(ring, course);
+            if is_periodic(&found, &before) {
+                break;
+            }
+            before = found;
+        }
+        Ok(sum)
+    }
+
+    /// Path points of a cycle; slip at each path point is measured from the previous path point.
+    ///
+    /// # Errors
+    /// If a load acts along a motion that nothing resists.
+    pub(in crate::evolution) fn path_points(
+        &mut self,
+        course: &FrettingPath,
+        loads: PrescribedLoads,
+        ring: &CycleState,
+    ) -> Result<Vec<PathPoint>> {
+        (0..course.len())
+            .map(|end| self.path_point(&course.loads(end, loads), ring.slip_reference()))
+            .collect()
+    }
+}

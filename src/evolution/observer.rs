@@ -1,0 +1,67 @@
+//! Observer of a run: what the caller of a run implements to receive progress, records and checkpoints.
+
+use crate::evolution::checkpoint::RunCheckpoint;
+use crate::evolution::records::{FrameState, IncrementRecord};
+use crate::frame::ContactFrame;
+
+/// Reason for a checkpoint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CheckpointEvent {
+    /// A record was completed.
+    Entry,
+    /// A step ended.
+    StepEnd,
+    /// The run ends early.
+    Aborted,
+    /// The run ends here and resumes with other operators: contact reaches the edge of the frame in the next jump, or the observer
+    /// requests it.
+    Suspended,
+}
+
+/// Observer of a run, which receives progress, fields and checkpoints.
+pub trait Observer: Send {
+    /// Called during a stage with its name, the fraction done in 0..=1, and the current natural residual.
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    /// Called before the increments on a frame: at the start, and after the frame has changed.
+    fn on_frame(&mut self, _frame: &ContactFrame) {}
+
+    /// Called after every increment or cycle jump.
+    ///
+    /// # Errors
+    /// If results cannot be written; the run stops.
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
+
+    /// Called where the run can resume: after every record, and where it ends early. `checkpoint` creates the checkpoint.
+    ///
+    /// # Errors
+    /// If it cannot be written; the run stops.
+    fn on_checkpoint(
+        &mut self,
+        _moment: CheckpointEvent,
+        _checkpoint: &dyn Fn() -> RunCheckpoint,
+    ) -> crate::error::Result<()> {
+        Ok(())
+    }
+
+    /// Returns whether the run should stop so that the caller can rebuild the operators for the wear depth `wear_depth` of both
+    /// bodies (`[N]`, mm). Called before each step, and before jumps of a step in progress.
+    fn wants_rebuild(&self, _wear_depth: &[f64]) -> bool {
+        false
+    }
+
+    /// Called between iterations. Returns whether to stop (a signal was caught).
+    fn cancelled(&self) -> bool {
+        false
+    }
+
+    /// Returns whether fretting cycles are resolved into loops of force against displacement.
+    fn wants_loops(&self) -> bool {
+        false
+    }
+
+    /// Returns whether the observer needs the tangential gap of frictionless increments.
+    fn wants_tangential_gap(&self) -> bool {
+        true
+    }
+}

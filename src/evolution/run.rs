@@ -1,0 +1,208 @@
+//! Run in progress: model, state, results so far and rollback point.
+
+use crate::contact::SolverOptions;
+use crate::error::{Error, Result};
+use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
+use crate::evolution::controls::ActiveControls;
+use crate::evolution::model::PreparedModel;
+use crate::evolution::observer::{CheckpointEvent, Observer};
+use crate::evolution::records::{FrameState, FrettingLoop, IncrementRecord, Outcome};
+use crate::evolution::state::RunState;
+use crate::evolution::step::{Cycles, Step};
+use crate::omitted::OmittedWork;
+
+/// Outcome of a run that ends before a jump in which wear brings the contact to the edge of the frame.
+pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
+
+/// Result of a run.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// One record per increment or jump.
+    pub records: Vec<IncrementRecord>,
+    /// Outcome of the run.
+    pub outcome: Outcome,
+    /// Work that was omitted because the scene does not need it.
+    pub skipped: Vec<OmittedWork>,
+    /// Warnings and notes for the user.
+    pub warnings: Vec<String>,
+    /// Seconds per stage.
+    pub timings: Vec<(String, f64)>,
+    /// Fretting cycles at the start and the end of wear steps, if the observer requests them.
+    pub fretting_loops: Vec<FrettingLoop>,
+    /// Fields at the end.
+    pub state: FrameState,
+    /// Checkpoint of a run that ends with [`FRAME_EDGE`], from which it resumes on a larger frame ([`RunCheckpoint::transfer_to`]).
+    pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
+    /// Checkpoint of a run that the observer ends ([`Observer::wants_rebuild`]), from which it resumes with other operators.
+    pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
+}
+
+/// Run in progress: model, state and results so far.
+pub(super) struct Run<'a> {
+    pub(super) observer: &'a mut dyn Observer,
+    pub(super) prepared: PreparedModel<'a>,
+    pub(super) options: SolverOptions,
+    pub(super) steps: &'a [Step],
+    /// Current step and its progress.
+    pub(super) step_index: usize,
+    pub(super) progress: StepProgress,
+    pub(super) state: RunState,
+    pub(super) controls: ActiveControls,
+    pub(super) result: RunResult,
+    /// Rollback point at the end of the last record.
+    pub(super) rollback_point: RollbackPoint,
+    /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.
+    pub(super) discarded_work: [usize; 3],
+    /// Solves, iterations and operator applications of the jump in which contact reached the edge of the present frame.
+    pub(super) untaken_jump_work: [usize; 3],
+    /// Whether the observer requested the end of the run before the next jump.
+    pub(super) rebuild_requested: bool,
+}
+
+/// State of the run and lengths of its lists at the end of the last record.
+pub(super) struct RollbackPoint {
+    pub(super) state: RunState,
+    pub(super) held: ActiveControls,
+    pub(super) formed: usize,
+    pub(super) records: usize,
+    pub(super) warnings: usize,
+    pub(super) loops: usize,
+}
+
+impl<'a> Run<'a> {
+    pub(super) fn step(&self) -> &'a Step {
+        &self.steps[self.step_index]
+    }
+
+    /// Cycles of the current step, which must be a wear step.
+    pub(super) fn cycles(&self) -> &'a Cycles {
+        self.step().cycles.as_ref().expect("a wear step has cycles")
+    }
+
+    /// Ends the run at a point where it can resume with other operators.
+    pub(super) fn suspend_for_rebuild(&mut self) -> Result<()> {
+        self.report_checkpoint(CheckpointEvent::Suspended)?;
+        self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
+        Ok(())
+    }
+
+    /// Makes the present state the rollback point and reports a checkpoint.
+    pub(super) fn record_rollback_point(&mut self, moment: CheckpointEvent) -> Result<()> {
+        self.set_rollback_point();
+        self.report_checkpoint(moment)
+    }
+
+    /// Makes the present state the rollback point.
+    pub(super) fn set_rollback_point(&mut self) {
+        self.rollback_point.state.clone_from(&self.state);
+        self.rollback_point.held = self.controls;
+        self.rollback_point.formed = self.prepared.formed_cells().len();
+        self.rollback_point.records = self.result.records.len();
+        self.rollback_point.warnings = self.result.warnings.len();
+        self.rollback_point.loops = self.result.fretting_loops.len();
+    }
+
+    /// Notifies the observer that the run can resume from the rollback point.
+    pub(super) fn report_checkpoint(&mut self, moment: CheckpointEvent) -> Result<()> {
+        let (observer, checkpoint) = self.observer_and_checkpoint();
+        observer.on_checkpoint(moment, &checkpoint)
+    }
+
+    /// Checkpoint of the rollback point.
+    pub(super) fn checkpoint(&mut self) -> RunCheckpoint {
+        self.observer_and_checkpoint().1()
+    }
+
+    /// The observer, and a function that creates a checkpoint while the observer is borrowed.
+    pub(super) fn observer_and_checkpoint(&mut self) -> (&mut dyn Observer, impl Fn() -> RunCheckpoint) {
+        // All fields are named, so that a new field does not compile until it is clear whether a checkpoint needs it.
+        let Self {
+            observer,
+            prepared,
+            options: _,
+            steps: _,
+            step_index,
+            progress,
+            state: _,
+            controls: _,
+            result,
+            rollback_point,
+            discarded_work,
+            untaken_jump_work: _,
+            rebuild_requested: _,
+        } = self;
+        let RunResult {
+            records,
+            outcome: _,
+            skipped: _,
+            warnings,
+            timings,
+            fretting_loops,
+            state: _,
+            frame_edge_checkpoint: _,
+            rebuild_checkpoint: _,
+        } = result;
+        let checkpoint = || {
+            let mut formed_cells = prepared.formed_cells();
+            formed_cells.truncate(rollback_point.formed);
+            RunCheckpoint {
+                step_index: *step_index,
+                progress: progress.clone(),
+                state: rollback_point.state.clone(),
+                controls: rollback_point.held,
+                formed_cells,
+                records: records[..rollback_point.records].to_vec(),
+                warnings: warnings[..rollback_point.warnings].to_vec(),
+                timings: timings.clone(),
+                fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
+                discarded_work: *discarded_work,
+            }
+        };
+        (*observer, checkpoint)
+    }
+
+    /// Resumes from the checkpoint of an earlier run.
+    pub(super) fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
+        let (n, steps) = (self.prepared.n(), self.steps);
+        if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
+            return Err(Error::input(format!(
+                "the checkpoint has {} cells and is in step {}, but the scene has {n} cells and {} steps",
+                snapshot.n_cells(),
+                snapshot.step_index + 1,
+                steps.len()
+            )));
+        }
+        let RunCheckpoint {
+            step_index,
+            progress,
+            state,
+            controls,
+            formed_cells,
+            records,
+            warnings,
+            timings,
+            fretting_loops,
+            discarded_work,
+        } = snapshot;
+        let is_wear_step = steps.get(step_index).map(|step| step.cycles.is_some());
+        let fits = match progress {
+            StepProgress::NotStarted => true,
+            StepProgress::Monotone(_) => is_wear_step == Some(false),
+            StepProgress::WearStep(_) => is_wear_step == Some(true),
+        };
+        if !fits {
+            return Err(Error::input(format!(
+                "the checkpoint lies within step {}, whose kind differs from that step of the scene: one has cycles or sliding, the other increments. The run cannot resume with these steps; start it from the beginning",
+                step_index + 1
+            )));
+        }
+        for cells in &formed_cells {
+            self.prepared.form_flexibility(cells)?;
+        }
+        (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
+        (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
+        (self.result.fretting_loops, self.discarded_work) = (fretting_loops, discarded_work);
+        self.set_rollback_point();
+        Ok(())
+    }
+}
