@@ -359,7 +359,10 @@ fn overrides_are_checked_like_the_file() {
         ("gap..radius=3", &["is not a valid key"]),
         ("gap.radius=3,5", &["has a decimal comma", "write a decimal point: 3.5"]),
         ("steps.7.approach=0.1", &["no element `7`"]),
-        ("steps.indnt.approach=0.1", &["no element `indnt`", "their names are \"indent\", \"fretting\""]),
+        (
+            "steps.indnt.approach=0.1",
+            &["no element `indnt`", "Did you mean \"indent\"?", "named \"indent\", \"fretting\""],
+        ),
         ("gap.radius.x=1", &["not a table"]),
         ("solver.method=newtn", &["\"newtn\"", "\"bb\""]),
     ] {
