@@ -4,7 +4,7 @@ use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPo
 use crate::frame::GapShape;
 use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
 use crate::scene::spec::accuracy::RefinementParameter;
-use crate::simulation::build::bodies::contact_frame;
+use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 

@@ -20,7 +20,7 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
 use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
-use crate::simulation::{self, mesh_motion};
+use crate::simulation::{self, plan_bodies};
 
 /// Checks a scene with its meshes and prints the estimate of a run. Returns the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
@@ -186,7 +186,7 @@ fn describe_friction(law: &FrictionLaw) -> String {
 fn describe_wear(plan: &Plan) -> String {
     let law = wear_law(&plan.wear);
     let Some(share) = plan.mesh_motion_threshold else { return law };
-    let bodies = mesh_motion::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
+    let bodies = plan_bodies::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
     let bodies: Vec<String> = bodies.collect();
     format!(
         "{law}; the mesh of {} is moved when the wear depth exceeds {share} of its element size",

@@ -14,9 +14,11 @@ use crate::estimate::estimate_on_frame;
 use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::variant::{Discretisation, DiscretisationPair};
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, contact_frame, face_map, surface_distances};
+use crate::simulation::build::contact_frame::contact_frame;
+use crate::simulation::build::meshed_gap::surface_distances;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 use crate::simulation::validate::fit;
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};

@@ -12,7 +12,7 @@ use crate::scene::mean_material::{MeanMaterial, mean_material_of_body, mean_mate
 use crate::scene::plan::{BeBodyPlan, BodyMaterial, BodyPlan, MeshedBodyPlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::body::NearField;
 use crate::scene::variant::Discretisation;
-use crate::simulation::build::bodies::{BODY_KEYS, free_motions};
+use crate::simulation::plan_bodies::{BODY_KEYS, free_motions};
 
 /// Largest angle, degrees, between material axes under the frame and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;

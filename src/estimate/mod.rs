@@ -18,14 +18,15 @@ use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
 use crate::omitted::OmittedWork;
 use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, configured_half_space, contact_frame, face_map};
 use crate::simulation::build::candidate_cells::with_active_cells;
+use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::omitted::{
     expected_omitted_work, needs_factor_after_condensation, omitted_factorisation,
 };
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, configured_half_space, face_map};
 use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces::max_curvature_correction;
 

@@ -6,10 +6,10 @@ use crate::mesh::faces::outer_faces;
 use crate::omitted::{OmittableWork, OmittedWork};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::simulation::build::bodies::SIDES;
 use crate::simulation::build::memory::is_compressed;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
+use crate::simulation::plan_bodies::SIDES;
 
 /// Seconds per point inside a half-space (isotropic, anisotropic), and seconds per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];

@@ -1,6 +1,7 @@
 //! Errors with the key of the scene that causes them.
 
 use crate::error::Error;
+use crate::evolution::step::Step;
 
 /// Error during the preparation of a plan.
 #[derive(Debug, Clone)]
@@ -27,4 +28,12 @@ impl<T> AtKey<T> for crate::error::Result<T> {
     fn at(self, key: &str) -> Result<T, SceneError> {
         self.map_err(|error| SceneError { error, key: key.to_owned() })
     }
+}
+
+/// Dotted scene path of `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
+pub(crate) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
+    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
+    let entry = steps[..=index].iter().filter(first).count() - 1;
+    let key = if steps[index].history_row.is_some() { "history" } else { key };
+    format!("steps.{entry}.{key}")
 }

@@ -1,25 +1,18 @@
-//! Enlarges frames when wear brings the contact to their edge.
-//!
-//! Each enlargement adds, at both ends of an axis, a quarter of the initial cells along this axis. After at most two enlargements,
-//! the frame has up to four times the initial cells. Existing cells keep their positions, and their state is transferred bit by bit
-//! ([`RunCheckpoint::transfer_to`]).
+//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. The state of the existing cells is
+//! transferred bit by bit ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
 use crate::evolution::RunCheckpoint;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
-use crate::omitted::OmittedWork;
-use crate::scene::plan::{FramePlan, Plan};
+use crate::scene::plan::Plan;
 use crate::simulation::build::Simulation;
-use crate::simulation::build::bodies::{self, BODY_KEYS, ensure_grid};
-use crate::simulation::build::frame_edges::continuing_axes;
 use crate::simulation::build::near_field;
 use crate::simulation::failure::SceneError;
+use crate::simulation::grown_frame::no_grid;
 use crate::simulation::mesh_motion;
-
-/// Maximum number of enlargements of a frame.
-pub const MAX_GROWTHS: usize = 2;
+use crate::simulation::plan_bodies::BODY_KEYS;
 
 /// Tolerance for changes of a cell's gap between two frames, relative to the largest gap: rounding of averages over mesh faces.
 const GAP_TOLERANCE: f64 = 1e-9;
@@ -40,52 +33,13 @@ pub struct FrameGrowth {
     pub checkpoint: RunCheckpoint,
 }
 
-/// Reason why the frame of a plan is not enlarged again after `growths` enlargements; `None` if it can be.
-pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
-    let why = match &plan.frame {
-        FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and resume with --resume",
-        FramePlan::Grid { outline: Some(_), .. } => "a frame with an outline is not enlarged",
-        FramePlan::Grid { periodic, .. } if *periodic != [false; 2] => "a periodic frame is not enlarged",
-        FramePlan::Mesh { .. } => {
-            "a frame of the faces of a mesh is not enlarged: mesh a larger contact group"
-        }
-        FramePlan::Grid { .. } if growths >= MAX_GROWTHS => {
-            "the frame has four times its initial cells and is not enlarged again"
-        }
-        FramePlan::Grid { .. } => return None,
-    };
-    Some(why.to_owned())
-}
-
-/// Frame of a plan after `growths` enlargements.
-///
-/// # Errors
-/// If the frame cannot be enlarged, or the cells do not fit into memory.
-pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFrame, SceneError> {
-    let start = bodies::contact_frame(plan)?;
-    if growths == 0 {
-        return Ok(start);
+impl Simulation<'_> {
+    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`. Bodies and operators are dropped.
+    pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
+        let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
+        let model = self.into_model();
+        FrameGrowth { frame: model.frame, gap: model.initial_gap, half_spaces, checkpoint }
     }
-    let axes = continuing_axes(plan, &start)?;
-    let frame = enlarged(plan, (&start, axes), growths)
-        .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
-    bodies::with_ends(plan, frame)
-}
-
-/// The frame `start` with more cells along the `axes` along which the bodies continue.
-fn enlarged(plan: &Plan, (start, axes): (&ContactFrame, [bool; 2]), growths: usize) -> Result<ContactFrame> {
-    let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
-    let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
-    let more = [0, 1].map(|axis| if axes[axis] { more_cells(grid.cells[axis]) } else { 0 });
-    if (0..2).any(|axis| axes[axis] && more[axis] == 0) {
-        return Err(Error::input("a frame with one cell across is not enlarged"));
-    }
-    ensure_grid(plan, [0, 1].map(|axis| grid.cells[axis].saturating_add(2 * more[axis])))?;
-    start.enlarged(more)?.ok_or_else(no_grid)
-}
-
-fn no_grid() -> Error {
-    Error::input("only a grid frame that is not periodic and has no outline is enlarged")
 }
 
 impl FrameGrowth {
@@ -181,13 +135,4 @@ fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> Str
         "wear extended the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = [{x}, {y}]. Starting with a frame of this size avoids repeated work",
         before.cells[0], before.cells[1], now.cells[0], now.cells[1]
     )
-}
-
-/// Omitted work for the cells that frame growth may add.
-pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
-    let wears = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step));
-    (wears && why_not_growable(plan, 0).is_none()).then(|| {
-        let why = "they are added when wear extends the contact to the edge of the frame (frame.grow)";
-        OmittedWork::new(None, "cells outside the frame", why)
-    })
 }

@@ -3,24 +3,15 @@
 //! Wear always changes the gap on the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
 //! meshes moved by the wear depth. This happens whenever the wear depth exceeds a share of the element height ([`WearBudget`]).
 
-use std::sync::Arc;
-
 use crate::body::FeBody;
-use crate::body::worn_mesh::{element_height_at_nodes, worn_mesh};
+use crate::body::worn_mesh::element_height_at_nodes;
 use crate::error::{Error, Result};
 use crate::evolution::{PreviousModel, RunCheckpoint};
-use crate::frame::ContactFrame;
 use crate::geometry::format_number;
-use crate::mesh::Mesh;
-use crate::omitted::OmittedWork;
 use crate::output::checkpoint_writer::MeshUpdates;
-use crate::scene::plan::{MeshedBodyPlan, Plan};
+use crate::scene::plan::Plan;
 use crate::simulation::build::Simulation;
-use crate::simulation::build::bodies::{self, BODY_KEYS, SIDES};
-use crate::simulation::failure::{AtKey, SceneError};
-
-/// Worn meshes of the two bodies; `None` for meshes that have not moved.
-pub type WornMeshes = [Option<Arc<Mesh>>; 2];
+use crate::simulation::plan_bodies::{BODY_KEYS, worn_bodies};
 
 /// Wear depth until the next mesh motion.
 #[derive(Debug, Clone)]
@@ -63,45 +54,6 @@ impl WearBudget {
             .zip(&self.allowed_depth)
             .any(|((worn, before), depth)| worn - before > *depth)
     }
-}
-
-/// Finite-element bodies of a plan that wear: index, body, share of the wear depth.
-pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
-    let parts = [plan.wear_share, 1.0 - plan.wear_share];
-    let bodies = plan.bodies.iter().zip(parts).enumerate();
-    bodies
-        .filter_map(|(index, (body, part))| Some((index, body.as_fe()?, part)))
-        .filter(|(.., part)| *part > 0.0)
-}
-
-/// Whether a finite-element body of a plan wears.
-pub(crate) fn wears(plan: &Plan) -> bool {
-    plan.wear.specific_rate(plan.friction.ellipse()).is_some() && worn_bodies(plan).next().is_some()
-}
-
-/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). All
-/// are `None` without wear.
-///
-/// # Errors
-/// If an element would invert or become too flat, or memory does not suffice.
-pub fn worn_meshes(
-    plan: &Plan,
-    frame: Option<&ContactFrame>,
-    worn: &[f64],
-) -> std::result::Result<WornMeshes, SceneError> {
-    let mut meshes = [None, None];
-    if worn.is_empty() {
-        return Ok(meshes);
-    }
-    let own = if frame.is_none() { Some(bodies::contact_frame(plan)?) } else { None };
-    let Some(frame) = frame.or(own.as_ref()) else { return Ok(meshes) };
-    for (index, fe, part) in worn_bodies(plan) {
-        let depth: Vec<f64> = worn.iter().map(|depth| part * depth).collect();
-        let spec = fe.fem_spec(BODY_KEYS[index]);
-        let mesh = worn_mesh(&spec, (&fe.contact, SIDES[index]), (frame, &depth), &plan.memory_limit);
-        meshes[index] = Some(Arc::new(mesh.at(BODY_KEYS[index])?));
-    }
-    Ok(meshes)
 }
 
 /// State from which a run continues with moved meshes.
@@ -160,14 +112,5 @@ pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
             format_number(last.distance_slid),
             plan.units.length
         )
-    })
-}
-
-/// Omitted work for meshes that do not move.
-pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
-    let steps = plan.steps.iter().any(|step| step.wear);
-    (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {
-        let why = "wear.move_mesh is not given: wear changes the gap, but not the stiffness of the bodies";
-        OmittedWork::new(None, "moving meshes with wear", why)
     })
 }

@@ -13,15 +13,15 @@ use crate::frame::ContactFrame;
 use crate::omitted::{OmittableWork, OmittedWork};
 use crate::output::field_writer::FieldKind;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::simulation::build::bodies::SIDES;
-use crate::simulation::build::bodies::bare_half_space;
 use crate::simulation::build::candidate_cells;
 use crate::simulation::build::memory::is_compressed;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::build::settings::{cross_blocks, options};
 use crate::simulation::failure::SceneError;
-use crate::simulation::growth;
-use crate::simulation::mesh_motion;
+use crate::simulation::grown_frame;
+use crate::simulation::plan_bodies::SIDES;
+use crate::simulation::plan_bodies::bare_half_space;
+use crate::simulation::worn_meshes;
 
 /// Omitted work that the run of `plan` on `frame` will report, in the order of its report.
 ///
@@ -63,8 +63,8 @@ pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedW
     let mut skipped: Vec<OmittedWork> = candidate_cells::omitted_work(frame).into_iter().collect();
     skipped.extend(omitted_distant_entries(plan, frame));
     skipped.extend(omitted_fields(plan));
-    skipped.extend(growth::omitted_work(plan));
-    skipped.extend(mesh_motion::omitted_work(plan));
+    skipped.extend(grown_frame::omitted_work(plan));
+    skipped.extend(worn_meshes::omitted_work(plan));
     skipped
 }
 

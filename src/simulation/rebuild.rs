@@ -9,8 +9,9 @@ use crate::output::checkpoint_writer::MeshUpdates;
 use crate::output::recorder::ProgressEvent;
 use crate::scene::Plan;
 use crate::simulation::failure::AtKey;
-use crate::simulation::growth;
-use crate::simulation::mesh_motion::{self, WornMeshes};
+use crate::simulation::grown_frame::{self, why_not_growable};
+use crate::simulation::mesh_motion;
+use crate::simulation::worn_meshes::{WornMeshes, worn_meshes};
 use crate::simulation::{self, SceneError, Simulation};
 
 /// Changes of frame and meshes so far.
@@ -60,9 +61,9 @@ impl SimulationBuilder<'_> {
         plan: &'p Plan,
         stage: &RebuildState,
     ) -> std::result::Result<Simulation<'p>, SceneError> {
-        let larger = grown_frame(plan, stage)?;
+        let larger = frame_of_state(plan, stage)?;
         let frame = larger.as_ref().or(self.frame);
-        let meshes = mesh_motion::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
+        let meshes = worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
         simulation::build_with(plan, (frame, meshes), self.show, self.stop)
     }
 
@@ -74,7 +75,7 @@ impl SimulationBuilder<'_> {
     ) -> std::result::Result<NextSegment<'p>, SceneError> {
         let outgrown = study.into_frame_growth(snapshot);
         let frame_growths = stage.frame_growths + 1;
-        let frame = growth::grown_frame(plan, frame_growths)?;
+        let frame = grown_frame::grown_frame(plan, frame_growths)?;
         outgrown.ensure_half_spaces_fit(plan, &frame)?;
         let moves = stage.mesh_updates.clone();
         let mesh_updates = match outgrown.frame.grid.zip(frame.grid) {
@@ -96,7 +97,7 @@ impl SimulationBuilder<'_> {
     ) -> std::result::Result<NextSegment<'p>, SceneError> {
         let stage =
             RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
-        let larger = grown_frame(plan, &stage)?;
+        let larger = frame_of_state(plan, &stage)?;
         let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
         let study = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
@@ -131,8 +132,11 @@ impl SimulationBuilder<'_> {
 }
 
 /// Enlarged frame of `stage`; `None` if it has not grown.
-fn grown_frame(plan: &Plan, stage: &RebuildState) -> std::result::Result<Option<ContactFrame>, SceneError> {
-    (stage.frame_growths > 0).then(|| growth::grown_frame(plan, stage.frame_growths)).transpose()
+fn frame_of_state(
+    plan: &Plan,
+    stage: &RebuildState,
+) -> std::result::Result<Option<ContactFrame>, SceneError> {
+    (stage.frame_growths > 0).then(|| grown_frame::grown_frame(plan, stage.frame_growths)).transpose()
 }
 
 impl Continuation {
@@ -151,12 +155,12 @@ impl Continuation {
                     "the frame is not enlarged, because all variants of a comparison share one frame"
                         .to_owned(),
                 ),
-                false => growth::why_not_growable(plan, stage.frame_growths),
+                false => why_not_growable(plan, stage.frame_growths),
             };
             return Ok(Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop)));
         }
         let Some(mut snapshot) = result.rebuild_checkpoint.take() else { return Ok(None) };
-        Ok(Some(match mesh_motion::worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
+        Ok(Some(match worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
             Ok(meshes) => Self::MovedMeshes(*snapshot, meshes),
             Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return Err(failure),
             Err(failure) => {

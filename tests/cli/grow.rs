@@ -212,7 +212,7 @@ fn grown_frames_keep_their_planes_of_symmetry() {
     let path = folder.path().join("scene.toml");
     fs::write(&path, HALF_MODEL).unwrap();
     let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
-    let frame = |growths| orthowear::simulation::growth::grown_frame(&plan, growths).expect("a frame");
+    let frame = |growths| orthowear::simulation::grown_frame::grown_frame(&plan, growths).expect("a frame");
     let (start, grown) = (frame(0), frame(1));
     assert_eq!((start.n_cells(), grown.n_cells()), (8 * 4, 8 * 6));
     assert_eq!(start.symmetry_bounds, [true, false, false]);

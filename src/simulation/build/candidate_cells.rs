@@ -8,9 +8,10 @@ use crate::evolution::step::{Cycles, Normal, Step, Tangential};
 use crate::frame::{ContactFrame, GapShape};
 use crate::omitted::{OmittableWork, OmittedWork};
 use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
-use crate::simulation::build::bodies::{BODY_KEYS, face_map, free_motions, surface_distances};
+use crate::simulation::build::meshed_gap::surface_distances;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::plan_bodies::{BODY_KEYS, face_map, free_motions};
 
 /// A cell is a candidate if its initial gap is below this multiple of the largest approach.
 const MARGIN: f64 = 1.25;
@@ -44,7 +45,7 @@ pub(crate) fn with_active_cells(
 }
 
 /// Omitted work for cells that are no candidates.
-pub(in crate::simulation) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
+pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
     Some(OmittedWork::new(

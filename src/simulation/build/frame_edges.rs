@@ -19,10 +19,7 @@ const MIN_SMOOTH_COSINE: f64 = 0.9;
 ///
 /// # Errors
 /// If a contact group is invalid.
-pub(in crate::simulation) fn with_body_ends(
-    plan: &Plan,
-    frame: ContactFrame,
-) -> Result<ContactFrame, SceneError> {
+pub(crate) fn with_body_ends(plan: &Plan, frame: ContactFrame) -> Result<ContactFrame, SceneError> {
     let mut ends = vec![false; frame.n_cells()];
     let edges = outer_edges(plan, &frame)?;
     edges.iter().for_each(|edge| ends[edge.cell] = true);
@@ -35,10 +32,7 @@ pub(in crate::simulation) fn with_body_ends(
 ///
 /// # Errors
 /// If a contact group is invalid.
-pub(in crate::simulation) fn continuing_axes(
-    plan: &Plan,
-    frame: &ContactFrame,
-) -> Result<[bool; 2], SceneError> {
+pub(crate) fn continuing_axes(plan: &Plan, frame: &ContactFrame) -> Result<[bool; 2], SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
         return Ok([true; 2]);
     }

@@ -14,8 +14,8 @@ use crate::linalg::memory::MemoryLimit;
 use crate::omitted::OmittableWork;
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::simulation::build::bodies::SIDES;
 use crate::simulation::build::settings::{cross_blocks, options};
+use crate::simulation::plan_bodies::SIDES;
 
 /// Bytes of the program and of the data of every run: pages of the binary (14.0 to 14.5 MB), tables of the scene.
 const PROGRAM: usize = 14_500_000;

@@ -2,8 +2,10 @@
 
 pub(crate) mod bodies;
 pub(crate) mod candidate_cells;
+pub(crate) mod contact_frame;
 pub(super) mod frame_edges;
 pub(crate) mod memory;
+pub(crate) mod meshed_gap;
 pub(crate) mod near_field;
 pub(super) mod settings;
 
@@ -30,17 +32,18 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::body::NearField;
-use crate::simulation::build::bodies::{BODY_KEYS, HybridRejected, build_body, contact_frame};
+use crate::simulation::build::bodies::{HybridRejected, build_body};
 use crate::simulation::build::candidate_cells::with_active_cells;
+use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::frame_edges::with_body_ends;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
 use crate::simulation::build::settings::{operators, options};
 use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::growth::FrameGrowth;
-use crate::simulation::mesh_motion::WornMeshes;
 use crate::simulation::omitted::{needs_factor_after_condensation, omitted_by_plan, omitted_factorisation};
+use crate::simulation::plan_bodies::BODY_KEYS;
 use crate::simulation::validate::controls::refuse_impossible_controls;
 use crate::simulation::validate::flat_faces;
+use crate::simulation::worn_meshes::WornMeshes;
 
 /// Remedies for a half-space near field that is not accurate enough.
 const NEAR_FIELD_REMEDIES: &str = "a finer mesh (mainly towards the edges of the supports), elements that represent bending better, or a smaller frame may help";
@@ -81,7 +84,7 @@ pub fn build<'p>(
 }
 
 /// As [`build`], but on a frame made for another plan, if given, and with the stiffness of worn meshes
-/// ([`crate::simulation::mesh_motion::worn_meshes`]), if any.
+/// ([`crate::simulation::worn_meshes::worn_meshes`]), if any.
 ///
 /// # Errors
 /// As [`build`].
@@ -319,12 +322,6 @@ impl Simulation<'_> {
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
         let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
-    }
-
-    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`. Bodies and operators are dropped.
-    pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
-        let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
-        FrameGrowth { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, checkpoint }
     }
 
     /// Body `index`, if it is a finite-element body.

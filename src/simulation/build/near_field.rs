@@ -6,9 +6,8 @@ use crate::error::Error;
 use crate::frame::ContactFrame;
 use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::mesh_motion;
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, worn_bodies};
 
 /// Source of a body's flexibility on the frame.
 #[derive(Debug, Clone)]
@@ -99,13 +98,13 @@ fn choose_near_field(
 ///
 /// # Errors
 /// If the body is invalid.
-pub(in crate::simulation) fn fit_half_space(
+pub(crate) fn fit_half_space(
     plan: &Plan,
     fe: &MeshedBodyPlan,
     index: usize,
     frame: &ContactFrame,
 ) -> Result<std::result::Result<HalfSpaceFit, Unsuitable>, SceneError> {
-    let moves = mesh_motion::worn_bodies(plan).any(|(worn, ..)| worn == index);
+    let moves = worn_bodies(plan).any(|(worn, ..)| worn == index);
     if plan.solver.coupling == Coupling::Block {
         return Ok(Err(Unsuitable(
             "the block system uses the equations of the meshes (solver.coupling)".to_owned(),

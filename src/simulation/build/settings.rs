@@ -14,14 +14,14 @@ pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators
 }
 
 /// Whether half-space operators on `frame` omit vanishing blocks (grids) or distant entries (other frames).
-pub(in crate::simulation) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
+pub(crate) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
     let skip =
         if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
     if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
 /// Solver settings of a plan.
-pub(in crate::simulation) fn options(plan: &Plan) -> SolverOptions {
+pub(crate) fn options(plan: &Plan) -> SolverOptions {
     SolverOptions {
         tolerance: plan.solver.tolerance,
         method: plan.solver.method,

@@ -9,12 +9,9 @@ use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential,
 use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
 use crate::scene::plan::Plan;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES, free_motions};
-use crate::simulation::failure::SceneError;
-use crate::simulation::validate::symmetry_planes;
-
-/// Rounding threshold: of a vector's component relative to its length, and of a lever arm relative to the size of the frame.
-pub(super) const ROUNDING_SHARE: f64 = 1e-9;
+use crate::simulation::failure::{SceneError, step_key};
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, free_motions};
+use crate::simulation::validate::symmetry_planes::{self, ROUNDING_SHARE};
 
 /// Refuses friction on an unconstrained boundary-element body. Its supports do not determine the state from which slip is measured.
 fn refuse_friction_on_unconstrained_be(
@@ -131,14 +128,6 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// Dotted scene path of `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
-pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
-    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
-    let entry = steps[..=index].iter().filter(first).count() - 1;
-    let key = if steps[index].history_row.is_some() { "history" } else { key };
-    format!("steps.{entry}.{key}")
 }
 
 /// Key with which `step` controls a rotation.

@@ -11,8 +11,8 @@ use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
 use crate::geometry::format_short;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
-use crate::simulation::build::bodies::{BODY_KEYS, face_map};
 use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::plan_bodies::{BODY_KEYS, face_map};
 
 /// A faceting error above this share of the approach makes loads unreliable. Measured for a cap of R = 20 mm as condensed mesh
 /// (docs/theory-coupling.md): the load error is one to two times the share.
@@ -25,11 +25,7 @@ const MIN_OVERLAP_SHARE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-9;
 
 /// Warns if flat faces overlap at first touch (`gap`, `[N]`, mm) and the steps prescribe no positive approach and no force.
-pub(in crate::simulation) fn preload_warning(
-    plan: &Plan,
-    frame: &ContactFrame,
-    gap: &[f64],
-) -> Option<String> {
+pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Option<String> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
     let pressed_by_approach = plan.max_prescribed_approach().is_some();
     let under_force = plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(_))));
@@ -39,7 +35,7 @@ pub(in crate::simulation) fn preload_warning(
 
 /// Warns if a run under prescribed forces reaches an `approach` (mm) that is smaller than the overlap of flat faces at first touch.
 /// `gap` as in [`preload_warning`], without applied loads of the bodies.
-pub(in crate::simulation) fn reached_preload_warning(
+pub(crate) fn reached_preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
     (gap, approach): (&[f64], f64),
@@ -60,7 +56,7 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> String {
 }
 
 /// Largest approach reached by a run whose steps prescribe none, mm. It may be negative due to applied loads of the bodies.
-pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
+pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
@@ -70,7 +66,7 @@ pub(in crate::simulation) fn max_reached_approach(plan: &Plan, records: &[Increm
 ///
 /// # Errors
 /// If frame and faces are incompatible.
-pub(in crate::simulation) fn check(
+pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
     (gap, depth): (&[f64], f64),
@@ -130,7 +126,7 @@ fn faceting_errors(
 
 /// Warns if the `error` of the surface displacement by applied loads of body `key` is significant. The reference is the overlap or
 /// opening of the undeformed bodies at an `approach`. The normal `gap` (`[N]`) includes that displacement. Lengths in mm.
-pub(in crate::simulation) fn own_load_warning(
+pub(crate) fn own_load_warning(
     plan: &Plan,
     key: &str,
     error: Option<f64>,

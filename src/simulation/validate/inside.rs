@@ -6,9 +6,9 @@ use crate::frame::ContactFrame;
 use crate::geometry::{Point, format_number, format_point};
 use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
 use crate::simulation::build::memory;
 use crate::simulation::failure::{AtKey, SceneError};
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
 /// Refuses points outside their bodies.
 ///

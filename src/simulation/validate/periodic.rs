@@ -5,8 +5,7 @@ use crate::evolution::step::Normal;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
 use crate::scene::plan::Plan;
-use crate::simulation::failure::{AtKey, SceneError};
-use crate::simulation::validate::controls::step_key;
+use crate::simulation::failure::{AtKey, SceneError, step_key};
 
 /// A gap step across the periodic boundary causes a note if it exceeds the largest inner step by this factor.
 const MAX_SEAM_STEP_RATIO: f64 = 5.0;

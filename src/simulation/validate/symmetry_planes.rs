@@ -14,9 +14,11 @@ use crate::geometry::{AXIS_NAMES, Point, Triad, format_direction, format_number}
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodyPlan, FramePlan, Plan, PrescribedDisplacement};
 use crate::scene::spec::frame::FramePoints;
-use crate::simulation::build::bodies::{BODY_KEYS, SIDES};
-use crate::simulation::failure::SceneError;
-use crate::simulation::validate::controls::{ROUNDING_SHARE, step_key};
+use crate::simulation::failure::{SceneError, step_key};
+use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
+
+/// Rounding threshold: of a vector's component relative to its length, and of a lever arm relative to the size of the frame.
+pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Largest distance of two coincident planes, relative to the size of the group.
 const SAME_PLANE: f64 = 1e-6;
@@ -156,7 +158,7 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
 /// On these planes, both bodies have a plane group with the same normal displacement, or a fixed plane group lies opposite a rigid
 /// body. A plane that no body declares a symmetry plane must meet two conditions. No step moves or loads the bodies across it, and
 /// reflection at it does not change the friction law.
-pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
+pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
     let other = &plan.bodies[1 - body];
@@ -176,7 +178,7 @@ pub(in crate::simulation) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
 
 /// Global axes normal to a symmetry plane at which the frame ends. Both bodies share the plane (or one of them is rigid), and at
 /// least one declares it a symmetry plane. Applies to every kind of frame.
-pub(in crate::simulation) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
+pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
     for own in 0..2 {
