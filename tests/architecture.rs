@@ -71,7 +71,7 @@ fn layer_of(path: &Path) -> Option<usize> {
     ORDER.iter().position(|name| *name == first.trim_end_matches(".rs"))
 }
 
-/// Truth: the order of imports fixed in the design.
+/// Truth: modules import only modules before them in `ORDER`, apart from `EXCEPTIONS`.
 #[test]
 fn imports_point_back_along_the_data_flow() {
     let (mut wrong, mut unused) = (Vec::new(), BTreeSet::from(EXCEPTIONS));
@@ -134,7 +134,7 @@ fn every_file_is_declared() {
     for (path, text) in &files {
         let folder = path.parent().expect("a folder");
         let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a UTF-8 file name");
-        // Modules of lib.rs and mod.rs lie beside them, modules of name.rs in a folder of that name.
+        // Modules that lib.rs or mod.rs declares lie beside this file, modules that name.rs declares in the folder `name`.
         let inside =
             if ["lib", "main", "mod"].contains(&stem) { folder.to_owned() } else { folder.join(stem) };
         for name in declared(text) {
@@ -148,7 +148,7 @@ fn every_file_is_declared() {
     }
 }
 
-/// Truth: `src/lib.rs` lists the modules in the order that the test enforces.
+/// Truth: `src/lib.rs` lists the modules in the order of `ORDER`.
 #[test]
 fn lib_lists_the_modules_in_order() {
     let text = include_str!("../src/lib.rs");

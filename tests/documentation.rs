@@ -8,7 +8,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Markdown files of the project: those at the top and in the folders that hold documents.
+/// Markdown files at the top of the repository and in its folders of documents.
 fn documents() -> Vec<PathBuf> {
     let folders = ["", "docs", "meshes", "scenes", "benchmarks"].map(|folder| root().join(folder));
     let entries = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten();
@@ -21,7 +21,7 @@ fn links(text: &str) -> Vec<&str> {
     text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
 }
 
-/// Truth: the files themselves.
+/// Truth: the file of each relative link in a document exists.
 #[test]
 fn links_between_documents_lead_somewhere() {
     let mut broken = Vec::new();
@@ -38,7 +38,7 @@ fn links_between_documents_lead_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
 }
 
-/// Truth: the commands of README.md. The check of a clone runs them in turn, like a new user.
+/// Truth: the last lines of .ci/run are the commands of README.md, in the same order.
 #[test]
 fn the_check_runs_the_commands_of_the_readme() {
     let read = |name: &str| fs::read_to_string(root().join(name)).expect("readable");
@@ -50,7 +50,7 @@ fn the_check_runs_the_commands_of_the_readme() {
     assert!(commands.iter().eq(last.iter().rev()), "{commands:?} {last:?}");
 }
 
-/// Truth: the version of the crate.
+/// Truth: CITATION.cff contains the version of the crate.
 #[test]
 fn the_citation_names_the_version() {
     let citation = fs::read_to_string(root().join("CITATION.cff")).expect("readable");
@@ -58,7 +58,7 @@ fn the_citation_names_the_version() {
     assert!(citation.lines().any(|line| line == version), "CITATION.cff lacks {version:?}");
 }
 
-/// Truth: the folder's list of files.
+/// Truth: docs/README.md links to each Markdown file in docs.
 #[test]
 fn the_index_names_every_page() {
     let index = fs::read_to_string(root().join("docs/README.md")).expect("an index");
@@ -72,7 +72,7 @@ fn the_index_names_every_page() {
     }
 }
 
-/// Truth: the folder's list of files. The contents of the book name each page once.
+/// Truth: mkdocs.yml, the contents of the book, lists each Markdown file in docs once.
 #[test]
 fn the_book_has_every_page() {
     let contents = fs::read_to_string(root().join("mkdocs.yml")).expect("a list of contents");
@@ -95,14 +95,13 @@ fn script(name: &str, arguments: &[PathBuf]) {
     print!("{}", printed.concat());
 }
 
-/// Truth: the schemas that the program prints. They are generated from the types of scenes and studies.
+/// Truth: docs/keys.md equals the text generated from the schemas that the program prints for scenes and studies.
 #[test]
 fn the_reference_of_keys_is_current() {
     script("keys", &[PathBuf::from("--check")]);
 }
 
-/// Truth: the program. Commands on the pages of first steps and tasks end with the exit code given there, and print what the page
-/// shows.
+/// Truth: commands on the pages of first steps and tasks end with the exit code given there, and print what the page shows.
 #[test]
 fn examples_do_what_the_pages_say() {
     let told = ["README", "install", "first-run", "tutorial", "conventions", "faq"];
@@ -130,8 +129,8 @@ fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<Str
     }
 }
 
-/// Truth: the summaries of three runs: with friction, wear over cycles, loops and estimated errors; with rolling; with an accuracy.
-/// docs/results.md names each of their fields as code.
+/// Truth: docs/results.md names, as code, each field in the summaries of three runs. The first run has friction, wear over cycles,
+/// loops and estimated errors. The second has rolling, the third an accuracy.
 #[test]
 fn every_field_of_a_summary_is_explained() {
     let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
@@ -161,7 +160,8 @@ fn every_field_of_a_summary_is_explained() {
     assert!(missing.is_empty(), "docs/results.md does not name {missing:?}");
 }
 
-/// Truth: Cargo.toml. Every dependency has a line that gives its reason, its licence, and how it would be replaced.
+/// Truth: each dependency in Cargo.toml has a line in docs/DESIGN.md. The line gives its reason, its licence, and how it would be
+/// replaced.
 #[test]
 fn every_dependency_is_explained() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
@@ -180,7 +180,7 @@ fn every_dependency_is_explained() {
     }
 }
 
-/// Truth: tests/mutants.toml. Each mistake of `scripts/mutants` matches exactly one place in the sources.
+/// Truth: the code that a mutant of tests/mutants.toml replaces occurs exactly once in its source file.
 #[test]
 fn every_mistake_has_its_place() {
     let list = fs::read_to_string(root().join("tests/mutants.toml")).expect("a list of mistakes");
@@ -213,7 +213,7 @@ fn test_sources() -> Vec<(String, String)> {
 }
 
 /// Truth: docs/tests.md names every file whose tests are smaller than in `scripts/test --thorough`, with what they leave out. It
-/// also names every test that only runs there.
+/// also names every test that only runs with `--thorough`.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
@@ -230,12 +230,12 @@ fn what_thorough_tests_add_is_listed() {
     }
 }
 
-/// Truth: tests/quick.txt. Its tests exist, and every area of the verification that has tests is covered.
+/// Truth: each test in tests/quick.txt exists. Each area of the verification that has tests has at least one test in this list.
 #[test]
 fn quick_tests_cover_every_area() {
     let quick = fs::read_to_string(root().join("tests/quick.txt")).expect("a list");
     let sources = test_sources();
-    // Areas are the modules of tests/verification/main.rs, each a file, perhaps with a folder of parts.
+    // Areas are the modules of tests/verification/main.rs. Each area is a file, a folder, or both.
     let tests_of = |area: &str| -> Vec<String> {
         let (file, folder) = (format!("verification/{area}.rs"), format!("verification/{area}/"));
         let own = sources.iter().filter(|(path, _)| *path == file || path.starts_with(&folder));

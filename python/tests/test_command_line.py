@@ -24,7 +24,7 @@ SCENES = ["cattaneo-mindlin", "hertz", "sphere-on-cfrp-halfspaces"]
 
 @pytest.mark.parametrize("name", SCENES)
 def test_summary_and_fields(name, program, tmp_path):
-    """Truth: the program built from the same sources. Field files store 64-bit numbers."""
+    """Truth: the program built from the same sources gives the same summary and fields. Field files store 64-bit numbers."""
     meshio = pytest.importorskip("meshio")
     path = ROOT / "scenes" / f"{name}.toml"
     frame = {"frame.cells": [32, 32]}
@@ -41,7 +41,7 @@ def test_summary_and_fields(name, program, tmp_path):
 
 
 def test_files_are_written(scene, program, tmp_path):
-    """Truth: the files of the program, byte by byte."""
+    """Truth: the program writes the same files, byte by byte."""
     scene.run(tmp_path / "a")
     path = tmp_path / "scene.toml"
     path.write_text(toml(scene))
@@ -65,7 +65,7 @@ def toml(scene) -> str:
 
 
 def test_dict_is_the_file(tmp_path):
-    """Truth: the same values in a file."""
+    """Truth: a file with the same values gives the same results."""
     scene = orthowear.Scene.from_dict(small())
     assert scene.to_dict() == json.loads(json.dumps(small()))
     path = tmp_path / "scene.toml"
@@ -76,7 +76,7 @@ def test_dict_is_the_file(tmp_path):
 
 
 def test_mistakes_are_those_of_the_program(program, tmp_path):
-    """Truth: the output of the program, and its exit code."""
+    """Truth: the program prints the same report and ends with the same exit code."""
     path = ROOT / "scenes" / "hertz.toml"
     with pytest.raises(orthowear.InputError) as caught:
         orthowear.Scene.load(path, {"frame.cels": [8, 8], "body1.material": "stel"})
@@ -101,7 +101,7 @@ def test_missing_file_and_wrong_values(tmp_path):
 
 
 def test_values_of_numpy_and_paths():
-    """Truth: a scene of plain numbers."""
+    """Truth: a scene with values of NumPy equals the scene with plain numbers."""
     scene = small()
     scene["frame"]["half_width"] = np.array([0.4, 0.4])
     scene["gap"]["radius"] = np.float64(10.0)

@@ -55,13 +55,13 @@ def folder(tmp_path_factory, examples):
 
 
 def test_blocks(folder):
-    """Truth: the output shown on the page. The blocks also make the picture."""
+    """Truth: `folder` compares the output of the blocks with the page. The blocks also make the picture."""
     assert (folder / "python-plots.svg").exists()
 
 
 def test_picture_is_current(folder):
-    """Truth: the block of the page. Results of machines may differ in the last digits: numbers must agree within 0.01, maps within
-    1 of 255 levels on average.
+    """Truth: a block of the page makes the picture. Results of machines may differ in the last digits: numbers must agree within
+    0.01, maps within 1 of 255 levels on average.
     """
     version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
     if needed("matplotlib").__version__ != version:

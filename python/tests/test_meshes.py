@@ -19,7 +19,7 @@ import orthowear
 from orthowear import mesh as meshes
 from orthowear.mesh import files, meshio_reader
 
-#: A block of hexahedra, graded towards its base. Its top is in two groups.
+#: A block of 6 x 6 x 4 hexahedra, or of prisms. Its top is in two groups.
 BLOCK = """
 Mesh.ElementOrder = %d;
 Mesh.SecondOrderIncomplete = %d;
@@ -63,7 +63,7 @@ def temporary(monkeypatch, tmp_path):
 
 
 def on(mesh, **more) -> dict:
-    """A sphere on a block of steel, 8 x 8 cells."""
+    """Scene of a rigid sphere on a steel block with the given mesh, 8 x 8 cells."""
     return {
         "materials": {"steel": {"model": "isotropic", "E": 210e3, "nu": 0.3}},
         "body1": {"kind": "fe", "material": "steel", "mesh": mesh, "contact": "contact", "fixed": [{"group": "base"}], **more},
@@ -82,7 +82,7 @@ def same(a, b) -> bool:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
-    """Truth: the file that gmsh itself writes has the same elements, nodes and groups in the same order."""
+    """Truth: a file written by gmsh has the same elements, nodes and groups in the same order. The results are equal bit by bit."""
     meshio = needed("meshio")
     path = geometry(tmp_path, kind)
     gmsh.open(str(path))
@@ -102,7 +102,9 @@ def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
 
 
 def test_program_of_gmsh_and_package(gmsh, tmp_path):
-    """Truth: the gmsh program. Another version may number nodes in another order, which changes the last bits."""
+    """Truth: a mesh file of the gmsh program gives the same tractions. Another version may number nodes differently, which changes
+    the last bits.
+    """
     path = geometry(tmp_path)
     program = shutil.which("gmsh") or missing("the program gmsh is missing: scripts/setup installs it")
     made = subprocess.run([program, "-3", path, "-o", tmp_path / "block.msh"], capture_output=True, check=False)
@@ -161,7 +163,7 @@ def test_cell_sets_and_physical_data():
 
 
 def test_fibres_by_element():
-    """Truth: a fibre field with the same fibre in each element is the uniform fibre of the body."""
+    """Truth: a fibre field with the same fibre in each element gives the tractions of the uniform fibre."""
     meshio = needed("meshio")
     cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
     tilt = np.radians(30.0)
@@ -177,7 +179,7 @@ def test_fibres_by_element():
 
 @pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14"])
 def test_nodes_of_second_order(kind):
-    """Truth: the manuals of VTK and gmsh: the corners that each node lies between."""
+    """Truth: the manuals of VTK and gmsh give the corners between which each node lies."""
     corners = {
         "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
         "hexahedron": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
@@ -215,7 +217,9 @@ def test_nodes_of_second_order(kind):
 
 
 def test_equal_meshes_are_equal_scenes():
-    """Truth: files are named by content. Equal meshes give equal dicts and share one file, which is removed with the last scene."""
+    """Truth: mesh files are named by content. Equal meshes give equal dicts and share one file, which is removed with the last
+    scene.
+    """
     meshio = needed("meshio")
     a, b = orthowear.Scene.from_dict(on(cube(meshio))), orthowear.Scene.from_dict(on(cube(meshio)))
     assert a.to_dict() == b.to_dict()
@@ -240,7 +244,8 @@ def test_equal_meshes_are_equal_scenes():
 
 
 def test_steps_keep_the_file(tmp_path):
-    """Truth: a run of the same scene whose object is kept. Runs that write files read the mesh once more."""
+    """Truth: steps whose scene is deleted give the results of a scene that is kept. Runs that write files read the mesh once more.
+    """
     meshio = needed("meshio")
     expected = orthowear.Scene.from_dict(on(cube(meshio))).run(cache=False)
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
@@ -256,7 +261,7 @@ def test_steps_keep_the_file(tmp_path):
 
 
 def test_what_becomes_of_the_object_changes_no_scene():
-    """Truth: the run of the scene before its mesh object changes."""
+    """Truth: a scene gives the same results after its mesh object has changed."""
     meshio = needed("meshio")
     mesh = cube(meshio)
     scene = orthowear.Scene.from_dict(on(mesh))
@@ -330,7 +335,7 @@ def run_of(scene):
 
 
 def test_scenes_with_meshes_travel(temporary):
-    """Truth: the run in this process. Another process has its own mesh files."""
+    """Truth: another process, or a pickled scene, gives the results of this process. Each process has its own mesh files."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     expected = scene.run(cache=False)
@@ -380,7 +385,7 @@ def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks of POSIX")
 def test_forked_processes_leave_the_files_alone(temporary):
-    """Truth: the earlier run. The forked process deletes the scene, and makes and deletes another one with the same mesh."""
+    """Truth: the mesh file and its scene survive a forked process that deletes its scenes with the same mesh."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     path = Path(scene.to_dict()["body1"]["mesh"])

@@ -49,7 +49,7 @@ def test_flexibility_of_a_square():
 
 
 def test_flexibility_is_symmetric_and_positive():
-    """Truth: Betti's theorem, a positive elastic energy, and the sum of the flexibilities of both bodies."""
+    """Truth: the flexibility is symmetric (Betti's theorem), positive definite (elastic energy), and the sum over both bodies."""
     scene = orthowear.Scene.from_dict(small()).replace(
         {"frame.cells": [6, 6], "body2": {"kind": "half-space", "material": "steel"}}
     )
@@ -61,7 +61,7 @@ def test_flexibility_is_symmetric_and_positive():
 
 
 def test_flexibility_gives_the_gap_of_a_run(scene):
-    """Truth: g = g_free + S P: the sphere r^2 / 2 R minus the approach, plus the elastic change by the tractions."""
+    """Truth: the gap is the sphere r^2 / 2 R minus the approach, plus the elastic change S P by the tractions P."""
     result = scene.run()
     operator = scene.flexibility()
     x, y = result.xy.T

@@ -42,7 +42,7 @@ def drawn(ax):
     ],
 )
 def test_maps(pyplot, result, name, component, values, label):
-    """Truth: the fields of the result. The frame is 0.8 by 0.8 in 16 by 16 cells."""
+    """Truth: the drawn values are the fields of the result. The frame is 0.8 mm by 0.8 mm in 16 by 16 cells."""
     ax = plot.field(result, name, component=component)
     cells, words = drawn(ax)
     assert np.array_equal(np.asarray(cells.get_array()), result.to_grid(values(result)).T)
@@ -69,7 +69,7 @@ def test_slip_is_where_there_is_contact(pyplot, result):
 
 
 def test_arrows_point_along_the_tractions(pyplot, result):
-    """Truth: the tractions of the cells at the arrows. With 16 cells along each side, every cell has an arrow."""
+    """Truth: an arrow shows the tangential traction of its cell. Every cell above 1 % of the largest traction has an arrow."""
     ax = plot.field(result, "tractions")
     arrows = ax.collections[1]
     rows = [np.flatnonzero((result.xy == place).all(axis=1))[0] for place in arrows.XY]
@@ -79,7 +79,7 @@ def test_arrows_point_along_the_tractions(pyplot, result):
 
 
 def test_options_and_axes_of_others(pyplot, result):
-    """Truth: the given options. Entries and fields are drawn as results are."""
+    """Truth: plots have the given axes, limits and norm. Entries and fields are drawn like results."""
     _, axes = pyplot.subplots(1, 3)
     ax = plot.field(result.fields, ax=axes[0], cmap="cividis", vmax=10.0, colorbar=False)
     assert ax is axes[0] and ax.collections[0].get_clim()[1] == 10.0 and len(ax.figure.axes) == 3
@@ -95,7 +95,7 @@ def test_options_and_axes_of_others(pyplot, result):
 
 
 def test_units_are_the_scenes(pyplot):
-    """Truth: the units of the scene. Stress has the SI unit for N and m, else force over area."""
+    """Truth: labels have the units of the scene. The unit of stress is Pa for N and m, and lbf/in² for lbf and in."""
     for units, stress in (({"length": "m", "force": "N"}, "Pa"), ({"length": "in", "force": "lbf"}, "lbf/in²")):
         scene = orthowear.Scene.from_dict({**small(), "units": units})
         result = scene.run()
@@ -106,7 +106,7 @@ def test_units_are_the_scenes(pyplot):
 
 
 def test_sections(pyplot, result):
-    """Truth: the rows of the grid. Of two rows equally near to the middle, the first one is drawn."""
+    """Truth: a section shows a row of the grid. Of two rows equally near to the middle, the first one is drawn."""
     grid = result.to_grid(result.pressure)
     ax = plot.section(result)
     plot.section(result, along="y", at=0.4, ax=ax)
@@ -119,7 +119,7 @@ def test_sections(pyplot, result):
 
 
 def test_turned_frames_and_outlines(pyplot):
-    """Truth: a row of the grid is the same for any azimuth. The outline leaves cells out of both plots."""
+    """Truth: a section follows a row of the grid for any azimuth. Both plots omit cells outside the outline."""
     scene = orthowear.Scene.from_dict(small())
     turned = scene.replace({"frame.azimuth": 30.0, "frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     ax = plot.section(turned)
@@ -164,7 +164,7 @@ def test_curved_frames_are_told(pyplot):
 
 
 def test_histories(pyplot, result):
-    """Truth: the entries of the result."""
+    """Truth: curves show the values of the result's entries."""
     ax = plot.history(result, "tangential_force")
     assert [line.get_label() for line in ax.lines] == ["x", "y"] and ax.get_ylabel() == "tangential force [N]"
     for k, line in enumerate(ax.lines):
@@ -182,7 +182,8 @@ def test_histories(pyplot, result):
 
 
 def test_loops_and_cycles(pyplot):
-    """Truth: work over a closed path is the enclosed area: the dissipation that the run reports, up to trapezoids over 32 points.
+    """Truth: the area enclosed by a loop of force over displacement is the dissipation that the run reports. The trapezoidal rule
+    over 32 points agrees to 5 %.
     """
     scene = orthowear.Scene.load(
         ROOT / "scenes" / "sphere-wear.toml",
@@ -203,7 +204,7 @@ def test_loops_and_cycles(pyplot):
 
 
 def test_path_of_a_stroke(pyplot, result):
-    """Truth: the entries of the step. The force is larger along x, and so is the tangential displacement."""
+    """Truth: the path shows the entries of the step, by default along x, where force and displacement are larger than along y."""
     ax = plot.loop(result, step="push")
     entries = [entry for entry in result.entries if entry["name"] == "push"]
     assert list(ax.lines[0].get_xdata()) == [entry["shift"][0] for entry in entries]
@@ -213,7 +214,7 @@ def test_path_of_a_stroke(pyplot, result):
 
 
 def test_convergence(pyplot):
-    """Truth: the values of the runs. Rings are at the estimated errors, and the requested accuracy is a line."""
+    """Truth: curves show differences from the last run. Rings are at the estimated errors, and the requested accuracy is a line."""
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml", {"accuracy": 0.02}).run()
     ax = plot.convergence(result)
     accuracy = result.summary["accuracy"]

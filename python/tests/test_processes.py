@@ -50,7 +50,7 @@ def scenes():
 
 @pytest.mark.parametrize("name", ["dict", "replaced", "file", "mesh file"])
 def test_another_process_gives_the_same_bits(other, name):
-    """Truth: the run in this process."""
+    """Truth: the run in this process gives the same results."""
     scene = scenes()[name]
     expected = scene.run(cache=False)
     process, result = other.submit(run_of, scene).result()
@@ -59,7 +59,7 @@ def test_another_process_gives_the_same_bits(other, name):
 
 
 def test_copies_are_the_scene():
-    """Truth: the original scene: values, title (the file's name if it has none), paths."""
+    """Truth: a copy has the values and the title of the original scene. A scene without file and title is called "scene"."""
     for scene in scenes().values():
         for twin in (pickle.loads(pickle.dumps(scene)), copy.copy(scene), copy.deepcopy(scene)):
             assert twin.to_dict() == scene.to_dict() and twin.title == scene.title
@@ -70,7 +70,7 @@ def test_copies_are_the_scene():
 
 
 def test_exceptions_come_back(other):
-    """Truth: the exception in this process."""
+    """Truth: the same mistake raises the same exception in this process."""
     scene = orthowear.Scene.from_dict(small())
     with pytest.raises(orthowear.InputError) as here:
         refused(scene)
@@ -104,7 +104,9 @@ def test_arrays_of_results_cannot_be_written_to(scene):
 
 
 def test_attributes(scene):
-    """Truth: the attributes of the fields. `dir` lists the names, and an error reports a missing attribute."""
+    """Truth: results and entries have the attributes of their fields. `dir` lists the names, and an error reports a missing
+    attribute.
+    """
     result = scene.run()
     with scene.steps() as steps:
         entry = next(steps)

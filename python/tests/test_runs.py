@@ -14,8 +14,8 @@ import orthowear
 
 
 def test_hertz():
-    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4). Cells of 1/26 of the contact radius: within a
-    percent.
+    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4). With cells of 1/26 of the contact radius, approach
+    and peak pressure agree to a percent.
     """
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml").run()
     modulus, radius, force = 210e3 / (1 - 0.3**2), 10.0, 1000.0
@@ -94,17 +94,17 @@ def test_not_converged_is_said_aloud(scene):
 
 
 def test_check(scene):
-    """Truth: the numbers of cells and increments of the scene."""
+    """Truth: `check` reports the numbers of cells and increments of the scene."""
     plan = scene.check()
     assert (plan["cells"], plan["contact_problems"]) == (256, 5)
     assert plan["memory_bytes"] > 0 and len(plan["bodies"]) == 2
-    # The same error as of `orthowear check` (docs/accuracy.md): the scene has no wear.
+    # The scene has no wear. This is the error of `orthowear check` (docs/accuracy.md).
     with pytest.raises(orthowear.InputError, match=r"accuracy\.of"):
         scene.replace({"accuracy": {"relative": 1e-3, "of": ["worn_volume"]}}).check()
 
 
 def test_grids(scene):
-    """Truth: the extent of the frame. On 16 by 16 cells, cell (ix, iy) has the grid index ix * 16 + iy."""
+    """Truth: the centres of the cells cover the frame. On 16 by 8 cells, cell (ix, iy) has the index ix * 8 + iy."""
     result = scene.with_(**{"frame.cells": [16, 8]}).run()
     pressure = result.to_grid(result.pressure)
     assert pressure.shape == (16, 8)
@@ -143,7 +143,7 @@ def test_interrupt(work):
 
 
 def test_import_is_quick():
-    """Truth: 0.3 s more than NumPy on an idle machine. The bound is loose, because the machine may be busy."""
+    """Truth: the import takes 0.3 s more than NumPy's on an idle machine. The bound is loose, because the machine may be busy."""
     code = "import time, numpy; t = time.perf_counter(); import orthowear; print(time.perf_counter() - t)"
     times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(3)]
     assert min(times) < 1.0
@@ -167,7 +167,7 @@ def test_what_no_scene_has():
 
 
 def test_places_that_an_outline_leaves_out(scene):
-    """Truth: the centres of 16 cells over 0.8. The outline leaves out whole rows at the edge of the frame."""
+    """Truth: both axes have the centres of 16 cells over 0.8 mm, although the outline leaves out whole rows at the frame's edge."""
     outlined = scene.replace({"frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     places = (np.arange(16) + 0.5) * 0.05 - 0.4
     assert outlined.fields.places.size < 256

@@ -42,7 +42,7 @@ def folder(tmp_path):
 
 
 def test_command_line(folder, program):
-    """Truth: the files that the command line writes, byte by byte. The arrays of study.npz are the columns of study.csv."""
+    """Truth: the command line writes the same files, byte by byte. The arrays of study.npz are the columns of study.csv."""
     program("study", folder / "study.toml", "--quiet", "--out", folder / "line")
     told = []
     result = orthowear.study.run(folder / "study.toml", folder / "own", threads=2, progress=lambda *now: told.append(now))
@@ -61,7 +61,7 @@ def test_command_line(folder, program):
 
 
 def test_tables(folder):
-    """Truth: the rows of study.json. Data frames and data sets have the same numbers at the coordinates of the axis values."""
+    """Truth: data frames and data sets contain the results of the runs, at the coordinates of the axis values."""
     pytest.importorskip("pandas")
     pytest.importorskip("xarray")
     result = Study(folder / "study.toml").run()
@@ -78,7 +78,7 @@ def test_tables(folder):
 
 
 def test_values_that_are_lists(tmp_path):
-    """Truth: the runs of study.json, selected by the text of their value."""
+    """Truth: the text of an axis value that is a list selects the result of its run."""
     pytest.importorskip("xarray")
     text = f'[study]\nscene = "{SCENES.as_posix()}/hertz.toml"\n[[axes]]\nkeys = ["frame.cells"]\nvalues = [[8, 8], [12, 12]]\n'
     (tmp_path / "study.toml").write_text(text + '[output]\ncollect = ["press.normal_force"]\n')
@@ -90,8 +90,7 @@ def test_values_that_are_lists(tmp_path):
 
 
 def test_parts(folder):
-    """Truth: the parts and their collection give the whole study. Missing runs have no status. Resumed runs are kept as they were.
-    """
+    """Truth: runs computed in parts give the table of the whole study. Missing runs have no status. Finished runs are kept."""
     study = pickle.loads(pickle.dumps(Study(folder / "study.toml", {})))
     whole = study.run(folder / "whole")
     study.run(folder / "parts", only=[7, 0, 1])
@@ -116,7 +115,7 @@ def test_notes(folder):
 
 
 def test_elsewhere(folder, monkeypatch):
-    """Truth: the study belongs to its file, even if the process changes its working directory."""
+    """Truth: results are written beside the study's file, even if the process changes its working directory."""
     monkeypatch.chdir(folder)
     study = Study("study.toml")
     monkeypatch.chdir("/")
@@ -125,7 +124,7 @@ def test_elsewhere(folder, monkeypatch):
 
 
 def test_mistakes(folder):
-    """Truth: the messages of the command line, all mistakes at once."""
+    """Truth: the exception has all mistakes, with the messages of the command line."""
     (folder / "study.toml").write_text(STUDY.replace("fibre.tilt", "fibre.tlit").replace("[0, 60]", '["up"]'))
     with pytest.raises(orthowear.InputError) as caught:
         Study(folder / "study.toml")
@@ -151,8 +150,8 @@ def client():
 
 
 def test_workers_that_die(folder, client):
-    """Truth: the study in one process, byte by byte. No run is lost and none is computed twice, although workers are killed during
-    their runs.
+    """Truth: the table equals the table of the study in one process, byte by byte. No run is lost and none is computed twice,
+    although workers are killed during their runs.
     """
     (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
     study = Study(folder / "study.toml")
@@ -171,7 +170,7 @@ def test_workers_that_die(folder, client):
 
     result = study.run(folder / "parts", client=client, progress=progress)
     assert len(killed) == 3 and len(finished) >= 11
-    # A worker may have been killed after it wrote its last summary, but before it reported it.
+    # A worker may have been killed after it wrote a summary, but before it reported the run.
     assert sum(file.stat().st_mtime_ns != time for file, time in finished.items()) <= 1
     assert (result.exit_code, result.kept, result.unfinished) == (0, 12, [])
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()

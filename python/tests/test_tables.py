@@ -5,7 +5,7 @@ import pytest
 
 
 def test_pandas(scene):
-    """Truth: the entries themselves."""
+    """Truth: the table contains the values of the entries."""
     pytest.importorskip("pandas")
     result = scene.run()
     table = result.entries.to_pandas()
@@ -14,7 +14,7 @@ def test_pandas(scene):
 
 
 def test_xarray(scene):
-    """Truth: the arrays by cell, and the centres of 16 cells of 0.05 mm."""
+    """Truth: the data set contains the arrays by cell, at the centres of 16 cells of 0.05 mm."""
     pytest.importorskip("xarray")
     result = scene.run()
     data = result.fields.to_xarray()

@@ -1,6 +1,6 @@
 """Opens the book in its folder, like a reader without a network. Its pages request only their own files, and its search works.
 
-A few pages are tested. With a second argument all pages are tested, and pictures of them are saved there.
+A few pages are tested. A second argument is a folder for pictures of all pages, which are then tested.
 """
 
 import json

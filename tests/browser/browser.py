@@ -15,8 +15,8 @@ FLAGS = [
     "--disable-sync", "--disable-extensions", "--disable-default-apps", "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 ]
-# Software rendering, so that WebGL draws without a graphics card, or no WebGL at all. The page itself is drawn without WebGL's
-# renderer, in half of the time.
+# Flags for software rendering of WebGL without a graphics card, or for no WebGL. The page itself is drawn without WebGL's renderer,
+# in half of the time.
 WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
@@ -79,7 +79,7 @@ class Browser:
             details = said["exceptionDetails"]
             self.logged.append("exception: " + details.get("exception", {}).get("description", details["text"]))
         elif what == "Log.entryAdded" and said["entry"]["level"] in ("error", "warning"):
-            # Software rendering logs this when the tests read the colours of the 3D view.
+            # Software rendering logs this text when the tests read the colours of the 3D view.
             if "GPU stall due to ReadPixels" not in said["entry"]["text"]:
                 self.logged.append(f"{said['entry']['level']}: {said['entry']['text']}")
         elif what == "Network.requestWillBeSent":

@@ -1,7 +1,7 @@
 """Opens the reports in the folders of a directory in headless Chromium and tests everything that can be chosen on them.
 
 Fails if a page logs an error or a warning, requests anything, is wider than the window, or shows another number than meshio and
-summary.json. With a second argument pictures of the pages are saved there.
+summary.json. A second argument is a folder for pictures of the pages.
 """
 
 import json
@@ -19,7 +19,7 @@ TOLERANCE = 6e-5
 
 
 def number(text):
-    """First number of a text, with the minus sign of the page."""
+    """First number of a text, which may have the page's minus sign U+2212."""
     return float(text.replace("\u2212", "-").split()[0])
 
 
@@ -74,7 +74,7 @@ def truth(folder, file):
 
 
 def hover(browser, cell):
-    """Points at a cell and returns the text of the tip."""
+    """Points at a cell and returns the text of the tooltip."""
     browser.value("document.getElementById('map-canvas').scrollIntoView({block: 'nearest'})")
     x, y = browser.value(f"orthowearReport.map.centre({cell})")
     browser.move(x, y)
@@ -82,7 +82,7 @@ def hover(browser, cell):
 
 
 def maps(browser, folder, least):
-    """Points at cells of each quantity in each entry."""
+    """Compares the maps of each quantity and entry with the fields. The quantities `least` must be among them."""
     said = json.loads((folder / "summary.json").read_text())
     browser.value("document.getElementById('tab-maps').click()")
     seen = set()
@@ -108,7 +108,7 @@ def maps(browser, folder, least):
                 assert abs(found - right) <= TOLERANCE * abs(right), f"{folder.name}, {file}: {tip} at {cell}, {right} in the file"
                 same = number(browser.value("document.getElementById('map-value').cells[1].textContent"))
                 assert same == found, f"{folder.name}: {same} beside {found}"
-        # Peaks of jumps are means of both reversal points.
+        # In the summary, the peak pressure of a jump is the mean of both reversal points.
         if "jump" not in said["steps"][record]:
             peak = said["steps"][record]["peak_pressure"]
             choose(browser, "map-field", "pressure")

@@ -1,4 +1,4 @@
-//! `accuracy`: results with the requested error, and messages if it is not reached.
+//! `accuracy`: results within the requested error, and messages if the error is not reached.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -44,7 +44,8 @@ radius = 50.0
 fields = []
 "#;
 
-/// A scene on the frame with a lower material (and the tilt of its fibres), more text, and an accuracy.
+/// Scene on the frame with the lower material `below` (and the `tilt` of its fibres in degrees), further keys `more`, and an
+/// accuracy.
 fn scene(below: &str, tilt: f64, more: &str, accuracy: &str) -> String {
     let fibre = if below == "cfrp" { format!("fibre = {{ tilt = {tilt:.1} }}") } else { String::new() };
     let frame = FRAME.replace("BELOW", below).replace("FIBRE", &fibre);
@@ -56,7 +57,7 @@ fn of_folder(folder: &Path, text: &str) -> Value {
     run(folder, &[])
 }
 
-/// Value of the step in `summary.accuracy`, and its estimated error.
+/// Value of the result `name` of the step in `summary.accuracy`, and its estimated error.
 pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     let results = summary["accuracy"]["results"].as_array().unwrap();
     let found = results.iter().find(|result| result["step"] == step && result["name"] == name);
@@ -64,10 +65,10 @@ pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     ["value", "estimate"].map(|key| found[key].as_f64().unwrap())
 }
 
-/// Truths: the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: tangential displacement). For
-/// CFRP, the exact ellipses without friction, and an independent program with friction (tests/data/sphere-on-frp.json). At least 95
-/// of 100 errors are below the requested one, and none is three times as large. Most are not ten times better than needed. The
-/// values equal those of `steps`.
+/// Truths: for steel, the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: tangential
+/// displacement). For CFRP, the exact elliptical contact without friction, and an independent program with friction
+/// (tests/data/sphere-on-frp.json). At least 95 % of the errors are below the requested error, and none is three times as large.
+/// More than half of the errors of peak pressures exceed a tenth of the requested error. The values equal the values in `steps`.
 #[test]
 fn true_errors_stay_below_what_is_asked_for() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -115,7 +116,7 @@ fn true_errors_stay_below_what_is_asked_for() {
             let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
             compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
             if tilt == 60.0 {
-                // The independent program's peak pressures have an error of 1e-3 there.
+                // At this tilt, the independent program's peak pressures have an error of 1e-3.
                 continue;
             }
             let friction = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n";
@@ -139,15 +140,15 @@ fn true_errors_stay_below_what_is_asked_for() {
     println!("{} results, {} above", shares.len(), shares.iter().filter(|(_, share)| *share > 1.0).count());
     let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
-    // Only peaks are counted: transverse forces vanish, and loads converge before the peaks that determine the cells.
+    // Only peak pressures are counted. Transverse forces vanish, and forces converge before the peaks, which determine the cells.
     let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
     let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
     println!("{near} of {} peaks above a tenth", peaks.len());
     assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
 }
 
-/// Truth: an independent program's wear volumes after 100 000 cycles of one increment per stroke, to 1e-2 and 1e-3
-/// (tests/data/sphere-on-frp.json, known to 6e-5).
+/// Truth: wear volumes after 100 000 cycles of one increment per stroke equal an independent program's wear volumes to 1e-2 and
+/// 1e-3 (tests/data/sphere-on-frp.json, accurate to 6e-5).
 #[test]
 fn worn_volumes() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -180,8 +181,8 @@ fn punch(wanted: &str) -> String {
 }
 
 /// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d). The peak on
-/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes, and the message says what to leave
-/// out. The approach converges.
+/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes of the peak. The message suggests
+/// an `accuracy.of` without the peak. The approach converges.
 #[test]
 fn a_peak_that_does_not_converge() {
     let folder = tempfile::tempdir().unwrap();
@@ -206,13 +207,13 @@ fn a_peak_that_does_not_converge() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// Truth: docs/scene.md: if nothing finer fits into the memory, the best results so far are written, with exit code 3 and the
+/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written, with exit code 3 and the
 /// reason.
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let text = punch("{ relative = 1e-5, of = [\"load\"] }");
-    // Memory of 200 x 200 cells. None of the finer grids fits.
+    // The limit is the estimated memory of 200 x 200 cells. None of the finer grids fits.
     let alone = text.split_once('\n').unwrap().1.replace("cells = [8, 8]", "cells = [200, 200]");
     fs::write(folder.path().join("scene.toml"), alone).unwrap();
     let limit = foretold(&call("check", folder.path(), &[]).1).round();
@@ -256,7 +257,7 @@ fn what_is_refused() {
         assert_eq!(code, Some(2), "{accuracy}: {text}");
         assert!(words.iter().all(|word| text.contains(word)), "{accuracy}: {words:?} in\n{text}");
     }
-    // A volume without a wear law would always be accurate.
+    // Without a wear law the wear volume is zero, which would meet any accuracy.
     let unworn = with("{ relative = 1e-3, of = [\"worn_volume\"] }")
         .replace("law = \"energy\"\nk = 1.25e-9", "law = \"none\"");
     let (code, text) = check(&unworn, &[]);
@@ -277,8 +278,8 @@ fn what_is_refused() {
     }
 }
 
-/// Truths: Hertz (Johnson 4.22, 4.24), a rigid sphere on steel. The search does not end on cells without contact after first touch,
-/// on frames of one row, or with unequal numbers of cells per side.
+/// Truths: force and peak pressure of a rigid sphere on steel are Hertz's (Johnson 4.22, 4.24). The search does not end on cells
+/// wider than the contact, or on frames with fewer than 12 cells along a side.
 #[test]
 fn cells_that_are_too_coarse_at_first() {
     let folder = tempfile::tempdir().unwrap();
@@ -317,9 +318,9 @@ fn cells_that_are_too_coarse_at_first() {
     }
 }
 
-/// Truth: docs/scene.md: increments matter to friction, to wear without friction, and on closed paths. Files are written at the
-/// increments of the scene only, with the numbers of their entries in `summary.steps`. No run of the search is set aside as an
-/// earlier result.
+/// Truth: docs/scene.md: the increments are refined for friction, for wear without friction, and on closed paths. Files are written
+/// only at the increments of the scene, numbered by their entries in `summary.steps`. No run of the search is moved to a folder of
+/// previous results.
 #[test]
 fn increments_and_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -363,7 +364,7 @@ fn increments_and_files() {
     }
 }
 
-/// Truth: a run with another accuracy has other cells. Its results are not those of the scene.
+/// Truth: a run with another accuracy has other cells. `--resume` does not take its results as results of the scene.
 #[test]
 fn results_of_another_accuracy_are_not_resumed() {
     let folder = tempfile::tempdir().unwrap();

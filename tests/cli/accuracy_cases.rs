@@ -18,7 +18,7 @@ const PRESS: &str = "[[steps]]\nname = \"press\"\nnormal_force = 1000.0\n";
 const LINE: &str = "[[steps]]\nname = \"press\"\nnormal_force = 500.0\n";
 const DEEP: &str = "[[steps]]\nname = \"press\"\napproach = 0.01\n";
 
-/// A known value: step, name, value, and the scale of its error.
+/// A known result: step, name, value, and the value to which errors are relative.
 type Truth = (&'static str, &'static str, f64, f64);
 
 struct Case {
@@ -66,12 +66,13 @@ fn indenter(
     Case { name, bodies: (0.3, false), half_width, frame: square, gap, rest: rest.to_owned(), of: "", truths }
 }
 
-/// Hertz's ellipse (catalogue: hertz-elliptic-2to1), Sneddon's indenters of r and r^4, Boussinesq's punch and the square punch
-/// (capacitance 0.3667896).
+/// Hertz's elliptical contact (catalogue: hertz-elliptic-2to1), Sneddon's indenters with the profiles r and r^4, Boussinesq's
+/// circular punch, and the square punch (capacitance 0.3667896).
 fn indenters() -> Vec<Case> {
     let tangent = 5f64.to_radians().tan();
     let cone = (1000.0 * PI * tangent / (2.0 * STAR)).sqrt();
-    // P = 8/5 E* d a, d = 8/3 B a^4; p = 5 P (a^2 + 2 r^2) sqrt(a^2 - r^2) / (6 pi a^5), largest at r = a / sqrt 2.
+    // Profile B r^4 and contact radius a: load P = 8/5 E* d a, approach d = 8/3 B a^4. The pressure 5 P (a^2 + 2 r^2) sqrt(a^2 -
+    // r^2) / (6 pi a^5) is largest at r = a / sqrt 2.
     let a = (15e3 / (64.0 * STAR * 1e-3)).powf(0.2);
     let quartic = vec![
         known("press", "approach", 8e-3 / 3.0 * a.powi(4)),
@@ -145,7 +146,7 @@ fn friction_and_wear() -> Vec<Case> {
         known("back", "approach", depth),
     ];
     let loop_ = Case { bodies: (0.0, true), ..indenter("unloading", [0.5; 2], SPHERE, &pulls, shifts) };
-    // kappa / sqrt(ratio) of the catalogue's table for nu = 0.3, mu = 0.3.
+    // Load over Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`), nu = 0.3, mu = 0.3.
     let load = 1.0243 / 1.01948f64.sqrt() * 4.0 / 3.0 * STAR * 10f64.sqrt() * 1e-3;
     let spence = indenter(
         "spence",
@@ -168,8 +169,8 @@ fn friction_and_wear() -> Vec<Case> {
     ]
 }
 
-/// Truths: those of the groups above. At least 95 of 100 errors are below the requested one, and none is twice as large. All runs
-/// report that they have reached it.
+/// Truths: the known results of the cases above. At least 95 % of the errors are below the requested error, and none is twice as
+/// large. All runs report that they have reached the requested error.
 #[test]
 fn closed_forms_lie_within_what_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -195,8 +196,8 @@ fn closed_forms_lie_within_what_is_asked_for() {
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 2.0), "{above:?}");
 }
 
-/// Truth: an outline that the contact does not reach (its radius is 0.32) does not change the contact. The same cells suffice, and
-/// a force that vanishes by symmetry has no estimated error.
+/// Truth: an outline that the contact does not reach (contact radius 0.32 mm) does not change the contact. The same cells suffice,
+/// and a force that vanishes by symmetry has no estimated error.
 #[test]
 fn outlines_that_are_not_reached() {
     let outline = "frame.outline={shape=\"circle\", radius=0.39}";

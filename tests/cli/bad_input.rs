@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// A valid scene that needs no mesh. The table below changes one entry of it.
+/// A valid scene that needs no mesh. Each row of `TABLE` below changes one entry of it.
 pub const SOUND: &str = r#"title = "sound"
 [materials.steel]
 model = "isotropic"
@@ -75,7 +75,7 @@ fn changed(from: &str, to: &str) -> (String, usize) {
     (SOUND.replacen(from, to, 1), line)
 }
 
-/// Truth: the definition of the scene (docs/scene.md). The unchanged scene is accepted.
+/// Truth: docs/scene.md: the unchanged scene is valid.
 #[test]
 fn the_sound_scene_is_accepted() {
     let (code, text) = check(SOUND, &[]);
@@ -86,7 +86,7 @@ fn the_sound_scene_is_accepted() {
 type Row = (&'static str, &'static str, usize, &'static [&'static str]);
 
 const TABLE: &[Row] = &[
-    // Not TOML.
+    // Invalid TOML, and a frame too far from the origin.
     ("radius = 50.0", "radius = 50,0", 0, &["not valid TOML", "decimals with a point"]),
     ("radius = 50.0", "radius = ", 0, &["not valid TOML"]),
     ("radius = 50.0", "radius = 50.0\nradius = 40.0", 1, &["duplicate key", "keep one"]),
@@ -290,7 +290,7 @@ const TABLE: &[Row] = &[
     ),
 ];
 
-/// Truth: docs/scene.md and the exit codes of docs/command-line.md. Each row contains one mistake.
+/// Truth: docs/scene.md: each row contains one mistake, reported with key and line. The exit code 2 is from docs/command-line.md.
 #[test]
 fn each_mistake_is_refused_with_its_key_and_line() {
     for (from, to, below, words) in TABLE {
@@ -300,7 +300,7 @@ fn each_mistake_is_refused_with_its_key_and_line() {
         for word in *words {
             assert!(text.contains(word), "`{from}` -> `{to}` lacks \"{word}\":\n{text}");
         }
-        // A missing key or a law is reported at its table, not at the changed line.
+        // A missing key, a material or a law is reported at its table, not at the changed line.
         let exact = !to.is_empty() && !words[0].contains("law") && !words[0].contains("lacks");
         let place = format!("scene.toml:{}:", line + below);
         let at_table = words[0].starts_with("materials");
@@ -379,7 +379,7 @@ fn overrides_are_checked_like_the_file() {
     assert!(code == Some(2) && text.contains("`0` is the name of element 1"), "{text}");
     let (code, text) = check(&named.replace("indent", "1"), &["--set", "steps.1.cycles.jumps=3"]);
     assert!(code == Some(2) && text.contains("`1` is the name of element 0"), "{text}");
-    // A list with too few elements and without an upper bound.
+    // An empty list, whose number of elements has a lower but no upper bound.
     let (code, text) = check(SOUND, &["--set", "steps=[]"]);
     assert!(code == Some(2) && text.contains("`steps` has 0 values"), "{text}");
     for option in [
@@ -395,7 +395,7 @@ fn overrides_are_checked_like_the_file() {
     }
 }
 
-/// Truth: TOML 1.1: a byte order mark and both line ends are allowed, and text is UTF-8.
+/// Truth: TOML 1.1: a byte order mark and both line breaks (LF and CRLF) are allowed, and text is UTF-8.
 #[test]
 fn encodings() {
     let folder = tempfile::tempdir().unwrap();
@@ -428,8 +428,8 @@ fn encodings() {
     }
 }
 
-/// Truth: TOML: an open bracket extends over the lines below it. Only the bracket is reported. The hint at decimal commas is for
-/// numbers outside of lists.
+/// Truth: TOML: an array or inline table without its closing bracket continues on the lines below. Only the bracket is reported.
+/// The hint at decimal commas appears only for numbers outside of lists.
 #[test]
 fn a_missing_bracket_is_one_mistake() {
     for (from, to) in [("cells = [16, 16]", "cells = [16, 16"), ("jumps = 4 }", "jumps = 4")] {
@@ -446,7 +446,7 @@ fn a_missing_bracket_is_one_mistake() {
     assert!(check(&text, &[]).1.contains("write decimals with a point"));
 }
 
-/// Truth: exit codes of docs/command-line.md.
+/// Truth: docs/command-line.md: scenes that cannot be read and wrong arguments give the exit code 2.
 #[test]
 fn scenes_that_cannot_be_read() {
     let folder = tempfile::tempdir().unwrap();

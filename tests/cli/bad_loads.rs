@@ -4,8 +4,8 @@ use std::fs;
 
 use super::bad_input::{SOUND, check};
 
-/// Truth: docs/scene.md: a body periodic along x cannot rotate about y or n and takes no such moments. The gap would grow from
-/// period to period. It may rotate about x, and by zero.
+/// Truth: docs/scene.md: a body periodic along x cannot rotate about y or n and takes no moments about them. Otherwise the gap
+/// would grow from period to period. The body may rotate about x. Rotations by zero are valid.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {

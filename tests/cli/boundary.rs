@@ -74,9 +74,9 @@ fn grids(folder: &Path) -> Vec<String> {
     all.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".vtu")).collect()
 }
 
-/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md), to 3 % (constant
-/// elements, three across the contact). The surface alone gives the same result as the solids to rounding, and reports the faces
-/// turned.
+/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md) gives the same forces to 3
+/// %. The boundary elements are constant, three across the contact. The surface alone gives the forces of the solids to 1e-6, and a
+/// warning reports reversed faces.
 #[test]
 fn the_block_of_finite_elements() {
     let folder = place(&block());
@@ -107,7 +107,7 @@ fn the_block_of_finite_elements() {
     }
 }
 
-/// Truth: a rigid plate on the whole top of a block, which is free along z between smooth walls, bears the pressure of the base
+/// Truth: a block is free along z between smooth walls, with a pressure on its base. A rigid plate on its top bears this pressure
 /// uniformly. With friction the scene is refused (docs/theory-boundary-elements.md).
 #[test]
 fn a_block_that_floats() {
@@ -135,7 +135,7 @@ fn a_block_that_floats() {
     assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }
 
-/// Truth: the mistake built into each scene, exit code 2, and the element or key concerned.
+/// Truth: each scene has one mistake. The message gives the element or key concerned, and the exit code is 2.
 #[test]
 fn surfaces_and_supports_that_are_wrong() {
     let refused = |mesh: &str, sets: &[&str], words: &[&str]| {
@@ -171,7 +171,7 @@ fn surfaces_and_supports_that_are_wrong() {
     refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
 }
 
-/// Truth: exit code 4 before any allocation, with possible remedies.
+/// Truth: a body that exceeds the memory limit is refused before any allocation, with exit code 4 and possible remedies.
 #[test]
 fn too_little_memory() {
     let folder = place(&block());

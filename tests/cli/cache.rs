@@ -77,7 +77,7 @@ impl Place {
     }
 }
 
-/// Steps without their seconds, and without the operator check, which needs the factor.
+/// Steps without their seconds, and without the operator check, which needs the stiffness factorisation.
 fn steps(summary: &Value) -> Value {
     let mut steps = summary["steps"].clone();
     for step in steps.as_array_mut().unwrap() {
@@ -95,7 +95,7 @@ fn hit(summary: &Value) -> bool {
         .any(|skip| skip["why"].as_str().unwrap().contains("the cache contains"))
 }
 
-/// Truth: the same numbers, bit by bit, with an empty, filled, damaged or unused cache. The list of omitted work and `check` report
+/// Truth: an empty, filled, damaged or unused cache gives the same results, bit by bit. The list of omitted work and `check` report
 /// the reuse. Another body has another entry.
 #[test]
 fn a_second_run_skips_the_factorisation() {
@@ -116,7 +116,7 @@ fn a_second_run_skips_the_factorisation() {
     let rebuilt = place.run(&[]);
     assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
     assert!(!hit(&rebuilt) && hit(&place.run(&[])));
-    // Fields need the factor. It is then computed after all, and kept for the next run.
+    // Fields need the factorisation. It is computed although the cache has the flexibility, and kept for the next run.
     let volume = || fs::read(place.folder.path().join("scene.out/body1_volume_0001.vtu")).unwrap();
     let wanted = ["--set", "output.fields=[\"volume\"]"];
     let fields = place.run(&wanted);
@@ -138,15 +138,15 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
-    // The body is solved directly only if its factor is available. No factorisation is made for the check alone.
+    // A direct solution checks the operator only if the factorisation is available. None is made for the check alone.
     let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
     assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
     assert_eq!(place.entries().len(), 3);
 }
 
-/// Truth: docs/results.md: the body is solved directly in the first entry that has its factor. With a flexibility from the cache
-/// there is no factor until fields are written at the end of a step. The next step is then checked.
+/// Truth: docs/results.md: a direct solution of the body checks the operator in the first entry that has a factorisation. With a
+/// flexibility from the cache, none exists until fields are written at the end of a step. The next step is then checked.
 #[test]
 fn the_operator_is_checked_once_the_factor_is_there() {
     let place = Place::new();
@@ -162,8 +162,8 @@ fn the_operator_is_checked_once_the_factor_is_there() {
     assert!(defect(1).is_some_and(|defect| defect < 1e-11), "{summary}");
 }
 
-/// Truth: the table of the field inside a half-space is stored and read, bit by bit. A damaged table is computed again, and the
-/// summary says so.
+/// Truth: the stored table of the field inside a half-space gives the same results as a new one, bit by bit. A damaged table is
+/// computed again, and the summary says so.
 #[test]
 fn the_field_inside_a_half_space() {
     let place = Place::new();
@@ -188,7 +188,7 @@ fn the_field_inside_a_half_space() {
     assert!(points() == made);
 }
 
-/// Truth: docs/command-line.md: 0 means no cache, and anything but a number is a mistake.
+/// Truth: docs/command-line.md: the limit 0 means no cache, and a limit that is not a number is refused with exit code 2.
 #[test]
 fn the_limit_is_the_users() {
     let place = Place::new();

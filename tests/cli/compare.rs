@@ -11,7 +11,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Fibre with the near field of the mesh, which takes a hundredth of the time.
+/// Fibre of body 1, and near field of the mesh, which takes a hundredth of the time of the default.
 const FIBRE: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"";
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";
@@ -20,15 +20,15 @@ fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
-/// Results of the steps of a run, without times.
+/// Five results of each step of a run, none of them a computing time.
 fn results(summary: &Value) -> Vec<Vec<f64>> {
     let keys = ["normal_force", "contact_area", "stick_area", "peak_pressure", "worn_volume"];
     let numbers = |step: &Value| keys.iter().map(|key| step[key].as_f64().unwrap()).collect::<Vec<f64>>();
     summary["steps"].as_array().unwrap().iter().map(numbers).collect()
 }
 
-/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant. Percentages belong to the
-/// numbers beside them.
+/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant. The percentages are
+/// differences relative to the first variant.
 #[test]
 fn the_variants_are_the_runs_they_stand_for() {
     let folder = folder(STEEL, "", &[]);
@@ -87,13 +87,13 @@ fn the_documents_explain_the_comparison() {
     }
 }
 
-/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. Impossible variants are named in the
-/// table, the others are computed, and the exit code is theirs.
+/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. The output names impossible variants.
+/// The exit code is the worst of the computed variants.
 #[test]
 fn variants_that_cannot_be_do_not_stop_the_others() {
     let curved = folder(FIBRE, "", &[]);
     let mesh = fs::read_to_string(curved.path().join("box.msh")).unwrap();
-    // The top is lowered by a tenth at two corners.
+    // The top is lowered by 0.1 at two corners.
     let bent = mesh.replace("-1 -1 0\n", "-1 -1 -0.1\n").replace("\n125 1 1 0\n", "\n125 1 1 -0.1\n");
     assert_ne!(bent, mesh);
     fs::write(curved.path().join("box.msh"), bent).unwrap();
@@ -117,8 +117,8 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     );
 }
 
-/// Truth: docs/command-line.md: quantities that a half-space cannot have are named: loads, foundations and prescribed
-/// displacements, also those that only vary in space. A fixed support is none of these.
+/// Truth: docs/command-line.md: a note names quantities that a half-space cannot have: loads, foundations and prescribed
+/// displacements, even if only a gradient is prescribed. Fixed supports are not named.
 #[test]
 fn what_a_half_space_has_no_place_for_is_named() {
     let scene = folder(FIBRE, "", &[]);
@@ -143,7 +143,8 @@ fn what_a_half_space_has_no_place_for_is_named() {
     }
 }
 
-/// Truth: docs/command-line.md: one variant if no body is meshed, the worst exit code, and mistakes as in `run`.
+/// Truth: docs/command-line.md: without a meshed body there is one variant. The exit code is the worst of the variants. Mistakes
+/// are reported as by `run`.
 #[test]
 fn one_variant_and_the_worst_exit_code() {
     let folder = folder(FIBRE, "", &[]);
@@ -161,8 +162,8 @@ fn one_variant_and_the_worst_exit_code() {
     assert!(errors.contains("gap.radius"), "{errors}");
 }
 
-/// Truth: the sphere of radius 50 that the faces of the cap approximate. Chords of 0.19 mm deviate from it by 0.19^2/(4 R) = 2e-4
-/// mm. The gap in the corners of the frame is 0.024 mm.
+/// Truth: the gap is the gap of a sphere of radius R = 50 mm, which the faces of the cap approximate. Faces with sides of 0.19 mm
+/// deviate from the sphere by 0.19^2/(4 R) = 2e-4 mm. The gap in the corners of the frame is 0.024 mm.
 #[test]
 fn half_spaces_keep_the_gap_of_the_meshes() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
@@ -179,8 +180,8 @@ fn half_spaces_keep_the_gap_of_the_meshes() {
     }
 }
 
-/// Truth: a variant equals, bit by bit, the run of the scene with the body replaced. FE becomes BE on the surface of its solids or
-/// on a separate mesh. BE becomes FE on the solids whose surface it used.
+/// Truth: a variant equals, bit by bit, the run of the scene with the body replaced. An FE body becomes a BE body on the surface of
+/// its solids or on a separate mesh. A BE body becomes an FE body on the solids whose surface it used.
 #[test]
 fn meshed_bodies_become_one_another() {
     let folder = folder(FIBRE, "", &[]);
@@ -215,7 +216,7 @@ fn meshed_bodies_become_one_another() {
     }
 }
 
-/// Truth: docs/command-line.md: the message names what prevents a variant, and descriptions that do not fit the scene.
+/// Truth: docs/command-line.md: the message names what prevents a variant, and keys of `compare` that do not fit the scene.
 #[test]
 fn descriptions_that_do_not_fit_are_named() {
     let folder = folder(FIBRE, "", &[("flat.msh", FLAT)]);
@@ -267,7 +268,8 @@ fn descriptions_that_do_not_fit_are_named() {
 const FLAT: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"top\"\n$EndPhysicalNames\n$Nodes\n4\n\
                     1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
 
-/// Truth: meshio reads the differences. Their pressures equal the fields of the variants, and the differences of these.
+/// Truth: meshio reads the files of differences. They contain the fields of both variants and, bit by bit, the differences of these
+/// fields.
 #[test]
 fn differences_are_those_of_the_fields() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -278,8 +280,8 @@ fn differences_are_those_of_the_fields() {
     let _checked = crate::tools::python("differences.py", &folder.path().join("c"));
 }
 
-/// Truth: the head of the scene: a bushing of boundary elements agrees with one of finite elements to half a percent of forces and
-/// peak pressure. A half-space has no curved surface, and a wound body has no single direction.
+/// Truth: the comment at the head of the scene: forces and peak pressure with a boundary-element and a finite-element bushing agree
+/// to 0.5 %. A half-space has no curved surface, and a wound body has no uniform fibre direction.
 #[test]
 fn a_bushing_on_a_wound_tube() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/compare-bushing.toml");
@@ -298,8 +300,8 @@ fn a_bushing_on_a_wound_tube() {
 }
 
 /// Truth: docs/command-line.md: differences are relative to the first computed variant, for steps that ended after equal numbers of
-/// cycles. If nothing is computed, the exit code is 2, with the reasons, wherever the results are written. Warnings name their
-/// variants, unless all have them.
+/// cycles. If no variant is computed, the exit code is 2, with the reasons, even if the output folder does not exist. A warning
+/// names its variant, unless all variants have it.
 #[test]
 fn what_is_compared_with_what_is_told() {
     let folder = folder(FIBRE, "", &[]);

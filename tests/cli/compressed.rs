@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::tools::refusal;
 
-/// Faces along the top of the plate.
+/// Number of faces along each side of the plate's top.
 const FACES: usize = 32;
 
 /// A plate of one layer of hexahedra, `FACES` along x and y, in gmsh's format 2.2. Groups: base, contact, plate.
@@ -86,9 +86,8 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Truth: docs/scene.md: above 1000 cells the operator is compressed, and `check` and summary.json say so. Up to 1000 cells, or
-/// with the omission switched off, they do not. The results agree within the tolerance of the compression, and the fields of the
-/// half-space are written.
+/// Truth: docs/scene.md: above 1000 cells the operator is compressed, unless `solver.skip` is false. `check` and summary.json say
+/// so. The results agree within the tolerance of the compression, and the fields of the half-space are written.
 #[test]
 fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
@@ -116,7 +115,7 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);
-    // The plate is solved directly in the first step only. The compressed operator is compared in all steps.
+    // A direct solution of the plate checks the operator in the first step only. The compressed operator is checked in all steps.
     let defect = |summary: &Value, step: usize| {
         summary["steps"][step].pointer("/certificate/operator_defect").and_then(Value::as_f64)
     };
@@ -139,8 +138,8 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     }
 }
 
-/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid (exit code 2 for others). What does not fit into the memory is
-/// refused before it is computed (exit code 4).
+/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid (exit code 2 for others). A run that does not fit into the memory
+/// is refused before it starts (exit code 4).
 #[test]
 fn what_cannot_be_compressed_is_refused() {
     let folder = folder();
@@ -158,7 +157,7 @@ fn what_cannot_be_compressed_is_refused() {
         .replace("contact = \"contact\"", "contact = \"base\"")
         .replace("group = \"base\"", "group = \"contact\"");
     fs::write(folder.path().join("scene.toml"), turned).unwrap();
-    // The limit is a tenth of the operator less than the operator and the rest of the scene take.
+    // The limit is 90 % of the memory of the operator, plus the rest of the scene.
     let [needed, _, rest] = refusal(&call("check", folder.path(), &["--set", "solver.memory_limit=1000"]).2);
     let limit = format!("solver.memory_limit={}", (0.9 * needed + rest).round());
     for command in ["check", "run"] {

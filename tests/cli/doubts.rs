@@ -103,7 +103,7 @@ fn a_body_of_constant_stress_need_not_be_refined() {
     assert!(!sizes.exists() && !text.contains("refine the mesh there"), "{text}");
 }
 
-/// Truth: geometry: of 3 x 3 cells of 0.8 mm one lies on the axis. The next ones are 6.4e-3 mm away from the sphere of 50 mm, more
+/// Truth: geometry: of 3 x 3 cells of 0.8 mm one lies on the axis. Its neighbours are 6.4e-3 mm away from the sphere of 50 mm, more
 /// than the approach. With 16 cells in contact nothing is reported.
 #[test]
 fn a_contact_of_one_cell_is_told() {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use std::process::Command;
 
-/// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, while the frame ends at 1.35.
+/// Case `wear-sphere-elastic` on coarse cells. The contact radius grows from 1 to 1.408 mm, beyond the half-width of 1.35 mm.
 const SCENE: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -73,7 +73,7 @@ fn cells(path: &Path) -> usize {
 
 const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
 
-/// Truth (rel-contact-reaches-frame): the run on the large frame from the start. Each file has the frame of its time.
+/// Truth (rel-contact-reaches-frame): the results equal those of a run on the large frame. Each file has the frame of its time.
 #[test]
 fn frames_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,8 +104,8 @@ fn frames_grow() {
 }
 
 /// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops after a checkpoint, before the jump in which the
-/// contact on the large frame is too wide for the small one. If it is resumed and allowed to grow, it ends like a run without the
-/// stop.
+/// contact outgrows the frame. A run on the large frame gives its radii. Resumed and allowed to grow, the run ends like one without
+/// the stop.
 #[test]
 fn runs_stop_at_the_edge() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,8 +137,8 @@ fn runs_stop_at_the_edge() {
     assert_eq!(timeless(&resumed), timeless(&grown));
 }
 
-/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most. Gaps that are known on the first frame only do not
-/// grow with it. Results so far are kept.
+/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most. A frame does not grow if its gap is known only on the
+/// initial frame. Results so far are kept.
 #[test]
 fn frames_that_cannot_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -172,8 +172,8 @@ fn frames_that_cannot_grow() {
     assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
 }
 
-/// Half of a model with the plane of symmetry x = -2. The frame reaches from there to the other end of the body, which continues
-/// along y.
+/// Half of a model with the plane of symmetry x = -2. The frame reaches from this plane to the opposite end of the body. Along y,
+/// the body is larger than the frame.
 const HALF_MODEL: &str = r#"
 [materials.m]
 model = "isotropic"

@@ -62,9 +62,9 @@ fn columns(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (header, rows.collect())
 }
 
-/// Truth: Hertz (Johnson 3.45): on the axis of a circular contact σ_z = -p0 / (1 + z²/a²), with radius and peak pressure of the
-/// sphere's contact. To 2 % at 10 cells per radius. Each entry has a file, and points in a rectangle also have a grid. The stress
-/// in body 2 above equals that below.
+/// Truth: Hertz (Johnson 3.45): σ_z = -p0 / (1 + z²/a²) on the axis of a circular contact, to 2 % of p0. a is the contact radius,
+/// p0 the peak pressure. Each entry has a file, and points in a rectangle also have a grid. By symmetry, the stress in body 2
+/// equals the stress at the same distance in body 1.
 #[test]
 fn files_of_a_half_space() {
     let folder = tempfile::tempdir().unwrap();

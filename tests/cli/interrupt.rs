@@ -96,9 +96,9 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
     (code, text, elapsed)
 }
 
-/// Truth: docs/command-line.md: whatever it computes, the run ends within about a second with 130 and says so. The summary is
-/// written, and the cache contains no part of an entry. The limit is 20 s, because machines may run other work at the same time.
-/// The run itself takes hours.
+/// Truth: docs/command-line.md: during any computation, an interrupted run ends within about a second with exit code 130 and says
+/// so. The summary is written, and the cache contains no part of an entry. The limit is 20 s, because machines may run other work
+/// at the same time. Without the signal, the run takes hours.
 #[test]
 fn signals_are_heard_while_a_body_is_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,8 +124,8 @@ fn signals_are_heard_while_a_body_is_made() {
     }
 }
 
-/// Truth: docs/command-line.md: code 130 within about a second, for a run whose increments need no iterations. The whole run would
-/// take days.
+/// Truth: docs/command-line.md: a run whose increments need no iterations ends within about a second with exit code 130. The whole
+/// run would take days.
 #[test]
 fn signals_are_heard_between_increments() {
     let folder = tempfile::tempdir().unwrap();

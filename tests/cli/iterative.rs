@@ -39,8 +39,8 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Memory limit that conjugate gradients with two threads fit into and a factorisation does not, and the part of frame and program.
-/// The limit is the need of conjugate gradients in a refusal, plus this part.
+/// Memory limit that suffices for conjugate gradients with two threads, not for a factorisation, and its part for frame and
+/// program, bytes. The limit is the memory that a refusal gives for conjugate gradients, plus this part.
 fn limit(scene: &Path) -> [u64; 2] {
     // Under one of these limits the assembled body fits, but no solver.
     let refusal = |limit: u64| {
@@ -62,9 +62,9 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     seen.0
 }
 
-/// Truth: the flexibility is the same matrix, whichever way it is computed. Forces and tractions agree within the errors of both
-/// solvers (1e-8 of the largest: contact to 1e-11, columns to 1e-11 in energy). `check` and summary.json report the method, the
-/// reason and the bytes.
+/// Truth: the flexibility is the same matrix, whichever way it is computed. Forces and tractions agree to 1e-8 of the largest. The
+/// contact solver has a tolerance of 1e-11, and columns have errors of 1e-11 in energy. `check` and summary.json report the method,
+/// the reason and the bytes.
 #[test]
 fn a_small_memory_limit_changes_no_result() {
     let (folder, path) = scene();
@@ -93,7 +93,7 @@ fn a_small_memory_limit_changes_no_result() {
             assert!((a - b).abs() < 1e-8 * b.abs().max(force), "{pointer}: {a} {b}");
         }
     }
-    // This process may have more threads and then needs more memory. The limit lies between both needs.
+    // This process may have more threads, which need more memory. The limit suffices for a pool of two threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let (a, b) = pool.install(|| (tractions(&path, limit), tractions(&path, 4 << 30)));
     for (a, b) in a.iter().zip(&b) {

@@ -80,7 +80,7 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
     }
 }
 
-/// Truth: tractions are unique if the frame has no more points than the finer side has degrees of freedom.
+/// Truth: tractions are unique if the frame has no more points than the finer body has degrees of freedom in contact.
 #[test]
 fn cells_finer_than_the_elements() {
     refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
@@ -93,7 +93,7 @@ fn supports_under_the_frame() {
     refused("group = \"base\"", "group = \"contact\"", &["body1.fixed", "`contact`", "along z"]);
 }
 
-/// Truth: an ellipse without extent means no friction. An ellipse without extent in one direction is refused.
+/// Truth: a friction ellipse without extent means no friction. An ellipse without extent in one direction is refused.
 #[test]
 fn friction_of_zero() {
     noted("mu = 0.4", "mu = 0.0", "load path", false);
@@ -167,8 +167,8 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
     (folder, path)
 }
 
-/// Truth: docs/scene.md: both commands refuse meshes that overlap before loading, with depth and place of the overlap. They also
-/// refuse a pin that no motion along the normal takes out of the plate, and a normal without direction.
+/// Truth: docs/scene.md: `check` and `run` refuse meshes that overlap before loading, with depth and place of the overlap. They
+/// also refuse a pin that no motion along the normal takes out of the plate, and a normal without direction.
 #[test]
 fn bodies_that_overlap_at_the_start() {
     let plate = "normal = [0.0, 0.0, 1.0]";
@@ -210,7 +210,7 @@ fn bodies_that_overlap_at_the_start() {
     }
 }
 
-/// A binary mesh of version 2.2 with its points scaled and lowered.
+/// A binary mesh of gmsh's format 2.2, with its points scaled along the axes and then lowered along z by `drop`.
 pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     let mut bytes = fs::read(path).unwrap();
     let head = b"$Nodes\n";
@@ -229,8 +229,8 @@ pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     bytes
 }
 
-/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame, with a note. These are those of the
-/// block's 12 faces of 0.75 mm that reach beyond a roller's patch of 0.8 x 9 = 7.2 mm.
+/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame, with a note. The roller's patch has a
+/// length of 0.8 x 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond it.
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
@@ -250,9 +250,9 @@ fn faces_left_out_of_the_frame() {
     );
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before the run, with exit code 4.
-/// The message gives the bytes needed and allowed. The allowed bytes and the rest of the scene add up to the limit. Invalid limits
-/// are mistakes in the scene.
+/// Truth: docs/scene.md, docs/command-line.md: a run that does not fit into the memory limit is refused before it starts, with exit
+/// code 4. The message gives the bytes needed and allowed. The allowed bytes and the rest of the scene add up to the limit. Invalid
+/// limits are mistakes in the scene.
 #[test]
 fn memory_is_refused_beforehand() {
     let told = |limit: &str| {
@@ -269,7 +269,8 @@ fn memory_is_refused_beforehand() {
     for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
         assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
-    // A limit that holds the frame but no stiffness matrix, and one that holds the matrix but no solver for its condensation.
+    // The first limit suffices for the frame, not for a stiffness matrix. The second suffices for the matrix, not for a solver of
+    // its condensation.
     let [frame, ..] = refusal(&text);
     let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));
     let limit = (assembling + rest).round() + f64::from(1 << 20);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// A rigid body on a half-space, with the given outline, gap and steps.
+/// Scene of a rigid body on a half-space, with the given outline, gap and steps.
 fn scene(outline: &str, gap: &str, steps: &str) -> String {
     format!(
         r#"[materials.steel]
@@ -53,8 +53,8 @@ fn steps(summary: &Value) -> Vec<Value> {
     summary["steps"].as_array().cloned().unwrap_or_default()
 }
 
-/// Truth: docs/scene.md: a row is a load point, as a step would prescribe it. The entries have one name and consecutive numbers.
-/// The results equal those of explicit steps, bit by bit except for times.
+/// Truth: docs/scene.md: a row of a history is a load point, as a step would prescribe it. All entries of a history have one name
+/// and consecutive numbers. Their results equal the results of explicit steps, bit by bit.
 #[test]
 fn a_history_is_its_steps() {
     let folder = tempfile::tempdir().unwrap();
@@ -101,24 +101,24 @@ fn a_history_is_its_steps() {
     for (quoted, plain) in steps(&quoted).iter().zip(&found) {
         ["approach", "tangential_force", "moment"].iter().for_each(|key| assert_eq!(quoted[key], plain[key]));
     }
-    // A header instead of `columns`.
+    // The header of the file replaces the key `columns`.
     fs::write(folder.path().join("loads.csv"), "normal_force;moment_y\n200;0\n200;20\n").unwrap();
     let header = "[[steps]]\nhistory = { file = \"loads.csv\" }";
     let (code, text, summary) = run(folder.path(), &scene("", SPHERE, header));
     assert_eq!(code, Some(0), "{text}");
     let last = steps(&summary).last().cloned().unwrap();
-    // The sphere rolls by M / (P R).
+    // The sphere of radius R rolls by M / (P R) under the moment M and the normal force P.
     let angle = last["rotation"][1].as_f64().unwrap().to_radians();
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
 /// Truth: docs/scene.md: a decimal comma does not separate cells. A row with a comma besides semicolons, blanks or tabs is refused
-/// with its line number. Otherwise the column "-" would take the digits before or behind the comma, without a message.
+/// with its line number. Otherwise the digits before or behind the comma would go to the ignored column "-", without a message.
 #[test]
 fn decimal_commas_of_histories_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let history = "[[steps]]\nhistory = { file = \"loads.csv\" }";
-    // The last row has two cells if its comma separates them.
+    // If the comma separated cells, the last row would have two cells.
     fs::write(folder.path().join("loads.csv"), "approach;twist\n0,001;0,1\n0,002;\n").unwrap();
     let (code, text, _) = run(folder.path(), &scene("", SPHERE, history));
     let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -212,8 +212,8 @@ fn mistakes_of_histories_are_placed() {
     );
 }
 
-/// Truth: files written by NumPy. The same heights as text, in C and Fortran order and in both versions give the same results, bit
-/// by bit (single precision to 1e-6). A NaN is reported with its row and column.
+/// Truth: files of NumPy in C and Fortran order, and in both format versions, give the results of equal heights as text, bit by
+/// bit. Heights in single precision agree to 1e-6. A NaN is reported with its row and column.
 #[test]
 fn heights_that_numpy_wrote() {
     let folder = tempfile::tempdir().unwrap();
@@ -249,8 +249,9 @@ fn heights_that_numpy_wrote() {
     }
 }
 
-/// Truth: docs/scene.md: `check` counts the cells outside. Outlines that cross themselves or contain no cell are refused. Contact
-/// along the outline is not contact at the edge of the frame. Contact at the edge of the frame raises a warning for each step.
+/// Truth: docs/scene.md: `check` counts the cells outside the outline. Outlines that cross themselves or contain no cell are
+/// refused. Contact along the outline is not contact at the edge of the frame. Contact at the edge of the frame raises a warning
+/// for each step.
 #[test]
 fn outlines() {
     let folder = tempfile::tempdir().unwrap();
@@ -261,13 +262,13 @@ fn outlines() {
     let (code, text, summary) = run(folder.path(), &circle);
     assert_eq!(code, Some(0), "{text}");
     assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(false)));
-    // The operator is compared with the integrals over the cells inside.
+    // The defect compares the operator with the integrals over the cells inside the outline.
     let defect = steps(&summary)[1]["certificate"]["operator_defect"].as_f64().unwrap();
     assert!(defect < 1e-11, "{defect}");
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
     let plan = String::from_utf8(output.stdout).unwrap();
-    // Cells with centres within 0.4. Centres are at (i + 1/2) 0.05.
+    // Number of cells whose centres are within a radius of 0.4. Along both axes, the centres are at (i - 9.5) 0.05, i = 0 to 19.
     let inside = (0..400)
         .filter(|cell| {
             let [x, y] = [cell / 20, cell % 20].map(|i| (f64::from(i) - 9.5) * 0.05);
@@ -352,7 +353,8 @@ fn outlines_turn_with_the_frame() {
     assert!(plan.contains(&format!("{inside} inside the outline")), "{inside}: {plan}");
 }
 
-/// Truth: statics: without a lever arm there is no moment. `check` refuses what `run` would refuse.
+/// Truth: statics: a row of cells has no lever arm for a moment about the row, and a single cell none for a spin moment. `check`
+/// refuses these moments, as `run` would.
 #[test]
 fn moments_without_lever() {
     let folder = tempfile::tempdir().unwrap();
@@ -389,7 +391,7 @@ fn moments_without_lever() {
     }
 }
 
-/// Truth: Coulomb's law: without pressure there is no friction, whatever the coefficient. The message says so.
+/// Truth: Coulomb's law: without pressure there is no friction, whatever the coefficient. The warning gives this reason.
 #[test]
 fn a_pull_on_bodies_that_do_not_touch() {
     let folder = tempfile::tempdir().unwrap();
@@ -404,8 +406,8 @@ fn a_pull_on_bodies_that_do_not_touch() {
     }
 }
 
-/// Truth: in cycles with gross sliding, friction has opposite moments in both strokes and carries no spin moment (statics). The run
-/// reports this besides the iterations that did not suffice.
+/// Truth: statics: in cycles with gross sliding, the moments of friction are opposite in both strokes. Friction cannot balance a
+/// constant spin moment. The run ends at the iteration limit, and a warning names the spin moment.
 #[test]
 fn a_spin_moment_held_in_cycles() {
     let folder = tempfile::tempdir().unwrap();

@@ -88,7 +88,7 @@ shift = { distance = 0.002 }
 fields = []
 "#;
 
-/// A folder with the mesh (and more text after it), other files, and the scene with `fibre` in the body.
+/// Folder with the mesh followed by `after_mesh`, further `files` (name, text), and the scene with the keys `fibre` in its body 1.
 pub fn folder(fibre: &str, after_mesh: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box.msh"), mesh() + after_mesh).unwrap();
@@ -103,7 +103,7 @@ pub fn orthowear(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, Str
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-/// Forces at the end of both steps, and the warnings.
+/// Normal forces at the end of both steps, tangential force along x and y at the end of the second step, and the warnings.
 fn forces(folder: &tempfile::TempDir) -> ([f64; 4], String) {
     let (code, _, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
     assert_eq!(code, Some(0), "{errors}");
@@ -126,9 +126,9 @@ fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     }
 }
 
-/// Truth: one direction gives one result, however it is given. Ways: angles, a field of the mesh file or another .msh file, tables
-/// with and without a second direction, one ply, the region. Tolerance: rounding of the direction, which the factor and the
-/// tolerance 1e-8 of the contact solver may amplify.
+/// Truth: the result depends on the fibre direction, not on the way it is given. Ways: angles, a field of the mesh file or another
+/// .msh file, tables with and without a second direction, plies, a region. The tolerance covers the rounding of the direction,
+/// which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
 #[test]
 fn one_direction_runs_the_same_in_every_way() {
     let (s, c) = 25.0f64.to_radians().sin_cos();
@@ -139,7 +139,7 @@ fn one_direction_runs_the_same_in_every_way() {
     // Surface elements may have values too.
     let field = element_data((1..33).chain(all.clone()), &vector);
     let view = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{field}");
-    // The near field of a half-space would take seconds for each of them.
+    // The near field of a half-space would take seconds for each scene.
     let near_field = usual_or_finest("near_field = \"mesh\"\n", "");
     let folder = |fibre: &str, after_mesh: &str, files: &[(&str, &str)]| {
         folder(&format!("{near_field}{fibre}"), after_mesh, files)
@@ -171,8 +171,8 @@ fn one_direction_runs_the_same_in_every_way() {
     }
 }
 
-/// Truth: docs/scene.md. A winding around y below the block points along x at its crown, within the spread of its elements. If the
-/// friction law finds no single direction, it asks for one.
+/// Truth: docs/scene.md: fibres wound around an axis along y below the block point along x at its top, to within the spread over
+/// the elements. If the directions vary too much for the friction law, the error asks for `friction.fibre`.
 #[test]
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
@@ -270,7 +270,7 @@ fn contradictions_are_named() {
     assert!(text.contains("16 of 64 elements extend beyond the ply"), "{text}");
 }
 
-/// Truth: a positive strain energy. The message gives its bound, and group and body of the scene.
+/// Truth: the strain energy must be positive. The message gives the resulting bound on nu12, and group and body of the scene.
 #[test]
 fn an_indefinite_material_is_named_with_its_group_and_bound() {
     let bad = "regions.block = { material = \"bad\" }\n[materials.bad]\nmodel = \"orthotropic\"\nE1 = 100.0e3\nE2 = 10e3\n\

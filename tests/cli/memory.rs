@@ -46,8 +46,8 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option overrides the key, whichever is larger. What does not fit is refused with exit code 4.
-/// The message gives the estimate, the limit that applies, and how to raise it.
+/// Truth: docs/command-line.md: the option overrides the key, whichever is larger. A run that exceeds the limit is refused with
+/// exit code 4. The message gives the estimate, the limit that applies, and how to raise it.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -159,7 +159,7 @@ fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
     [foretold, held]
 }
 
-/// Truth: the peak memory that the kernel reports. docs/memory.md: the estimate is within a fifth of it.
+/// Truth: docs/memory.md: the estimate is within a fifth of the peak memory that the kernel reports.
 #[test]
 fn estimates_are_within_a_fifth_of_what_is_held() {
     if !cfg!(target_os = "linux") {

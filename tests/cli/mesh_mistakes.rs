@@ -78,21 +78,22 @@ fn refused(changes: &[(&str, &str)], words: &[&str]) {
 const INNER: (&str, &str) = ("contact = \"top\"", "contact = \"middle\"");
 const FLOATING: (&str, &str) = ("{ group = \"base\" }", "{ group = \"base\", components = [\"x\"] }");
 
-/// Truth: docs/scene.md. The unchanged scene, on which the cases below are based, is valid.
+/// Truth: docs/scene.md: the unchanged scene, on which the cases below are based, is valid.
 #[test]
 fn the_sound_scene_is_accepted() {
     let (code, text) = check(&[], &[]);
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: in the mesh above, the group "middle" lies between two solids. Line numbers are those of the keys in the scene above.
+/// Truth: in `MESH`, the group "middle" lies between two solids. The expected line number is the line of the key in `SCENE`.
 #[test]
 fn an_inner_contact_face() {
     refused(&[INNER], &["body1.contact", "inner face", "--> scene.toml:9:"]);
 }
 
-/// Truth: docs/scene.md: a surface fixed along x only leaves translations along y and z and rotations free. A displacement along
-/// these has no meaning, a force has. No support at all is valid, too. The other body must not be free along them.
+/// Truth: docs/scene.md: a base fixed only along x leaves translations along y and z, and rotations about x and y, free. A force
+/// along a free direction can be prescribed, a displacement cannot. No support at all is valid, too, but both bodies must not be
+/// free along one direction.
 #[test]
 fn a_floating_body() {
     refused(
@@ -176,7 +177,7 @@ fn supports_of_other_kinds() {
     }
 }
 
-/// Truth: the contact surface ends at 1.
+/// Truth: the contact surface ends at x = 1 mm, within the half-width of 1.5 mm of the frame.
 #[test]
 fn a_frame_beyond_the_contact_faces() {
     refused(
@@ -229,7 +230,7 @@ fn forces_on_a_curved_frame() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: 10^12 cells do not fit into any memory. Exit codes: docs/command-line.md.
+/// Truth: 10^12 cells do not fit into any memory. docs/command-line.md gives the exit code 4 for insufficient memory.
 #[test]
 fn a_frame_beyond_the_memory() {
     let (code, text) = check(&[], &["--set", "frame.cells=[1000000, 1000000]"]);
@@ -237,7 +238,7 @@ fn a_frame_beyond_the_memory() {
     assert!(text.contains("bytes") && text.contains("use fewer cells"), "{text}");
 }
 
-/// `check` of the scene with another mesh.
+/// Exit code of `check` for `SCENE` with another mesh, and its output on one line.
 fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cubes.msh"), mesh).unwrap();
@@ -334,8 +335,8 @@ fn inverted_elements_are_listed() {
     }
 }
 
-/// One hexahedron of 20 nodes, a cube of side 2. The middle node of its edge from (-1, -1, -2) to (1, -1, -2) is moved along the
-/// edge to `x`.
+/// One hexahedron of 20 nodes, a cube of side 2. The middle node of the edge from (-1, -1, -2) to (1, -1, -2) has the x coordinate
+/// `x`.
 fn curved(x: f64) -> String {
     let corners =
         [[-1, -1, -2], [1, -1, -2], [1, 1, -2], [-1, 1, -2], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
@@ -356,9 +357,10 @@ fn curved(x: f64) -> String {
     )
 }
 
-/// Truth: a quadratic map of a line with nodes at -1, m, 1 has the slope 1 - 2 m x. It folds at its end if m exceeds the quarter
-/// point 1/2. The cube folds there, too, because its other two slopes are 1. At the integration points (coordinates s = sqrt(3/5))
-/// the edge has the weight ((1 + s) / 2)^2 = 0.787. There 1 - 2 m 0.787 s is positive up to m = 0.82.
+/// Truth: a quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. If m exceeds 1/2, the
+/// quarter point, it folds at x = 1. So does the cube, whose other two slopes are 1. The outermost integration points have the
+/// coordinates ±s, s = sqrt(3/5). There the shape functions weight the edge with ((1 + s) / 2)^2 = 0.787. The Jacobian 1 - 2 m
+/// 0.787 s is positive up to m = 0.82.
 #[test]
 fn folded_curved_elements_are_listed() {
     let (code, text) = check_mesh(&curved(0.49));
@@ -375,7 +377,8 @@ fn folded_curved_elements_are_listed() {
     }
 }
 
-/// Truth: the scene. Each contradiction is reported at the later of its two keys, and the message names both.
+/// Truth: two keys prescribe different displacements along z on one group. The error is reported at the later key and names both
+/// keys.
 #[test]
 fn contradicting_supports_are_named_by_their_keys() {
     let fixed = "fixed = [{ group = \"base\" }]";
@@ -393,7 +396,7 @@ fn contradicting_supports_are_named_by_their_keys() {
         &[(fixed, &format!("{displaced}\nsymmetry = [\"base\"]"))],
         &["body1.symmetry.0", "body1.displaced.0 and body1.symmetry.0", "along z: 0.1 and 0"],
     );
-    // A support under the frame is reported at its own key, too.
+    // A support of the contact group is reported at the key of this support, too.
     refused(&[(fixed, "symmetry = [\"top\"]")], &["body1.symmetry.0", "`top`", "along z"]);
 }
 
@@ -437,7 +440,7 @@ fn a_plane_mesh_is_to_be_extruded() {
     }
 }
 
-/// Truth: cubes given in metres are 0.002 wide, under a frame of half-width 0.5.
+/// Truth: cubes with sides of 2 mm, given in metres, have sides of 0.002. The frame has a half-width of 0.5 mm.
 #[test]
 fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     let mut text = MESH[..MESH.find("$Nodes").unwrap()].to_owned();
@@ -457,8 +460,8 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     );
 }
 
-/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position. The message on the resulting
-/// mistake says so.
+/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position. The error about the unsupported
+/// upper block reports the coincident nodes.
 #[test]
 fn unmerged_nodes_are_told_with_the_mistake() {
     // The upper cube gets its own nodes in place of nodes 5 to 8.
@@ -478,7 +481,7 @@ fn unmerged_nodes_are_told_with_the_mistake() {
 }
 
 /// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. Groups: surfaces "outer", "lower" and
-/// "inner", volume "ring". The group "lower" contains the faces of "outer" that face down by more than 3 degrees.
+/// "inner", volume "ring". The group "lower" contains the faces of "outer" whose normals point down by more than 3 degrees.
 fn ring(n: usize) -> String {
     let (mut nodes, mut elements) = (String::new(), Vec::new());
     let number = |layer: usize, i: usize, y: usize| 1 + y + 2 * (layer + 2 * (i % n));
@@ -508,7 +511,8 @@ fn ring(n: usize) -> String {
     )
 }
 
-/// Truth: the ring with its lower half as contact group. Faces that face away from the plane are left out, and a message says so.
+/// Truth: only the lower half of the ring faces the plane. With the whole outer surface as contact group, the normal force is the
+/// same as with the lower half. A message counts the faces left out.
 #[test]
 fn rings_are_pressed_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ use super::limits::moved_mesh;
 use super::materials::{folder, orthowear};
 use super::near_field;
 
-/// `check` of a scene of `scenes/` with overrides. Exit code and output on one line.
+/// Runs `check` on a scene of `scenes/` with overrides. Returns the exit code, and the output on one line.
 fn check(scene: &str, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut arguments = vec!["check", scene];
@@ -21,7 +21,8 @@ const PLY: &str = "materials.peek={ model = \"orthotropic\", E1 = 167230.0, E2 =
                    G13 = 5292.0, G23 = 3483.0, nu12 = 0.272, nu13 = 0.272, nu23 = 0.369 }";
 
 /// Truth: the bore of the plate is a half cylinder, with normals up to 90 degrees from their mean. Fibres along x lie in the
-/// surface at the bottom and along its normal at the sides. With angles given relative to the surface the law is valid.
+/// surface at the bottom and along its normal at the sides. If the key `fibre` of the law gives angles relative to the surface, the
+/// law is valid.
 #[test]
 fn frp_laws_in_a_bore() {
     let fibre = "body1.fibre={ tilt = 0.0, azimuth = 0.0 }";
@@ -39,8 +40,8 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A tilt from z = 0
-/// is then not the tilt from the surface.
+/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt from
+/// the plane z = 0 then differs from its tilt from the surface.
 #[test]
 fn frp_laws_on_an_inclined_plane() {
     let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
@@ -69,7 +70,8 @@ fn frp_laws_on_an_inclined_plane() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a plane mesh frame, or the cap of a sphere of 50 mm over 1.2 mm (1.4 degrees), has one angle to the fibre.
+/// Truth: on a plane mesh frame, the fibre has one angle to the surface. On the cap of a sphere of radius 50 mm, 1.2 mm from its
+/// centre, the angle varies by at most 1.4 degrees, which is admissible.
 #[test]
 fn frp_laws_on_nearly_plane_mesh_frames() {
     for scene in ["steel-cap-on-cfrp-block.toml", "compare-finite-pin.toml"] {
@@ -78,7 +80,7 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
     }
 }
 
-/// Truth: the displacements before the first increment contain the loads of the body, so friction cannot respond to them. A block
+/// Truth: the loads of a body act in full before the first increment, so friction cannot respond to their displacements. A block
 /// under its own pressure raises a warning if a step has friction. A block without loads raises none.
 #[test]
 fn own_loads_with_friction() {
@@ -110,8 +112,8 @@ fn own_loads_with_friction() {
     assert!(!said("", &[]).contains(warned));
 }
 
-/// Truth: Hertz: a rigid sphere of 20 mm with an approach of 0.005 mm has a contact radius of at most sqrt(20 * 0.005) = 0.32 mm. A
-/// displacement of 0.2 mm exceeds a fifth of it, 0.002 mm does not.
+/// Truth: Hertz: a rigid sphere of radius 20 mm with an approach of 0.005 mm has a contact radius of at most sqrt(20 * 0.005) =
+/// 0.32 mm. A tangential displacement of 0.2 mm exceeds a fifth of this radius, 0.002 mm does not.
 #[test]
 fn sliding_farther_than_the_contact_allows() {
     let folder = folder("fibre = { tilt = 0.0 }\nnear_field = \"mesh\"", "", &[]);
@@ -129,8 +131,8 @@ fn sliding_farther_than_the_contact_allows() {
     assert!(!said("0.002").contains("displaced tangentially"));
 }
 
-/// `check` of the pin in a hole of `scenes/`, with the pin's radius of 9.8 mm scaled by `scale` in its plane. Exit code and output
-/// on one line.
+/// Runs `check` on `scenes/pin-in-hole.toml`, with the pin's radius of 9.8 mm scaled by `scale` in its plane. Returns the exit
+/// code, and the output on one line.
 fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -140,10 +142,10 @@ fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     check("pin-in-hole.toml", &[&[mesh.as_str()], overrides].concat())
 }
 
-/// Truth: a pin of 9.8 mm scaled to 10.02 mm has a radius 0.02 mm larger than the bore of 10 mm, all round. This is less than a
-/// tenth of a cell, the overlap that curved faces may have. But no motion along the normal removes it. The overlap is 0.02 mm to 5
-/// %, because it is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64
-/// mm cut off 0.02 mm, of which the curvature correction leaves less than a tenth.
+/// Truth: a pin scaled to the radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm, all round. Curved faces may overlap by
+/// a tenth of a cell, which is more. But no motion along the normal removes this overlap. The overlap is 0.02 mm to 5 %, because it
+/// is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64 mm cut off
+/// 0.02 mm, of which the curvature correction leaves less than a tenth.
 #[test]
 fn press_fit() {
     let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
@@ -163,14 +165,15 @@ fn press_fit() {
     assert!((motion - 0.02).abs() < 0.002 && rest.starts_with("mm against n = (0, 0, 1)"), "{text}");
 }
 
-/// Truth: chords of 1.3 mm on the bore of 10 mm lie up to h^2 / 8R = 0.021 mm inside it. The mean over a cell between the finer
-/// chords of the pin is half of this. As flat faces, a pin with a clearance of 0.01 mm overlaps at an approach of 0.
+/// Truth: chords of h = 1.3 mm on the bore of radius R = 10 mm lie up to h^2 / 8R = 0.021 mm inside its circle. The mean over a
+/// cell, less the mean for the shorter chords of the pin, is half of this. Flat faces of a pin with a clearance of 0.01 mm overlap
+/// at an approach of 0.
 #[test]
 fn load_of_flat_faces_at_the_first_touch() {
     let words = "WARNING: where the curved surfaces first touch, their flat faces overlap by up to 0.01";
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.0"]);
     assert!(code == Some(0) && text.contains(words), "{text}");
-    // At a larger approach the warning gives the share that flat faces cut off.
+    // At a larger approach the warning gives the part of the approach that flat faces cut off.
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.05"]);
     assert!(
         code == Some(0) && !text.contains("flat faces overlap") && text.contains("of the approach of 0.05"),
@@ -178,8 +181,8 @@ fn load_of_flat_faces_at_the_first_touch() {
     );
 }
 
-/// Truth: a pin meshed 0.5 mm above the bottom of the bore moves by u = 0.7 mm in all. With R = 10 mm of the frame, u^2 / R = 0.05
-/// mm is a fifth of the approach.
+/// Truth: the pin, concentric in the scene with a clearance of 0.2 mm, is meshed 0.5 mm higher. It moves by u = 0.7 mm to the first
+/// touch. With the radius R = 10 mm of the frame, the error u^2 / R = 0.05 mm is a fifth of the approach.
 #[test]
 fn long_motion_to_the_first_touch() {
     let words = "WARNING: the frame is curved, and moving body 2 by 0.";
@@ -215,8 +218,8 @@ fn meshes_moved_to_the_first_touch() {
     }
 }
 
-/// Truth: the mirror image of the half bore at x = 0 closes it to a ring. A motion along x opens the contact on one side and
-/// presses it on the other. In the mirror image the sides are exchanged.
+/// Truth: the half bore and its mirror image at x = 0 form a closed ring. A motion of the pin along x opens the contact on one side
+/// of the ring and presses on the opposite side. The mirror image of this motion exchanges the sides.
 #[test]
 fn contact_that_a_plane_of_symmetry_closes() {
     let planes = ["body1", "body2"].map(|body| {
@@ -248,7 +251,7 @@ fn coarse_partner_of_a_fine_mesh() {
     assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
 }
 
-/// Runs a scene of `scenes/` with overrides. Summary, and output on one line.
+/// Runs a scene of `scenes/` with overrides. Returns the summary, and the output on one line.
 fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -284,7 +287,7 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
     let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
     assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
-    // In its place, a half-space continues beyond the frame.
+    // A half-space in place of the block continues beyond the frame.
     let sets = [&flat[..], &["gap={ kind = \"flat\" }"]].concat();
     let mut arguments = vec!["compare", "scene.toml", "--variants", "FE-rigid,HS-rigid", "--out", "c"];
     sets.iter().for_each(|line| arguments.extend(["--set", line]));
@@ -293,8 +296,8 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     assert!(!text.contains("FE-rigid: WARNING: step \"press\" (1)"), "{text}");
 }
 
-/// Truth: the line of a step with cycles shows one state and says so: the + reversal point, as in `stroke_ends` of the summary. The
-/// means over both reversal points give a tangential displacement of 0.
+/// Truth: the output line of a step with cycles shows the state at the + reversal point, as in `stroke_ends` of the summary, and
+/// says so. The mean tangential displacement over both reversal points is 0.
 #[test]
 fn a_line_of_cycles_shows_one_state() {
     let steps = "steps=[{ name = \"press\", approach = 0.01 }, { name = \"fret\", cycles = { count = 10, amplitude = 0.002, jumps = 1 } }]";
@@ -358,10 +361,12 @@ cycles = { count = 2000, amplitude = 0.1, angle = 90.0 }
 fields = []
 "#;
 
-/// Truth: gross sliding along y under an ellipse M = diag(0.25, 0.35) rotated by the azimuth t of the fibre. The associated rule
-/// gives q = p M^2 v / |M v|. Let m^2 = mL^2 sin^2 t + mT^2 cos^2 t. Then Q = P (mL^2 - mT^2) sin t cos t / m across the stroke and
-/// P m along it. The tolerance is 2 %, because tractions rotate over strokes of a few elastic lags. A stroke in one increment ends
-/// with half of the force across it. At an amplitude of 0.05 mm four increments give the same wear volume by chance.
+/// Truth: gross sliding along y with fibres at the azimuth t to x. In the axes of the fibre, the friction ellipse is M = diag(mL,
+/// mT) = diag(0.25, 0.35). The associated rule gives the traction q = p M^2 v / |M v| for the pressure p and the sliding velocity
+/// v. Let P be the normal force and m^2 = mL^2 sin^2 t + mT^2 cos^2 t. The tangential force is P (mL^2 - mT^2) sin t cos t / m
+/// across the stroke and P m along it. The tolerance is 2 %, because tractions rotate over strokes of a few elastic lags. A stroke
+/// in one increment ends with half of the transverse force. At an amplitude of 0.05 mm, four increments wear the same volume as one
+/// increment by chance.
 #[test]
 fn oblique_fretting() {
     let folder = tempfile::tempdir().unwrap();
@@ -380,8 +385,8 @@ fn oblique_fretting() {
         let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
         assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
     }
-    // The law is homogeneous in the load. At a hundredth of the load the ratio of the forces is unchanged, and the resultant stays
-    // below the larger coefficient.
+    // The law is homogeneous in the load. At a hundredth of the load the ratio of the tangential force's components is unchanged,
+    // and its magnitude stays below 0.35 times the load.
     let summary = near_field::run(folder.path(), &["steps.fret.normal_force=5.0"]);
     for record in summary["steps"].as_array().unwrap().iter().skip(1) {
         let [x, y] = [0, 1].map(|k| record["tangential_force"][k].as_f64().unwrap());
@@ -390,9 +395,9 @@ fn oblique_fretting() {
     }
 }
 
-/// Truth: heights (x^2 + y^2) / 20 are those of a ball of 10 mm. In micrometres they rise a thousand times as fast (slope 40
-/// instead of 0.04 at the edge of 0.4 mm). With the other sign they are largest in the middle. A map of +-0.25 mm does not cover a
-/// frame of +-0.4 mm.
+/// Truth: heights (x^2 + y^2) / 20 mm approximate a ball of radius 10 mm. In micrometres they rise a thousand times as fast (slope
+/// 40 instead of 0.04 at the edge of 0.4 mm). With the opposite sign they are largest in the middle. A map of +-0.25 mm does not
+/// cover a frame of +-0.4 mm.
 #[test]
 fn maps_of_heights() {
     let folder = tempfile::tempdir().unwrap();
@@ -426,16 +431,16 @@ fn maps_of_heights() {
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }
 
-/// Truth: the chords as above. With a clearance of 0.1 mm and an approach of 0.0001 mm nothing touches, which the flat faces
-/// explain.
+/// Truth: flat faces deviate from the arcs by up to 0.02 mm, far more than the approach of 0.0001 mm. With a clearance of 0.1 mm
+/// nothing touches. A warning about the flat faces explains this.
 #[test]
 fn flat_faces_that_touch_nothing() {
     let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0001"]);
     assert!(code == Some(0) && text.contains("of the approach of 0.0001"), "{text}");
 }
 
-/// Truth: around the bore two cells coincide as seen along n. Lines along the frame's axes would zigzag between both sides, and a
-/// rectangle would be a wrong drawing.
+/// Truth: some cells around the bore coincide in the view along n. Profiles along the frame's axes would zigzag between these
+/// cells, and a rectangle would misrepresent the frame. Both figures are omitted.
 #[test]
 fn figures_of_a_curved_frame() {
     let (code, text) = check("pin-in-hole.toml", &[]);

@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A flat rigid body slides on a layer of thickness 1 whose sides move in their planes only. p = 20, and wear is 1e-8 mm per mm of
-/// sliding and MPa.
+/// A flat rigid body slides on a layer of thickness 1 mm whose sides move in their planes only. The pressure is 20 MPa, and the
+/// wear depth 1e-8 mm per mm of sliding and MPa.
 pub const LAYER: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -48,10 +48,11 @@ name = "hold"
 wear = false
 "#;
 
-/// 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)): compression of a layer of thickness 1 under that pressure.
+/// Compression of a layer of thickness 1 mm in uniaxial strain under 20 MPa, mm: 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)).
 const GIVES: f64 = 20.0 * 1.3 * 0.4 / (1000.0 * 0.7);
 
-/// Hexahedra between equidistant planes: half the sides along x and y, depth below z = 0, number of cells along each axis.
+/// Mesh of equal hexahedra with the half-widths `half` along x and y, the extent `depth` below z = 0, and numbers of cells along x,
+/// y and z.
 pub fn layer(half: [f64; 2], depth: f64, [nx, ny, nz]: [usize; 3]) -> String {
     let at = |i: usize, j: usize, k: usize| 1 + (i * (ny + 1) + j) * (nz + 1) + k;
     let part = |i: usize, n: usize| i as f64 / n as f64;
@@ -140,7 +141,8 @@ fn elastic(summary: &Value) -> Vec<f64> {
     entries(summary).iter().map(|entry| number(entry, "approach") - number(entry, "max_wear_depth")).collect()
 }
 
-/// Truth: p (H - d) / M for a layer in uniaxial strain with the wear depth d of the last mesh move; p H / M without moves.
+/// Truth: a layer of thickness H in uniaxial strain with the modulus M is compressed by p (H - d) / M under the pressure p. Here d
+/// is the wear depth at the last mesh move, 0 without moves.
 #[test]
 fn a_worn_layer_is_stiffer() {
     let folder = of_layer(4);
@@ -175,8 +177,9 @@ fn a_worn_layer_is_stiffer() {
     assert!(skipped(&still) && !skipped(&moved));
 }
 
-/// Truth: a layer under its weight b after the wear depth d, with body 2 fixed at A below its undeformed surface. Its compression
-/// is A - d = (p (H - d) + b (H - d)^2 / 2) / M. Hence p = (M (A - d) - b (H - d)^2 / 2) / (H - d).
+/// Truth: a layer with the thickness H, the modulus M, the weight b per volume and the wear depth d is under the pressure p. Body 2
+/// is fixed at A below the undeformed surface. The compression is A - d = (p (H - d) + b (H - d)^2 / 2) / M. Hence p = (M (A - d) -
+/// b (H - d)^2 / 2) / (H - d).
 #[test]
 fn worn_layers_under_their_weight() {
     let folder = of_layer(4);
@@ -205,11 +208,11 @@ fn unmoved(summary: &Value) -> Value {
     summary
 }
 
-/// Truth: a run whose meshes may move but never wear deep enough equals, bit by bit, the run without the key.
+/// Truth: a run whose meshes never wear deep enough to move equals, bit by bit, the run without `wear.move_mesh`.
 #[test]
 fn meshes_that_do_not_wear_deep_enough() {
     let folder = of_layer(1);
-    // The reason for the near field of the mesh is the same, too.
+    // Both runs report the same reason for the near field of the mesh.
     let mesh = "body1.near_field=\"mesh\"";
     // Wear depth of 0.3 mm in elements of 1 mm.
     let (code, text, moving) = run(folder.path(), "moving", &["wear.move_mesh=0.31", mesh]);
@@ -225,7 +228,7 @@ fn meshes_that_do_not_wear_deep_enough() {
 }
 
 /// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. A warning is given and
-/// the run continues: p (H - d) / M with the depth d of the last move that was made.
+/// the run continues with the compression of this shape, p (H - d) / M as above.
 #[test]
 fn meshes_that_would_get_too_flat() {
     let folder = of_layer(1);
@@ -306,7 +309,7 @@ name = "hold"
 wear = false
 "#;
 
-/// Truth: the run on the large frame from the start, to the tolerance of its solutions. The mesh moves in both runs.
+/// Truth: a run whose frame grows equals the run on the large frame from the start, to 1e-6. The mesh moves in both runs.
 #[test]
 fn frames_grow_over_moved_meshes() {
     let folder = place(SPHERE, &layer([2.4; 2], 1.2, [18, 18, 4]));

@@ -77,8 +77,8 @@ pub fn force(summary: &Value, step: usize) -> [f64; 3] {
     [&step["normal_force"], &tangential[0], &tangential[1]].map(|value| value.as_f64().unwrap())
 }
 
-/// Truths: docs/theory-hybrid.md: the half-space is used where it is valid, with its indicators below their limits. Omitted work
-/// changes nothing, and `check` reports the same near field.
+/// Truths: docs/theory-hybrid.md: the near field of a half-space is used where the indicators of its error are below their limits.
+/// Omitted work changes nothing, and `check` reports the same near field.
 #[test]
 fn a_half_space_where_it_is_valid() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);

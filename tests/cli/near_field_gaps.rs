@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::near_field::{call, force, place, run};
 
-/// The block with its top bent to a spherical cap of this radius.
+/// Folder with a block whose top is bent to a spherical cap of the given radius. It has `cells` elements along x and y.
 fn cap(radius: f64, cells: usize) -> tempfile::TempDir {
     let (half, depth) = (3.0, 3.0);
     let place = place([half; 2], depth, [cells, cells, cells / 2]);
@@ -38,8 +38,8 @@ fn warning<'a>(summary: &'a Value, words: &str) -> Option<&'a str> {
     all.iter().filter_map(Value::as_str).find(|text| text.starts_with("WARNING: ") && text.contains(words))
 }
 
-/// Truths: the sphere itself as the gap, to 1e-2 of the load. The sag of a chord is h^2 / 8R: faces of 0.5 mm cut off 1.6e-3 mm
-/// along an edge. Flat facets would bear a third less.
+/// Truths: the load equals the load with the exact sphere as gap, to 1e-2. The sag of a chord of length h on a circle of radius R
+/// is h^2 / 8R: faces of 0.5 mm cut off 1.6e-3 mm along an edge. Flat facets would bear a third less.
 #[test]
 fn flat_faces_are_bowed_under_a_half_space() {
     let place = cap(20.0, 12);
@@ -60,8 +60,9 @@ fn flat_faces_are_bowed_under_a_half_space() {
     );
 }
 
-/// Truth: h^2 / 8R again, which remains in the gap of a condensed mesh. `check` and the summary report it with the radius. Under a
-/// force it is relative to the resulting approach. The same faces are fine enough for an approach nine times as large.
+/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. `check` and the summary report the sag with the
+/// radius. Under a prescribed force, the sag is compared with the resulting approach. The same faces are fine enough for an
+/// approach nine times as large.
 #[test]
 fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
@@ -136,8 +137,9 @@ fn cells_finer_than_faces_beside_a_half_space() {
     );
 }
 
-/// Truth: geometry: the frame of 1.35 mm has 0.95 mm to the edge of the block. The enlarged frame of 2.025 mm has 0.275 mm, less
-/// than 0.3 of half its side. The run stops for this reason, not because of the cells of a mesh that it never used.
+/// Truth: geometry: the frame of half-width 1.35 mm is 0.95 mm from the edge of the block. The enlarged frame of half-width 2.025
+/// mm is 0.275 mm from it, less than 0.3 of half its side. The run stops for this reason, not because of the cells of a mesh that
+/// it never used.
 #[test]
 fn a_frame_that_outgrows_its_half_space() {
     let place = place([2.3, 2.3], 2.3, [6, 6, 6]);
@@ -198,8 +200,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: the effect of the body's loads is linear in them, and so is its error. A warning is given if the error matters relative
-/// to the overlap. Without loads nothing is reported.
+/// Truths: the surface displacement due to a body's loads is linear in the loads, and so is its estimated error. A warning is given
+/// if the error matters relative to the overlap. Without loads nothing is reported.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

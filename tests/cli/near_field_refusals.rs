@@ -20,7 +20,7 @@ fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) 
     fs::write(path, format!("{head}{begin}{changed}{end}{rest}")).unwrap();
 }
 
-/// Moves the elements whose lowest nodes are below the layer `level` of eight into a group of volumes "core".
+/// Moves the solids in the lowest `level` of eight layers into a group of volumes "core".
 fn core(folder: &Path, level: usize) {
     rewrite(folder, "Elements", |numbers, old| {
         let is_core = numbers.get(1) == Some(&5.0) && (numbers[5] as usize - 1) % 9 < level;
@@ -32,7 +32,8 @@ fn core(folder: &Path, level: usize) {
     fs::write(path, text).unwrap();
 }
 
-/// Requires that `near_field = "half-space"` is refused at its key for this reason, and that "auto" takes the mesh for it.
+/// Requires that `near_field = "half-space"` is refused at its key for the reason `why`, and that "auto" takes the mesh for this
+/// reason.
 fn refused(folder: &Path, sets: &[&str], why: &str) {
     let sets = [&["frame.cells=[4, 4]"], sets].concat();
     let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();
@@ -53,14 +54,14 @@ fn block() -> tempfile::TempDir {
     place([4.0, 4.0], 4.0, [8, 8, 8])
 }
 
-/// The near field of a half-space is valid for the unchanged scene. The other tests change this.
+/// The near field of a half-space is valid for the unchanged scene. The other tests change this scene.
 #[test]
 fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
 }
 
-/// Truth: a body moves with its frame. At 3e5 mm from the origin the coordinates are rounded to 6e-11 mm, which does not affect the
-/// forces of cells of 0.3 mm.
+/// Truth: a body that moves with its frame has the same forces. At 3e5 mm from the origin the coordinates are rounded to 6e-11 mm,
+/// which does not affect the forces of cells of 0.3 mm.
 #[test]
 fn bodies_may_lie_far_from_the_origin() {
     let near = block();
@@ -84,8 +85,8 @@ fn a_foundation_in_the_plane_of_the_contact() {
     refused(block().path(), &[springs], "a foundation lies in the plane of the contact");
 }
 
-/// Truths: the core of seven of eight layers of 0.5 mm ends 0.5 mm under the patch, which needs 0.48 mm. The half-space is valid.
-/// With a half-width of 1.8 mm it needs 0.72 mm.
+/// Truths: a core of seven of eight layers of 0.5 mm ends 0.5 mm below the contact. A half-width of 1.2 mm needs a distance of 0.48
+/// mm, so the half-space is valid. A half-width of 1.8 mm needs 0.72 mm.
 #[test]
 fn another_material_too_near() {
     let place = block();

@@ -14,7 +14,8 @@ fn record(increment: usize) -> IncrementRecord {
     IncrementRecord { name: "indent".into(), increment, normal_force: 290.7, ..Default::default() }
 }
 
-/// A run of `increments` that ends with `outcome`, with one more file `extra` of content `text`.
+/// Writes a run of `increments` with the given outcome into `dir`, with a further file `extra` of content `text`. Returns its
+/// summary.
 fn run_into(
     dir: &Path,
     increments: usize,
@@ -48,7 +49,7 @@ fn names(dir: &Path) -> Vec<String> {
     names
 }
 
-/// Truth: the list of files in docs/results.md. No temporary file remains.
+/// Truth: docs/results.md lists the files of a run. No temporary file remains.
 #[test]
 fn a_converged_run_leaves_its_files_and_nothing_else() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -79,8 +80,8 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     assert_eq!(fs::read_to_string(dir.path().join("notes.txt")).expect("untouched"), "mine");
 }
 
-/// Truth: the same for a run that ends before its first increment. Files beside a summary belong to its run. Repeated failures do
-/// not accumulate files.
+/// Truth: a run that ends before its first increment leaves only its summary, and moves the files of the earlier run to a folder.
+/// Repeated failures do not accumulate files.
 #[test]
 fn a_failed_run_leaves_only_its_summary() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -176,7 +177,7 @@ fn vanished_files_fail_the_run() {
     assert_eq!((&summary["status"], &summary["files"]), (&"failed".into(), &serde_json::json!([])));
 }
 
-/// Truth: results that are not finite end as a failed run with an error, and the table is not written.
+/// Truth: results that are not finite end as a failed run with an error, and history.csv is not written.
 #[test]
 fn numbers_that_are_not_finite_are_never_written_silently() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -193,7 +194,8 @@ fn numbers_that_are_not_finite_are_never_written_silently() {
     assert_eq!(names(dir.path()), ["summary.json"]);
 }
 
-/// Truth: exit code 2 for a path that is a file, 4 for a place that cannot be written.
+/// Truth: exit code 2 (an input error) for an output path that is a file, 4 (lack of resources) for a directory that cannot be
+/// created.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -235,7 +237,8 @@ fn program(out: &Path, more: &[&str]) -> std::process::Output {
     command.args(more).output().expect("the program starts")
 }
 
-/// Truth: forces are sums of tractions over areas. meshio reads the fields.
+/// Truth: forces in the summary are sums of traction times area over the cells of the fields, which meshio reads. The summary lists
+/// all files.
 #[test]
 fn fields_and_summary_of_a_run_agree() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -260,7 +263,7 @@ fn fields_and_summary_of_a_run_agree() {
     let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
-/// Truth: wear volumes are sums of wear depths over areas, for each body separately.
+/// Truth: the wear volume of each body is the sum of wear depth times area over the cells of its fields, which meshio reads.
 #[test]
 fn both_bodies_have_their_worn_depth() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -279,8 +282,8 @@ fn both_bodies_have_their_worn_depth() {
     assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
 }
 
-/// Truth: at a fixed approach δ the wear volume is at most π δ² R, the overlap of the bodies. The summary of such a run, with
-/// cycles or sliding, is written as usual.
+/// Truth: at a fixed approach δ of a sphere of radius R, the wear volume tends to π δ² R, the overlap of the bodies. A run that
+/// reaches this limit, with cycles or sliding, writes its summary as usual.
 #[test]
 fn runs_in_which_nothing_is_left_to_wear() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
@@ -306,8 +309,8 @@ fn runs_in_which_nothing_is_left_to_wear() {
     }
 }
 
-/// Truth: exit codes and guarantees of docs/results.md, with the program itself. A wrong scene, then a run that does not converge,
-/// write into the directory of a successful run.
+/// Truth: docs/results.md: an invalid scene (exit code 2) and a run that does not converge (exit code 3) keep the files of an
+/// earlier successful run.
 #[test]
 fn failures_of_the_program_lose_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -346,7 +349,7 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
 
-/// Runs the program under bash, after `limits`. Returns exit code and standard error.
+/// Runs the program under bash, after the shell commands `limits`. Returns exit code and standard error.
 #[cfg(target_os = "linux")]
 fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

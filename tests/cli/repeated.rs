@@ -31,9 +31,9 @@ fn call(command: &str, scene: &str) -> (Option<i32>, String, Value) {
 
 const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
-/// Truth: flat periodic surfaces bear a uniform pressure P / A, under which nothing deforms (docs/scene.md: the mean displacement
-/// is zero). Friction then carries the prescribed force, or 0.3 P against a motion, all to the solver's 1e-8. The numbers of the
-/// certificate exist and are small.
+/// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. Nothing deforms under it
+/// (docs/scene.md: the mean displacement is zero). Friction carries the prescribed tangential force, or 0.3 P against a motion, to
+/// the solver's 1e-8. The numbers of the certificate exist and are small.
 #[test]
 fn level_surfaces_bear_a_uniform_pressure() {
     let flat = "kind = \"flat\"";
@@ -81,8 +81,9 @@ fn level_surfaces_approach_under_no_pressure() {
     assert!(code == Some(2) && text.contains("mean gap"), "{text}");
 }
 
-/// Truth: Hertz's line contact, a = √(4 P R / π L E*). The force on a period of 4 um gives a contact at most 0.7 mm wide here.
-/// However thin the period is, this does not exceed the frame. A thousand times the force raises the note.
+/// Truth: Hertz's line contact has the half-width a = √(4 P R / π L E*) under the force P on the length L. Here 4 N on a period of
+/// 4 um give a width of 0.7 mm, less than the frame's 1 mm. The thin period alone raises no note. A thousand times the force raises
+/// it.
 #[test]
 fn a_thin_period_is_no_narrow_frame() {
     let frame = "cells = [64, 1]\nperiodic = [false, true]";
@@ -97,9 +98,9 @@ fn a_thin_period_is_no_narrow_frame() {
     assert!(!noted("4.0") && noted("4e3"));
 }
 
-/// Truth: statics: the pressures inside an outline carry the force, on any frame. docs/scene.md: contact that an outline leaves
-/// open around it is not complete, so an approach is possible. An approach from the mean plane, which the load moves too, takes
-/// more force than one from infinity.
+/// Truth: statics: the pressures inside an outline carry the force, on any frame. docs/scene.md: cells outside an outline stay
+/// open, so contact is not complete and an approach is possible. On a periodic frame the approach is relative to the mean plane,
+/// which the load moves too. It takes more force than without periodicity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

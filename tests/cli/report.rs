@@ -36,7 +36,7 @@ fn page(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name).join("report.html")).unwrap()
 }
 
-/// Truth: docs/command-line.md: wrong input is code 2. The message names what was found, what is expected, and the fix.
+/// Truth: docs/command-line.md: wrong input gives exit code 2. The message names what was found, what is expected, and the fix.
 #[test]
 fn directories_without_results_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,7 +63,8 @@ fn directories_without_results_are_refused() {
     }
 }
 
-/// Truth: docs/command-line.md: a file that cannot be written is code 4, a directory in its place code 2. Results stay unchanged.
+/// Truth: docs/command-line.md: a file that cannot be written gives exit code 4, a directory in its place 2. Results stay
+/// unchanged.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,7 +80,7 @@ fn places_that_cannot_be_written_are_named() {
         assert_eq!(found, code, "{said}");
         assert!(said.contains(words) && said.contains(out), "{said}");
     }
-    // Results, files of the user and devices are not overwritten. An earlier page is.
+    // Results, files of the user and devices are not overwritten. An earlier page is overwritten.
     let before = fs::read(folder.path().join("run/summary.json")).unwrap();
     for out in ["run/summary.json", "/dev/full"] {
         let (code, said) = report(folder.path(), &["run", "--out", out]);
@@ -184,7 +185,7 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     }
 }
 
-/// Truth: the number of a field file is that of its entry in `summary.steps`. If a file is missing, the others keep their names.
+/// Truth: a field file has the number of its entry in `summary.steps`. If a file is missing, the other files keep their names.
 #[test]
 fn entries_keep_their_names_without_the_files_of_others() {
     let folder = tempfile::tempdir().unwrap();
@@ -244,8 +245,8 @@ fn texts_are_escaped() {
     assert!(page.contains("NOT CONVERGED. The results so far are shown."));
 }
 
-/// Truth: the page in a browser. Its values equal those of meshio and of the summary, nothing is logged, and no network request is
-/// made (tests/browser/report.py).
+/// Truth: in a browser, the values of the page equal the values read by meshio and the summary. The browser logs nothing and makes
+/// no network request (tests/browser/report.py).
 #[test]
 fn reports_in_a_browser() {
     let folder = tempfile::tempdir().unwrap();

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
 
-/// Truth (rel-restart-equals-continuous, docs/checkpoints.md): the uninterrupted run, byte for byte, after a chain of interrupts
-/// with different numbers of threads. Each interrupted run says how to resume. A finished run is not computed again.
+/// Truth (rel-restart-equals-continuous, docs/checkpoints.md): all files equal the files of an uninterrupted run byte for byte,
+/// after interrupts with different numbers of threads. Each interrupted run says how to resume. A finished run is not computed
+/// again.
 #[test]
 fn interrupted_runs_go_on() {
     let job = Job::new();
@@ -35,8 +36,8 @@ fn interrupted_runs_go_on() {
     assert_eq!(fs::read(job.out.join("summary.json")).unwrap(), before);
 }
 
-/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte, also if contact outgrows the frame meanwhile (in the jump that
-/// is entry 50). The run is interrupted once before that and twice after it.
+/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte, even if the frame grows. The
+/// contact outgrows the frame in the jump of entry 50. The run is interrupted once before this entry and twice after it.
 #[test]
 fn runs_go_on_whose_frame_has_grown() {
     let sets = ["wear.i=2e-6", "frame.half_width=[1.1, 1.1]", "frame.cells=[18, 18]"];
@@ -61,8 +62,8 @@ fn runs_go_on_whose_frame_has_grown() {
     }
 }
 
-/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte, with meshes that move with wear. The run is interrupted before
-/// the first move, and after later ones.
+/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte, with meshes that move with wear.
+/// The run is interrupted before the first move, and after later moves.
 #[test]
 fn runs_go_on_whose_meshes_have_moved() {
     let place = || {
@@ -94,14 +95,14 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth (rel-kill-any-time): the same after SIGKILL at random moments, in and between the checkpoints that follow every entry.
-/// Only the entries after the last checkpoint are lost.
+/// Truth (rel-kill-any-time): all files equal the files of an uninterrupted run after SIGKILL at random moments, during and between
+/// the checkpoints after every entry. Only the entries after the last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();
     let mut random = 20_261_122_u64;
     let mut next = |below: u64| {
-        // Knuth's multiplier: the upper bits are good.
+        // Linear congruential generator with Knuth's multiplier. Its upper bits suffice as random numbers.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (random >> 33) % below
     };
@@ -128,8 +129,8 @@ fn without_a_checkpoint() {
     );
 }
 
-/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and the differences. It stays
-/// unchanged, whatever mistake is made. The title may change.
+/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and the differences. No refused
+/// run changes the checkpoint. The title may change.
 #[test]
 fn other_scenes_are_refused() {
     let job = Job::new();
@@ -173,8 +174,8 @@ fn other_scenes_are_refused() {
     assert!(files.len() == whole().len() && whole().iter().all(same));
 }
 
-/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): damage is reported and the previous checkpoint is used. With both damaged
-/// the run is refused with exit code 2.
+/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): a damaged checkpoint is reported and the previous one is used. If both are
+/// damaged, the run is refused with exit code 2.
 #[test]
 fn damaged_checkpoints() {
     let job = Job::new();
@@ -199,7 +200,7 @@ fn damaged_checkpoints() {
     assert!(code == Some(2) && broken.iter().all(|name| text.contains(name)), "{text}");
 }
 
-/// Truth: docs/checkpoints.md: a new run sets the unfinished run aside, which can be resumed there.
+/// Truth: docs/checkpoints.md: a new run moves an unfinished run to the folder previous-1, where it can be resumed.
 #[test]
 fn a_new_run_sets_an_unfinished_one_aside() {
     let job = Job::new();
@@ -232,8 +233,8 @@ fn one_run_at_a_time() {
     assert_whole(&job.out);
 }
 
-/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte. The interrupt comes during the evaluation of points inside,
-/// which takes most of the time. Nothing of that entry is left.
+/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte. The interrupt comes during the
+/// evaluation at points inside the body, which takes most of the time. No file of the interrupted entry is left.
 #[test]
 fn points_inside_may_be_interrupted() {
     let scene = r#"
@@ -287,8 +288,8 @@ points = [100, 60]
     }
 }
 
-/// Truth: docs/checkpoints.md: the uninterrupted run, byte for byte. The interrupt comes during the recovery of the fields of the
-/// bodies, after those of the frame have been written. Nothing of that entry is left.
+/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte. The interrupts come during the
+/// recovery of the bodies' fields, after the fields of the frame have been written.
 #[test]
 fn fields_of_bodies_may_be_interrupted() {
     let scene = r#"

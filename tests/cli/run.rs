@@ -79,7 +79,7 @@ fn hertz(more: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 /// Truth: Hertz (Johnson 1985, chapter 4). Approach to 2e-3 and peak pressure to 1e-2, the usual error of constant cells with 50
-/// across the contact. Area to half of the ring of cells at the contact edge, 2 pi a h = 8 %.
+/// cells across the contact. The ring of cells at the contact edge has 8 % of the contact area. The area agrees to half of this.
 #[test]
 fn hertz_scene() {
     let summary = converged(&scene("hertz.toml"), &["--set", "output.fields=[]"]);
@@ -90,7 +90,7 @@ fn hertz_scene() {
     close(&press["contact_area"], 0.319_94, 0.04);
 }
 
-/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2), exact for nu = 0. Tangential displacement to 5e-3 with 50 cells across.
+/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2), exact for nu = 0. The tangential displacement agrees to 5e-3.
 #[test]
 fn cattaneo_mindlin_scene() {
     let summary = converged(&scene("cattaneo-mindlin.toml"), &["--set", "output.fields=[]"]);
@@ -102,8 +102,8 @@ fn cattaneo_mindlin_scene() {
     close(&pull["peak_pressure"], press["peak_pressure"].as_f64().unwrap(), 1e-6);
 }
 
-/// Truth: an independent program on 256 x 256 cells, to 5e-4 on 64 x 64 (its own values there differ by 3e-4 at most). The
-/// component normal to the plane of symmetry vanishes.
+/// Truth: forces on 64 x 64 cells equal an independent program's forces on 256 x 256 cells to 5e-4. Between these grids, the
+/// program's forces differ by at most 3e-4. The force normal to the plane of symmetry vanishes.
 #[test]
 fn half_space_scene() {
     let summary = converged(&scene("sphere-on-cfrp-halfspaces.toml"), &["--set", "output.fields=[]"]);
@@ -116,8 +116,8 @@ fn half_space_scene() {
     }
 }
 
-/// Truth: P = (4/3) E* sqrt(R) approach^(3/2): four times the radius doubles the load. This is exact if the cells grow with the
-/// contact (by 2), because the problem is then the same except for units.
+/// Truth: Hertz's load is (4/3) E* sqrt(R) approach^(3/2): four times the radius R doubles it. This is exact if the cells grow with
+/// the contact (by 2), because the problem is then the same except for units.
 #[test]
 fn overrides_change_the_scene() {
     let (_folder, path) = hertz("");
@@ -158,7 +158,7 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// Truth: exit codes of docs/command-line.md. Results so far are kept.
+/// Truth: docs/command-line.md: a run that does not converge has the exit code 3 and writes its summary.
 #[test]
 fn too_few_iterations() {
     let (folder, path) = hertz("");
@@ -200,7 +200,7 @@ fn quiet_is_quiet() {
     assert_eq!((output.status.code(), output.stdout.len(), output.stderr.len()), (Some(0), 0, 0));
 }
 
-/// Truth: docs/command-line.md: an interrupted run ends with 130 and keeps its results so far.
+/// Truth: docs/command-line.md: an interrupted run ends with exit code 130 and keeps its results so far.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_results() {
@@ -321,7 +321,7 @@ fn what_the_mesh_does_not_have() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` reports what is computed and needed, and computes nothing.
+/// Truth: docs/command-line.md: `check` reports the planned computation, its memory and its time, and computes nothing.
 #[test]
 fn check_tells_the_plan() {
     for (name, words) in [
@@ -337,7 +337,7 @@ fn check_tells_the_plan() {
         ("sphere-on-cfrp-halfspaces.toml", &["64 x 64 = 4096 cells", "ellipse 0.45000 x 0.51667"]),
         ("steel-cap-on-cfrp-block.toml", &["body 2", "7840 solid cells"]),
     ] {
-        // The user's own results of an earlier run may lie there.
+        // The output directory may contain the user's own results of an earlier run.
         let results = scene(name).with_extension("out");
         let written = || fs::metadata(&results).and_then(|found| found.modified()).ok();
         let before = written();

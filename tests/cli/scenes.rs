@@ -5,10 +5,10 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// The coarse mesh of the block.
+/// Selects the coarse mesh of the block.
 pub const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
 
-/// Takes the near field of the mesh.
+/// Selects the near field of the mesh.
 pub const MESH: &str = "body1.near_field=\"mesh\"";
 
 pub fn scene(name: &str) -> PathBuf {
@@ -43,8 +43,8 @@ fn certified(summary: &Value) {
     }
 }
 
-/// Truth: the requested tolerance, and the bound pi R approach^2 on the volume that the sphere can remove. With i = k mu in every
-/// direction the wear volume is k = 1.25e-9 times the friction energy, up to rounding.
+/// Truth: residuals are below the requested tolerance, and the wear volume below pi R approach^2, the overlap with the sphere of
+/// radius R. For specific wear rates i = k mu in every direction, the wear volume is k = 1.25e-9 times the friction energy.
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -57,8 +57,8 @@ fn sphere_on_block() {
 }
 
 /// Truth: an independent program, CalculiX 2.20, gives 443.37 N on indentation with 20 elements along the patch and a friction
-/// coefficient of 0.5 (docs/benchmarks/calculix.csv). To 2 %, because this mesh is twice as coarse and friction depends on the
-/// fibre. Both bodies are meshes under the contact.
+/// coefficient of 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because this mesh is twice as coarse and its
+/// friction depends on the fibre. Both bodies are meshed.
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");
@@ -72,8 +72,8 @@ fn number(step: &Value, key: &str) -> f64 {
     step[key].as_f64().unwrap()
 }
 
-/// Truth: the head of the scene (Hertz's line contact; NAFEMS benchmark 1): area to one cell, peak pressure to 3 %. The middle
-/// sticks and the end slips.
+/// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %. The
+/// middle of the contact sticks and its edge slips.
 #[test]
 fn roller_on_block() {
     let summary = run(&scene("cylinder-on-flat.toml"), &[]);
@@ -85,8 +85,8 @@ fn roller_on_block() {
     assert!(stick > 0.0 && stick < number(last, "contact_area"), "{last}");
 }
 
-/// Truth: the head of the scene (Persson), for the load that the run finds. Load and half-angle give the peak pressure (to 5 % on
-/// the coarse meshes) and the contact arc (to a face of 7.5 degrees).
+/// Truth: Persson's solution (equations in the scene file) for the computed load. It gives the half-angle of the contact, the peak
+/// pressure (to 5 % on the coarse meshes) and the contact arc (to a face of 7.5 degrees).
 #[test]
 fn pin_in_hole() {
     use std::f64::consts::PI;
@@ -110,8 +110,8 @@ fn pin_in_hole() {
     assert!((arc - 2.0 * low.atan()).abs() < PI / 24.0, "{arc} {}: {last}", 2.0 * low.atan());
 }
 
-/// Truth: the head of the scene (Hertz), on the coarse block with its faces as frame. The peak pressure of the load found agrees to
-/// 10 % (cells of 0.3 mm, a about 1 mm).
+/// Truth: Hertz's peak pressure for the computed load, to 10 %. The cells are faces of the coarse block with sides of 0.3 mm, and
+/// the contact radius a is about 1 mm.
 #[test]
 fn sphere_on_block_of_finite_elements() {
     let summary = run(&scene("sphere-on-block-fe.toml"), &[COARSE, "frame.body=1"]);
@@ -124,7 +124,7 @@ fn sphere_on_block_of_finite_elements() {
     assert!((number(last, "peak_pressure") / peak - 1.0).abs() < 0.1, "{peak}: {last}");
 }
 
-/// Truth: the head of the scene (Hertz in plane strain): area to two cells, peak pressure and approach to 1e-3.
+/// Truth: Hertz in plane strain (values in the scene file): area to two cells, peak pressure and approach to 1e-3.
 #[test]
 fn line_contact() {
     let summary = run(&scene("hertz-line.toml"), &[]);
@@ -136,7 +136,7 @@ fn line_contact() {
     assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{summary}");
 }
 
-/// Truth: the head of the scene (Carter): force to 2 %, stick area to two cells.
+/// Truth: Carter (values in the scene file): force to 2 %, stick area to two cells.
 #[test]
 fn rolling_cylinders() {
     let summary = run(&scene("rolling-cylinders.toml"), &[]);
@@ -148,8 +148,8 @@ fn rolling_cylinders() {
     assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
 }
 
-/// Truth: cells that never touch do not matter. Rolling on a grid equals rolling within an outline around the contact (radius 0.29,
-/// by Hertz).
+/// Truth: cells that never touch do not matter. Rolling on a grid equals rolling within an outline around the contact, whose radius
+/// is 0.29 mm by Hertz.
 #[test]
 fn rolling_within_an_outline() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,7 +186,7 @@ fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).unwrap();
     let output = command("run", &path, &[]).output().unwrap();
-    // Notes are printed with the results, mistakes are not.
+    // Notes are printed to standard output, mistakes to standard error.
     let text = [output.stdout, output.stderr].concat();
     (output.status.code(), String::from_utf8_lossy(&text).into_owned())
 }
@@ -232,7 +232,7 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
     }
 }
 
-/// Truth: rotating everything about the normal of half-spaces rotates the solution: 1e-7 at a tolerance of 1e-10.
+/// Truth: rotating frame and fibre about the normal of half-spaces rotates the solution: 1e-7 at a solver tolerance of 1e-10.
 #[test]
 fn turned_half_spaces() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -241,7 +241,7 @@ fn turned_half_spaces() {
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
 
-/// Truth: the block and its mesh are invariant under a quarter turn.
+/// Truth: block and mesh are invariant under a quarter turn, so turning frame and fibre does not change the results.
 #[test]
 fn turned_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -250,8 +250,8 @@ fn turned_block() {
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
 
-/// Truth: the head of the scene: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3). To 1e-2 for cells
-/// that the circle cuts, 1.5e-2 for the rotation, which depends on the cube of the radius.
+/// Truth: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3; values in the scene file). The approach
+/// agrees to 1e-2, because the circle cuts cells. The rotation depends on the cube of the radius and agrees to 1.5e-2.
 #[test]
 fn tilting_punch() {
     let summary = run(&scene("tilting-punch.toml"), &[]);

@@ -29,8 +29,8 @@ fn all_names() -> Vec<String> {
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Truth: docs/scene.md: the results are the same whether one kind of work is omitted or not (1e-7 at residuals of 1e-10). The list
-/// of omitted work contains it or not, accordingly. `distant-entries` is tested in compressed.rs.
+/// Truth: docs/scene.md: results are the same with and without one kind of omitted work (1e-7 at residuals of 1e-10). The list of
+/// omitted work names this kind only if it is omitted. `distant-entries` is tested in compressed.rs.
 #[test]
 fn each_skip_changes_nothing() {
     let all = all_names();
@@ -61,8 +61,8 @@ fn skips_are_named() {
     assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
 }
 
-/// Truth: a start from the previous tractions is no worse than a cold start. If a contact with friction grows, it takes no more
-/// iterations, except for a fifth, because cells may change state along another path.
+/// Truth: a start from the previous tractions is no worse than a cold start. In a growing contact with friction, it takes at most a
+/// fifth more iterations, because cells may change state along another path.
 #[test]
 fn warm_starts_are_no_longer_than_cold_ones() {
     let settings = [
@@ -98,7 +98,7 @@ fn skips_with_friction_and_cycles() {
     same(&with, &without, 1e-7);
 }
 
-/// A frame larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
+/// Scenes whose frames are larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
 const OVERSIZED: [(&str, &[&str]); 2] = [
     (
         "sphere-on-cfrp-block.toml",

@@ -66,7 +66,8 @@ fn symmetric_runs_are_computed() {
     }
 }
 
-/// Truth: the single runs, bit by bit. Curves contain the entries of the run.
+/// Truth: each row of the table equals, bit by bit, the results of a run with the row's values. Each curve contains the results of
+/// the run's entries.
 #[test]
 fn the_table_is_that_of_the_single_runs() {
     let folder = folder(TWO_AXES);
@@ -139,8 +140,8 @@ fn neither_threads_nor_order_change_the_table() {
     assert_eq!(sorted("a"), sorted("c"));
 }
 
-/// Truth: the same combinations, written out by hand. Ranges contain the decimal values meant, zipped axes vary together, and
-/// excluded combinations are left out and counted. The results equal those of a study with lists, bit by bit.
+/// Truth: the combinations written out by hand below. Ranges contain exact decimals, zipped axes vary together, and excluded
+/// combinations are left out and counted. The wear volumes equal, bit by bit, the wear volumes of a study with explicit lists.
 #[test]
 fn ranges_zips_and_requirements_make_the_runs_that_are_meant() {
     let study = r#"
@@ -197,8 +198,8 @@ collect = ["fretting.worn_volume"]
     assert_eq!(worn(&rows), worn(&listed));
 }
 
-/// Truth: docs/study.md: ranges are sampled at `count` points, the same for the same seed. They are combined with the values of the
-/// other axes. Each result equals that of a run with the values of its row.
+/// Truth: docs/study.md: ranges are sampled at `count` points, which the seed determines. Each point is combined with each value of
+/// the other axes. The result of a row equals the result of a run with the row's values.
 #[test]
 fn samples_are_studied() {
     let study = r#"
@@ -226,7 +227,7 @@ collect = ["fretting.worn_volume"]
     let (heads, rows) = csv(&folder.path().join("a/study.csv"));
     assert_eq!(heads[..3], ["gap.radius", "wear.k", "body1.fibre.tilt"]);
     let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
-    // One point lies in each eighth of the radii: seven below 57.5, one above.
+    // One point lies in each eighth of the range of radii: seven radii are below 57.5, one is above.
     assert!(text.contains("14 runs, 2 combinations omitted"), "{text}");
     assert_eq!(rows.len(), 14);
     for pair in rows.chunks(2) {
@@ -259,7 +260,7 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: docs/results.md: each run has its own folder, even if plain letters make the names alike.
+/// Truth: docs/results.md: each run has its own folder, even if names become equal once special characters are replaced.
 #[test]
 fn each_run_has_a_folder() {
     let study = r#"

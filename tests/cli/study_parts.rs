@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::study::{TWO_AXES, folder, json, orthowear};
 
-/// Truth: the uninterrupted study, bit by bit, after SIGKILL with some runs finished, one begun and others not begun. Finished runs
-/// stay unchanged, and the begun run resumes from its checkpoint.
+/// Truth: table and curves equal those of the uninterrupted study bit by bit, after SIGKILL with some runs finished, one begun and
+/// others not begun. Finished runs stay unchanged, and the begun run resumes from its checkpoint.
 #[test]
 #[cfg(unix)]
 fn killed_studies_go_on() {
@@ -75,7 +75,7 @@ pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Truth: the single runs, file by file and bit by bit.
+/// Truth: the files of each run of a study equal the files of a single run bit by bit, except for times.
 #[test]
 fn runs_of_a_study_are_single_runs() {
     let study = r#"
@@ -132,8 +132,8 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: the study in one process, however its parts are run. Here, jobs of an array run parts in any order, and one run is lost.
-/// The collection follows, and is repeated once the lost run has been computed.
+/// Truth: the table equals the table of the study in one process. Here, `--only` computes the runs in any order and leaves one out.
+/// The results are collected without this run, and again after it has been computed.
 #[test]
 fn parts_of_a_study_make_its_table() {
     let folder = folder(TWO_AXES);
@@ -173,8 +173,8 @@ fn parts_of_a_study_make_its_table() {
     assert!(code == Some(2) && errors.contains("numbers from 1"), "{errors}");
 }
 
-/// Truth: the study in one process. The script runs under bash, with a substitute for Slurm's sbatch: it runs the tasks of the
-/// array with their numbers, then the dependent job.
+/// Truth: the table equals the table of the study in one process. The script runs under bash, with a substitute for Slurm's sbatch.
+/// The substitute runs the tasks of the array with their numbers, then the dependent job.
 #[test]
 #[cfg(unix)]
 fn the_script_for_slurm_runs_the_study() {
@@ -214,8 +214,8 @@ fn the_script_for_slurm_runs_the_study() {
     assert_eq!(table("whole"), table("it's"));
 }
 
-/// Truth: docs/study.md: the memory is that of the largest run, wherever it stands among the values. With --max-memory a job gets
-/// the memory that its runs may take.
+/// Truth: docs/study.md: a job requests the memory of the largest run, at any position among the values. With --max-memory it
+/// requests this limit.
 #[test]
 fn jobs_have_the_memory_of_the_largest_run() {
     let cells = |values: &str| format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
@@ -243,7 +243,7 @@ fn jobs_have_the_memory_of_the_largest_run() {
     assert_eq!(first, second);
 }
 
-/// Truth: the exit code of the study whose runs were refused for lack of memory.
+/// Truth: `--collect` has the exit code of the study, whose runs were refused for lack of memory.
 #[test]
 fn collected_runs_have_the_exit_code_they_ended_with() {
     let folder = folder(TWO_AXES);
@@ -254,8 +254,8 @@ fn collected_runs_have_the_exit_code_they_ended_with() {
     assert_eq!(code, Some(4), "{errors}");
 }
 
-/// Truth: for three axes with 2, 2 and 7 values a result is drawn over each axis, with each other axis as family. This gives 2 (2 +
-/// 2 + 7) = 22 panels.
+/// Truth: a result is drawn over each of three axes, with either other axis as family, and a panel for each value of the third. For
+/// 2, 2 and 7 values this gives 2 (2 + 2 + 7) = 22 panels.
 #[test]
 fn pictures_say_how_many_panels_are_missing() {
     let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");

@@ -36,9 +36,9 @@ fn call(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text)
 }
 
-/// Truth: the exact half-space of the same scene. The approach under a load differs by at most 3 %, as `truncations` reports. Under
-/// uniform tractions it is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md), and more for a
-/// smaller one.
+/// Truth: the approach under a load differs from the approach of the exact half-space by at most 3 %, as `truncations` reports.
+/// Under uniform tractions the difference is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md),
+/// and larger for a smaller surface.
 #[test]
 fn beside_the_exact_half_space() {
     let folder = tempfile::tempdir().unwrap();

@@ -14,8 +14,8 @@ fn notes(options: &[&str]) -> String {
     text.lines().filter(|line| line.contains("possible unit error:")).collect::<Vec<_>>().join("\n")
 }
 
-/// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high.
-/// One number at a time is given in another unit.
+/// Truth: ordinary materials and the sizes of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high.
+/// Each case gives one number in another unit, which the warning names.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -66,7 +66,7 @@ fn thin_slices_may_approach_along_their_plane() {
     assert!(!text.contains("possible unit error"), "{text}");
 }
 
-/// Truth: the scene has one material and uses it. A second material is not used.
+/// Truth: the scene uses its only material. A note names a second material, which no body uses.
 #[test]
 fn a_material_that_nothing_is_made_of_is_noted() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -82,7 +82,7 @@ fn a_material_that_nothing_is_made_of_is_noted() {
 /// Truth: the scenes of the repository are consistent, and so are the scenes of its studies.
 #[test]
 fn ready_scenes_are_not_warned_about() {
-    // Only scenes of the repository are listed, because a user's own may lie beside them.
+    // Only scenes of the repository are listed, because a user's own scenes may lie beside them.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed = Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().unwrap();
     let names = String::from_utf8(listed.stdout).unwrap();
@@ -104,8 +104,8 @@ fn ready_scenes_are_not_warned_about() {
     }
 }
 
-/// Truth: Hertz: the contact area is π R δ, here 3.14e-13 m². The unit of stress of N and m is Pa. Tolerance: 3 %, due to cells at
-/// the edge.
+/// Truth: Hertz: the contact area is π R δ for the radius R and the approach δ, here 3.14e-13 m². The unit of stress of N and m is
+/// Pa. Tolerance: 3 %, due to cells at the edge.
 #[test]
 fn results_in_metres_are_shown() {
     let scene = r#"

@@ -30,7 +30,7 @@ def rule(code):
     for (a, u), (b, v), (c, s) in ((p, q, r) for p in zip(x, w) for q in zip(x, w) for r in zip(x, w)):
         if code in (10, 24):  # collapsed to a tetrahedron
             points.append(((a, b * (1 - a), c * (1 - a) * (1 - b)), u * v * s * (1 - a) ** 2 * (1 - b)))
-        elif code in (13, 26, 32):  # to a wedge
+        elif code in (13, 26, 32):  # collapsed to a wedge
             points.append(((a, b * (1 - a), c), u * v * s * (1 - a)))
         else:
             points.append(((a, b, c), u * v * s))
@@ -74,12 +74,12 @@ def check(path):
         assert abs(sizes[i] / own - 1) < 0.2, (path, i, sizes[i] / own - 1)
     print(f"{path.name}: volumes differ by {worst:.1e}, by VTK's filter by {np.abs(sizes / wanted[:, 1] - 1).max():.1e}")
     if MESHIO[int(wanted[0, 0])] not in topological_dimension:
-        return  # meshio 5.3 names wedges of 15 and pyramids of 13 nodes, but its table lacks them and it cannot read them
+        return  # meshio 5.3 names wedges of 15 and pyramids of 13 nodes, but cannot read them
     mesh = meshio.read(path)
     assert [block.type for block in mesh.cells] == [MESHIO[int(wanted[0, 0])]], path
     assert np.array_equal(mesh.points, vtk_to_numpy(grid.GetPoints().GetData())), path
     nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(len(wanted), -1)
-    # meshio reverses wedges.
+    # meshio reverses the triangles of wedges.
     turned = [0, 2, 1, 3, 5, 4] if mesh.cells[0].type == "wedge" else range(nodes.shape[1])
     assert np.array_equal(mesh.cells[0].data, nodes[:, turned]), path
     assert np.array_equal(mesh.point_data["displacement"], mesh.points), path

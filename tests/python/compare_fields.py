@@ -3,7 +3,8 @@
     compare_fields.py EXPECTED.json
 
 EXPECTED.json: { "files": { file: { "points", "cells", "types", "point_data", "cell_data" } }, "collections": { file: [..] } },
-paths relative to it; a field is { "components": [names], "values": [tuples or scalars] }. Numbers must be equal to the last bit.
+paths relative to EXPECTED.json. A field is { "components": [names], "values": [tuples or scalars] }. Numbers must be equal to
+the last bit.
 """
 
 import json

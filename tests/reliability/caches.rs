@@ -1,4 +1,4 @@
-//! Cache files: flipped bytes, truncated, extended, and sealed again with invalid numbers.
+//! Cache files: with flipped bytes, truncated, extended, and with invalid numbers under a new checksum.
 
 use std::fs;
 use std::path::PathBuf;

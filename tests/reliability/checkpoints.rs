@@ -1,4 +1,4 @@
-//! Checkpoints of a small run: flipped bytes, truncated, extended, foreign, and sealed again.
+//! Checkpoints of a small run: with flipped bytes, truncated, extended, foreign, and changed with a new checksum.
 
 use std::fs;
 use std::path::Path;
@@ -77,7 +77,7 @@ pub fn left() -> &'static [Vec<u8>; 2] {
     })
 }
 
-/// Reads a folder with this single file.
+/// Reads the checkpoint of a folder whose only checkpoint file contains `bytes`.
 fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoint>>, String> {
     put(&folder.join(FILES[0]), bytes);
     let found = checkpoint::read(folder).map_err(|error| {
@@ -87,8 +87,8 @@ fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoi
     found.map(|found| found.state().map_err(|error| error.to_string())).transpose()
 }
 
-/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected. The
-/// checkpoint before it is used instead.
+/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected. The previous
+/// checkpoint is used instead.
 #[test]
 fn every_damage_of_a_checkpoint_is_found() {
     let folder = tempfile::tempdir().expect("a folder");

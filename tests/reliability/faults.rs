@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::checkpoints::{SCENE, orthowear};
 
-/// The compiled library.
+/// Path of the compiled library.
 fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {
@@ -66,7 +66,7 @@ impl Job {
         ended(self.command(more))
     }
 
-    /// Runs with a fault at an operation.
+    /// Runs with the fault `mode` at the file operation with the number `at`.
     fn fail(&self, mode: &str, at: u64) -> Ended {
         let mut command = self.command(&["--quiet"]);
         command.env("FAULT_MODE", mode).env("FAULT_AT", at.to_string());
@@ -158,7 +158,7 @@ fn resumed(job: &Job, what: &str) {
         .map(|(name, _)| name)
         .collect();
     assert!(differing.is_empty(), "{what}: {differing:?} differ");
-    // A run that had all its results is not resumed. Temporary files that it could not remove stay, hidden.
+    // A run that has converged is not resumed, and hidden temporary files that it could not remove stay.
     let hidden = fs::read_dir(&job.out).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     let left: Vec<_> = hidden.filter(|name| name.to_string_lossy().starts_with('.')).collect();
     assert!(left.is_empty() || text.contains("already converged"), "{what}: {left:?} are left");

@@ -22,7 +22,7 @@ const TIMES: u64 = 400;
 
 /// A reader under test.
 pub struct Reader<'a> {
-    /// Its name. Inputs that failed once are in `corpus/NAME`.
+    /// Name of the reader. Inputs that failed once are in `corpus/NAME`.
     pub name: &'a str,
     /// Valid inputs.
     pub seeds: Vec<Vec<u8>>,
@@ -30,7 +30,7 @@ pub struct Reader<'a> {
     pub words: Vec<String>,
     /// Prefix of the outcome of an accepted input.
     pub read: &'a str,
-    /// Number of inputs if no time is given.
+    /// Number of mutated inputs, unless `ORTHOWEAR_FUZZ_SECONDS` sets a time.
     pub cases: u64,
 }
 
@@ -175,7 +175,7 @@ pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     Some(outside[start..].chars().take(100).collect())
 }
 
-/// Truth: the definition. Texts and names do not count.
+/// Truth: numbers NaN and inf are found, quoted texts and longer names with these letters are not.
 #[test]
 fn numbers_that_are_none_are_found() {
     assert_eq!(not_finite(r#"A { t: "NaN \" inf", NaNo: 1, infinite: 2.0 }"#, true), None);

@@ -1,8 +1,8 @@
 //! Readers and writers under damage: mutated inputs, truncated and flipped files, failing disks and missing memory.
 //!
-//! The inputs are mutations of valid ones from the same random sequence in every run, and failures are reproducible.
-//! `ORTHOWEAR_FUZZ_SECONDS` sets the time for each reader instead of a fixed number of inputs. `ORTHOWEAR_FUZZ_SEED` sets another
-//! sequence. Failing inputs are written to `target/tmp` and belong in `corpus/READER/` once the fault is fixed.
+//! The same random sequence mutates valid inputs in every run, so that failures are reproducible. `ORTHOWEAR_FUZZ_SECONDS` sets the
+//! time for each reader instead of a fixed number of inputs. `ORTHOWEAR_FUZZ_SEED` selects another sequence. Failing inputs are
+//! written to `target/tmp` and belong in `corpus/READER/` once the fault is fixed.
 mod caches;
 mod checkpoints;
 mod faults;

@@ -13,7 +13,7 @@ use crate::structured::{BlockElements, GradedBlock};
 #[derive(Clone, Copy)]
 enum Form {
     Text,
-    /// Binary, in the other byte order if `true`.
+    /// Binary, with big-endian numbers if `true`.
     Binary(bool),
 }
 
@@ -105,7 +105,7 @@ fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
     of_cell.map(|group| group.tag).collect()
 }
 
-/// A mesh in version 4.1. Each run of cells with the same groups is one entity.
+/// A mesh in gmsh's format 4.1. Each run of cells with the same groups is one entity.
 fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "4.1");
     file.names(mesh);
@@ -179,7 +179,7 @@ fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// A mesh in version 2.2. A cell is one element for each of its groups.
+/// A mesh in gmsh's format 2.2. A cell is one element for each of its groups.
 fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "2.2");
     file.names(mesh);
@@ -241,7 +241,7 @@ fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     (points, mesh.blocks.clone(), groups, fields.collect::<Vec<_>>())
 }
 
-/// Checks the parsed mesh and describes it.
+/// Parses and checks a mesh. Returns the results of the checks, or the message of the error.
 fn examine(bytes: &[u8]) -> String {
     let mesh = match gmsh::parse(bytes, "file") {
         Ok(mesh) => mesh,
@@ -285,7 +285,7 @@ fn examine(bytes: &[u8]) -> String {
 }
 
 /// Truth (rel-no-panics): an invalid file is refused with a message. An accepted file is a valid mesh with finite points and
-/// existing nodes and cells. Written and read again it is the same, and the checks that follow do not panic.
+/// existing nodes and cells. Writing and reading the mesh again does not change it, and the checks of meshes do not panic.
 #[test]
 fn mesh_files() {
     let small = [block(BlockElements::Hex8, [2, 1, 1]), block(BlockElements::Tet4, [1, 1, 1])];

@@ -60,7 +60,7 @@ fn seconds() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Truth: the definition, allocated and not yet freed bytes.
+/// Truth: the meter counts bytes that are allocated and not yet freed.
 #[test]
 fn memory_is_counted() {
     let (list, most, _) = measured(|| {

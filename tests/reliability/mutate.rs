@@ -1,6 +1,6 @@
 //! Random changes of valid inputs: bytes, numbers, words, lines and counts.
 
-/// Maximum length of a mutated input.
+/// Maximum length of a mutated input, bytes.
 const LONGEST: usize = 1 << 17;
 
 /// Replacements for a number.
@@ -153,7 +153,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || b"+-.eE".contains(&byte)
 }
 
-/// Start and end of runs of bytes of a class.
+/// Start and end of each run of bytes for which `class` is true.
 fn tokens(bytes: &[u8], class: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;

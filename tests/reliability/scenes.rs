@@ -278,7 +278,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
 
-/// The parts of a debug text in sorted order, because maps have no order.
+/// The words and numbers of a debug text in sorted order, because maps have no order.
 fn parts(debug: &str) -> Vec<&str> {
     let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
     let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();

@@ -34,7 +34,7 @@ curves = ["indent.worn_volume"]
 "#;
 
 /// Truth (rel-no-panics, rel-nan-guard): a study is refused with mistakes, or it has a run for each combination of values that is
-/// not excluded. Each run has its own folder below that of the study.
+/// not excluded. Each run has its own folder below the study's folder.
 #[test]
 fn study_files() {
     let folder = tempfile::tempdir().expect("a folder");

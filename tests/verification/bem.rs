@@ -25,7 +25,7 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// Green's function of CFRP below steel.
+/// Sum of the Green's functions of CFRP (lower body, fibre tilted by `tilt_degrees`) and steel (upper body).
 fn pair(tilt_degrees: f64) -> SurfaceGreen {
     SurfaceGreen::sum(&[&green(&cfrp(tilt_degrees), Side::Lower), &green(&steel(), Side::Upper)])
 }

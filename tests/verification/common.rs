@@ -22,8 +22,8 @@ pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// Asserts the order of convergence on meshes with `cells` along a side. The last order must exceed `order`, those before it
-/// `order` - 0.3.
+/// Asserts the order of convergence on meshes with `cells` along a side. The last order must exceed `order`, and each earlier one
+/// must exceed `order` - 0.3.
 pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
     let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
     let orders: Vec<f64> = (0..N - 1).map(found).collect();
@@ -52,7 +52,7 @@ pub fn im7(tilt: f64) -> Stiffness {
     material.rotated(&fibre_axes(tilt.to_radians(), 0.0))
 }
 
-/// The CFRP of the tables of independent programs.
+/// CFRP of the tables computed by independent programs.
 pub fn tabulated_cfrp() -> Stiffness {
     let constants = Orthotropic {
         e1: 140e3,
@@ -135,7 +135,7 @@ pub fn sphere_on_frp(tilt: f64, half_width: f64, cells: usize) -> Model {
     model
 }
 
-/// Paraboloid of a sphere.
+/// Gap of a paraboloid whose radius of curvature is `radius`, as an approximation of a sphere.
 pub fn sphere(radius: f64) -> impl Fn(f64, f64) -> f64 {
     move |x, y| (x * x + y * y) / (2.0 * radius)
 }

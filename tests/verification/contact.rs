@@ -22,7 +22,7 @@ fn value(case: &serde_json::Value, state: &str, quantity: &str) -> f64 {
 }
 
 /// Truth: the exact Hertz ellipse of an anisotropic pair (independent program, exact to 1e-9). The tolerance 3e-4 is the error of
-/// 64 x 64 constant cells. There the independent program itself is off by 1.0e-4.
+/// 64 x 64 constant cells. At this number of cells the independent program itself is off by 1.0e-4.
 #[test]
 fn frictionless_indentation_matches_the_exact_ellipse() {
     let data = reference();
@@ -71,9 +71,9 @@ fn friction_and_shift_match_the_independent_program() {
     }
 }
 
-/// Truth: Hertz under a prescribed force. Approach delta and p0 of case `hertz-circular` (E 210 GPa, nu 0.3, R 10, P 1000) at 20,
-/// 40 and 80 cells across the contact. The catalogue's tolerances at 40 cells are 2e-3 and 1e-2. The order of convergence of delta
-/// is at least 1.
+/// Truth: Hertz under a prescribed force. Approach delta and peak pressure p0 of case `hertz-circular` (E 210 GPa, nu 0.3, R 10,
+/// P 1000) at 20, 40 and 80 cells across the contact. At 40 cells the catalogue's tolerances are 2e-3 for delta and 1e-2 for p0.
+/// The order of convergence of delta is at least 1.
 #[test]
 fn hertz_circular() {
     let (delta, p0, a) = (0.010_184_09, 4688.341, 0.319_125_2);
@@ -132,9 +132,9 @@ fn hertz_elliptic() {
     }
 }
 
-/// Truth: Cattaneo-Mindlin for nu = 0, where the solution is exact. Equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. The
-/// displacement at Q = 0.3 and 0.9 mu P agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes the pressures by
-/// less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
+/// Truth: Cattaneo-Mindlin for nu = 0, where the solution is exact. Equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. At tangential
+/// forces Q = 0.3 and 0.9 mu P the displacement agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes the
+/// pressures by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -159,7 +159,7 @@ fn cattaneo_mindlin() {
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
-        // At the centre q = mu p0 (1 - c / a). Both distributions are smooth there.
+        // At the centre q = mu p0 (1 - c / a) for the radii c of the stick zone and a of the contact. Both are smooth there.
         let (n, middle) = (model.frame.n_cells(), 25 * 50 + 25);
         let peak = 3.0 * load / (2.0 * std::f64::consts::PI * a * a);
         let q = -result.state.tractions[middle];
@@ -183,7 +183,7 @@ fn cattaneo_mindlin_with_lateral_contraction() {
     }
 }
 
-/// Truth: all methods converge to the same state (docs/theory-contact.md), to 1e-7 of the largest pressure at residual 1e-9.
+/// Truth: both methods converge to the same state (docs/theory-contact.md), to 1e-7 of the largest pressure at residual 1e-9.
 #[test]
 fn uzawa_and_barzilai_borwein_agree() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -377,8 +377,8 @@ fn nothing_prescribed_is_nothing() {
     }
 }
 
-/// Truth: controls that a step does not name keep their values. The tangential force stays while the normal force rises, and it is
-/// applied in proportion to the increments.
+/// Truth: controls that a step does not name keep their values. The tangential force stays while the normal force rises. Half of
+/// the tangential force acts after the first of two increments.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");

@@ -25,10 +25,10 @@ fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64;
     sums
 }
 
-/// Truth: case `str-two-spots`. Equal heights share the load to 1e-10 (mirror images). A height of 1e-6 changes the shares in
-/// proportion to it, at most by Hertz's slope times it. A punch that is free to tilt rests on both spots. By statics the loads are
-/// equal except for the levers: a tilt of h / 2 rolls the spheres by R h / 2. This gives a share of 2.5 h, to 20 % with so few
-/// cells, and to 1e-7 for equal heights. Without tilting the share is fifty times larger.
+/// Truth: case `str-two-spots`: the relative difference of the two loads, below 1e-10 for equal heights (mirror images). It is
+/// proportional to the height, for 1e-6 and 2e-6. A punch that is free to tilt rests on both spots, and statics makes their loads
+/// equal except for the lever arms. A height h tilts the punch by h / 2, which moves both contacts by R h / 2 = 2.5 h (R = 5). The
+/// difference is then 2.5 h, to 20 % with so few cells plus 1e-7. Without tilting it is fifty times larger.
 #[test]
 fn two_spots_share_the_load() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -50,8 +50,8 @@ fn two_spots_share_the_load() {
     assert!(one > 1e-4, "{one:e}");
 }
 
-/// Truth: case `str-single-node-contact`. A single cell in contact carries the load exactly (1e-10). Without levers nothing resists
-/// rotations about axes through it. A zero moment is balanced by the cell under the centre.
+/// Truth: case `str-single-node-contact`. A single cell in contact carries the load exactly (1e-10). It has no lever arm and
+/// resists no rotation about axes through its centre. The cell under the centre of the frame therefore balances a zero moment.
 #[test]
 fn one_cell_carries_everything() {
     let model = half_spaces(&steel(), None, (1.0, 9), sphere(10.0));
@@ -67,8 +67,8 @@ fn one_cell_carries_everything() {
     }
 }
 
-/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing. Tolerance 1e-7 of the
-/// force and of the slope of the surface, with residuals of 1e-8.
+/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing, at residuals of 1e-8.
+/// Tolerances: 1e-7 of the force, and 1e-6 rad for the rotations.
 #[test]
 fn nothing_turned_is_nothing() {
     let mut model = half_spaces(&steel(), None, (0.5, 12), sphere(10.0));

@@ -86,7 +86,7 @@ pub fn nearly_isotropic(e: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes (Ting 1996).
+/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes, with the surface admittance W (Ting 1996).
 pub fn admittance_along_1(stiffness: &Stiffness) -> [f64; 3] {
     let c = stiffness.voigt();
     let s = (c[(0, 0)] * c[(2, 2)]).sqrt();

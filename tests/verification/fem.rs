@@ -19,8 +19,8 @@ fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     move |x| (h * Vector3::from(x)).into()
 }
 
-/// Solves a body with the linear field on its whole boundary. Checks the patch test for displacements, energy, stresses and
-/// reactions. `tolerance` is for energy and stress.
+/// Patch test: prescribes the field of [`linear_field`] on the whole boundary and checks displacements, energy, stresses and the
+/// sum of reactions. `volume` is the volume of `mesh`. `tolerance` is relative, for energy and stress.
 pub fn patch_test(
     mut mesh: Mesh,
     stiffness: Stiffness,
@@ -56,8 +56,9 @@ pub fn patch_test(
     }
 }
 
-/// Truth: constant strain on seven distorted hexahedra, stresses 2000 and 400 (catalogue patch-macneal-harder; MacNeal and Harder
-/// 1985). The strain field is exact for every consistent element. Tolerance: rounding.
+/// Truth: a strain of 1e-3 in all six components gives normal stresses of 2000 and shear stresses of 400 (catalogue
+/// patch-macneal-harder; MacNeal and Harder 1985). Every consistent element represents this strain on the seven distorted
+/// hexahedra. Tolerance: rounding.
 #[test]
 fn patch_macneal_harder() {
     let strain = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3];
@@ -65,7 +66,7 @@ fn patch_macneal_harder() {
     let sigma = stiffness.voigt() * Vector6::from(strain);
     let published = Vector6::new(2000.0, 2000.0, 2000.0, 400.0, 400.0, 400.0);
     assert!((sigma - published).amax() < 1e-9);
-    // The element is folded at one corner, but at no integration point. This gives a warning, as in other programs.
+    // One of the seven elements is folded at a corner, but at no integration point. This gives a warning, as in other programs.
     let quality = orthowear::mesh::quality::check(&macneal_harder()).expect("a mesh that can be computed");
     assert!(
         quality.folded_at_nodes == 1 && quality.warnings()[0].contains("1 of 7 solid elements are folded")
@@ -76,8 +77,8 @@ fn patch_macneal_harder() {
 }
 
 /// Truth: a constant strain in a rotated orthotropic material gives the stress 66.07146, 16.66125, .. and the energy density
-/// 0.03919764. Source: catalogue patch-orthotropic-rotated, independent computation, 7 digits. The meshes are distorted hexahedra
-/// and tetrahedra. Tolerance of the elements: rounding.
+/// 0.03919764. Source: catalogue patch-orthotropic-rotated, independent computation, 7 digits. The distorted meshes cover all
+/// element kinds. Tolerance of the elements: rounding.
 #[test]
 fn patch_orthotropic_rotated() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -89,7 +90,7 @@ fn patch_orthotropic_rotated() {
     for (kind, formulation) in ELEMENTS {
         let mesh = block(kind, [3, 3, 3], [1.0, 1.0, 1.0], wavy);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
-        // Curved in all directions. The middle nodes of elements of order 2 follow.
+        // This mesh is curved inside in all directions. The middle nodes of second-order elements follow the curves.
         let mesh = block(kind, [2, 2, 2], [1.0, 1.0, 1.0], bulging);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
     }
@@ -111,9 +112,9 @@ fn patch_slender() {
     }
 }
 
-/// Truth: sigma_xx = 100 alone gives the strain S'[:,0] sigma, E_apparent = 14390.32, under statically determinate supports.
-/// Source: catalogue uniaxial-rotated-orthotropic, independent computation. Tolerance: rounding of a solve with condition 1e6, and
-/// 7 published digits.
+/// Truth: sigma_xx = 100 as the only stress gives the strain 100 S'[:,0], with the compliance S' in mesh axes, and the apparent
+/// modulus 14390.32. Supports are statically determinate. Source: catalogue uniaxial-rotated-orthotropic, independent computation.
+/// Tolerance: rounding of a solve with condition number 1e6, and 7 published digits.
 #[test]
 fn uniaxial_rotated_orthotropic() {
     let published = [0.006949115, -0.001998917, -0.002226602, 0.0001867743, 0.005359313, -0.002276476];
@@ -141,8 +142,8 @@ fn uniaxial_rotated_orthotropic() {
     }
 }
 
-/// Truth: internal forces of rigid-body motions vanish, K R = 0, on a distorted mesh and on a graded one (1000:1) of rotated
-/// orthotropic material. Tolerance: rounding relative to |K| |R|.
+/// Truth: rigid-body motions R cause no internal forces, K R = 0 with the stiffness matrix K. One mesh is distorted, another one
+/// graded (1000:1). The material is rotated orthotropic. Tolerance: rounding relative to |K| |R|.
 #[test]
 fn rigid_motions_cause_no_forces() {
     let graded = |x: [f64; 3]| x.map(|c| (1000f64.powf(c) - 1.0) / 999.0);
@@ -166,8 +167,8 @@ fn rigid_motions_cause_no_forces() {
     }
 }
 
-/// Truth: for nu = 0, w(L) = -rho g L^2 / (2 E) = -0.0005, and the reactions sum to the weight. Linear elements are exact at the
-/// nodes of a column. Tolerance: rounding.
+/// Truth: for nu = 0 the top of a column of height L moves by w(L) = -rho g L^2 / (2 E) = -0.0005 under its weight. The reactions
+/// sum to the weight. Linear elements are exact at the nodes of a column. Tolerance: rounding.
 #[test]
 fn self_weight_column() {
     for formulation in HexFormulation::ALL {
@@ -184,9 +185,9 @@ fn self_weight_column() {
     }
 }
 
-/// Truth: each node of a flat quadrilateral carries a quarter of the force of a uniform pressure, of a triangle a third
-/// (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. Their work in a uniform expansion is
-/// p V (Gauss's theorem). Tolerance: rounding.
+/// Truth: a uniform pressure p loads each node of a flat quadrilateral with a quarter of the force. A triangle's node carries a
+/// third (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. Their work on the displacement
+/// u = x is -3 p V for the volume V (Gauss's theorem). Tolerance: rounding.
 #[test]
 fn pressurised_faces() {
     for (kind, weight) in [(Hex8, 0.25), (Tet4, 1.0 / 3.0)] {
@@ -223,8 +224,8 @@ fn pressurised_faces() {
     }
 }
 
-/// Truth: a layered bar in series with nu = 0. The stress of each layer is the applied one, and the shortening is p (L1/E1 + L2/E2)
-/// (catalogue contact-patch setup, without contact). Tolerance: rounding.
+/// Truth: a bar of two layers with thicknesses L1, L2 and moduli E1, E2 shortens by p (L1/E1 + L2/E2) under the pressure p. (nu =
+/// 0; setup of the catalogue's contact-patch, without contact.) Tolerance: rounding.
 #[test]
 fn regions_have_their_own_stiffness() {
     let mut mesh = block(Hex8, [1, 1, 4], [1.0, 1.0, 4.0], |x| x);
@@ -243,8 +244,8 @@ fn regions_have_their_own_stiffness() {
     assert!((shortening / (10.0 * (3.0 / 1000.0 + 1.0 / 500.0)) - 1.0).abs() < 1e-12);
 }
 
-/// Truth: a middle node that moves along its straight edge does not change the shape of an element. The cube of side 2 weighs 8 b,
-/// the tetrahedron b / 6. Both are folded at a node, which gives a warning, and have a stiffness.
+/// Truth: a middle node that moves along its straight edge does not change the shape of an element. Under a body force b per volume
+/// the cube of side 2 carries 8 b, the tetrahedron b / 6. Both elements are folded at a node, but can be computed.
 #[test]
 fn elements_that_fold_at_a_node_keep_their_weight() {
     let cases = [

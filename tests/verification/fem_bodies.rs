@@ -10,9 +10,9 @@ use orthowear::mesh::Mesh;
 
 use super::crystals::cfrp_of_tables;
 
-/// All components.
+/// Selects all three displacement components of a support.
 pub const ALL: [bool; 3] = [true; 3];
-/// All elements: kind and formulation.
+/// All solid elements as pairs of kind and formulation.
 pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
     (Hex8, HexFormulation::Enhanced),
     (Hex8, HexFormulation::Standard),
@@ -54,7 +54,7 @@ pub fn clamp(group: &str) -> Support {
     Support { group: group.into(), components: ALL, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
 
-/// Orthotropic material of the catalogue, rotated by Rz(20) Ry(35) Rx(10).
+/// Orthotropic material of the catalogue, rotated by Rz(20) Ry(35) Rx(10), angles in degrees.
 pub fn rotated_orthotropic() -> Stiffness {
     let turn = |axis: Vector3<f64>, degrees: f64| {
         nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), degrees.to_radians())
@@ -63,7 +63,7 @@ pub fn rotated_orthotropic() -> Stiffness {
     cfrp_of_tables().rotated(q.matrix())
 }
 
-/// Steel.
+/// Steel with E = 210e3 MPa and nu = 0.3.
 pub fn isotropic() -> Stiffness {
     Stiffness::isotropic(210e3, 0.3).unwrap()
 }

@@ -13,7 +13,8 @@ use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_
 use super::fem_meshes::{block, rough, wavy};
 use crate::common::usual_or_finest;
 
-/// A block supported at its base, with an inhomogeneous load, condensed to the nodes of its top.
+/// A block under pressure, body force and a prescribed displacement at x = 0, condensed to the nodes of its top. Its base is fixed
+/// along y and z.
 fn loaded_block(
     kind: ElementKind,
     formulation: HexFormulation,
@@ -53,13 +54,13 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
     body.contact_nodes().iter().flat_map(|&node| u[node]).collect()
 }
 
-/// Truth: condensation is exact (Guyan 1965). F_cc f + u_free equals the full solution at the contact nodes. F_cc is the block of
-/// the inverse of the assembled K, from a dense factorisation of another library. Tolerance 1e-10. Prescribed contact dofs (the
-/// edge at x = 0) have zero rows.
+/// Truth: condensation is exact (Guyan 1965). For contact forces f, F_cc f + u_free equals the full solution at the contact nodes,
+/// with u_free for f = 0. F_cc is the contact block of the inverse of the assembled K, from a dense factorisation of another
+/// library. Tolerance 1e-10. Prescribed contact dofs (the edge at x = 0) have zero rows.
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
-        // The dense inverse dominates the run time.
+        // Few cells, because the dense inverse dominates the run time.
         let body = loaded_block(
             kind,
             formulation,
@@ -104,9 +105,9 @@ fn condensation_is_exact() {
     }
 }
 
-/// Truth: the work of load a on displacement b equals that of b on a (Betti 1872), through back-substitutions. For a body without
-/// other loads the strain energy is half the work of the forces (Clapeyron). Tolerance 1e-12 relative to |f| |u|, energy 1e-11
-/// (schur-exactness).
+/// Truth: forces a do the same work on the displacements under forces b as b on the displacements under a (Betti 1872).
+/// Displacements come from back-substitutions. For a body without other loads the strain energy is half the work of the forces
+/// (Clapeyron). Tolerance 1e-12 relative to the work of a on its own displacements, energy 1e-11 (case schur-exactness).
 #[test]
 fn maxwell_betti() {
     for (kind, formulation) in ELEMENTS {
@@ -131,7 +132,7 @@ fn maxwell_betti() {
     }
 }
 
-/// Truth: same input, same bits, for any number of threads.
+/// Truth: runs on two and three threads give the same bits as a run on one thread.
 #[test]
 fn same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -149,7 +150,8 @@ fn same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the analysis predicts the size of the factor. The estimated bytes cover at least the factor entries and one dense block.
+/// Truth: the analysis predicts the memory of the factorisation. The estimated bytes cover at least the factor entries and one
+/// dense matrix of the contact unknowns, and less than ten times as much.
 #[test]
 fn analysis_foretells_the_memory() {
     let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);
@@ -162,8 +164,8 @@ fn analysis_foretells_the_memory() {
     assert!(model.condense(&top).unwrap().residual() < 1e-12);
 }
 
-/// Truth: flexibility, solution and free displacement of a body from the cache are those of a factorised body, to the last bit. The
-/// factor is computed when it is needed.
+/// Truth: a body from the cache has the same flexibility, solution and free displacement as a factorised body, to the last bit. Its
+/// factor is computed only when it is needed.
 #[test]
 fn cached_bodies_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -190,7 +192,8 @@ fn cached_bodies_are_the_same() {
         }
     }
     assert!(restored, "the factor of the loaded body was kept");
-    // The flexibility does not depend on loads, and both bodies share one entry. The loaded body has stored its factor, too.
+    // The flexibility does not depend on loads, and both bodies share one entry of the cache. The second entry is the factor of the
+    // loaded body.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     let cached = body(false).condense_with(&top, &resources).unwrap();
     assert!(cached.origin().cached);
@@ -219,8 +222,8 @@ fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     })
 }
 
-/// Truth: the inverse of K does not depend on the method. Tolerance 1e-9 of the largest entry: the columns are solved to 1e-11 in
-/// energy. The bits do not depend on the number of threads.
+/// Truth: the inverse of the stiffness matrix does not depend on the method. Tolerance 1e-9 of the largest entry, because conjugate
+/// gradients solve the columns to an energy error of 1e-11. The bits do not depend on the number of threads.
 #[test]
 fn conjugate_gradients_give_what_the_factor_gives() {
     for held in [true, false] {
@@ -246,8 +249,8 @@ fn conjugate_gradients_give_what_the_factor_gives() {
     }
 }
 
-/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). The moduli of
-/// the material differ by a factor of 15.
+/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). Twice the cells
+/// along each edge need less than half as many iterations more. The moduli of the material differ by a factor of 15.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let counts = [6, 12].map(|cells| {

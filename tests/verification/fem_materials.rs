@@ -25,27 +25,27 @@ fn single(orientation: Orientation) -> RegionMaterial {
     RegionMaterial::Single(Box::new(placed(orientation)))
 }
 
-/// A body of one material without loads.
+/// A body without loads, made of `placement` throughout.
 fn body(mesh: Mesh, placement: RegionMaterial, supports: Vec<Support>) -> FeSpec {
     let mut body = spec(mesh, cfrp_of_tables(), HexFormulation::Enhanced, supports);
     body.regions = vec![(None, placement)];
     body
 }
 
-/// A table of two directions for each solid of a mesh, given by its tag.
+/// A table of two directions for each solid of a mesh. `axes` gives the material axes (columns) for the tag of a solid.
 fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
     let mut table = ElementAxes::new("the test");
     for cell in mesh.volume_cells() {
         let (tag, axes) = (mesh.tag(cell), axes(mesh.tag(cell)));
-        // Directions of any length. The second one may have a part along the fibre.
+        // Directions may have any length. The second direction may have a component along the fibre.
         let second = axes.column(1) * 0.5 + axes.column(0) * 0.2;
         table.add(tag, (axes.column(0) * 3.0).into(), Some(second.into())).unwrap();
     }
     Orientation::PerElement(Arc::new(table))
 }
 
-/// Truth: a direction is the same in all input forms: the fibre of the body, a table with or without a second direction, one ply.
-/// Tolerance: rounding in the normalisation of the direction, 1e-14 of the largest entry.
+/// Truth: a fibre direction gives the same stiffness in all input forms: the fibre of the body, a table with or without a second
+/// direction, one ply. Tolerance: rounding in the normalisation of the direction, 1e-14 of the largest entry.
 #[test]
 fn one_direction_is_the_same_in_every_way() {
     let (tilt, azimuth) = (0.0f64, 0.35f64);
@@ -74,7 +74,7 @@ fn one_direction_is_the_same_in_every_way() {
     }
 }
 
-/// Truth: invariance under rotation. A body that is rotated with its loads and its directions has the rotated displacement.
+/// Truth: invariance under rotation. A body that is rotated with its loads and material directions has the rotated displacement.
 /// Directions differ between elements. Tolerance: rounding in the factorisation.
 #[test]
 fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
@@ -101,11 +101,13 @@ fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     );
 }
 
-/// Radial displacement of the inner wall of a cylindrically orthotropic tube under internal pressure in plane strain.
+/// Radial displacement of the inner wall of a cylindrically orthotropic tube with radii a < b under internal pressure in plane
+/// strain.
 ///
 /// # Source
-/// Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 25: sigma_r = A r^(k-1) + B r^(-k-1),
-/// sigma_t = k (A r^(k-1) - B r^(-k-1)), k^2 = b_rr / b_tt with the reduced compliances b_ij = s_ij - s_iz s_jz / s_zz.
+/// Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 25: sigma_r = A r^(k-1) + B r^(-k-1) and the hoop
+/// stress sigma_t = k (A r^(k-1) - B r^(-k-1)). Here k^2 = b_rr / b_tt with b_ij = s_ij - s_iz s_jz / s_zz, reduced from the
+/// compliances s_ij. A and B follow from the pressures.
 fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     // Axes 1, 2, 3 = hoop, axial, radial.
     let [s_tt, s_zz, s_rr] = [1.0 / CFRP.e1, 1.0 / CFRP.e2, 1.0 / CFRP.e3];
@@ -120,9 +122,9 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     a * (b_tt * hoop - b_tr * pressure)
 }
 
-/// Truth: Lekhnitskii's tube of cylindrical orthotropy (hoop fibres), radii 1 and 2, internal pressure, plane strain, a quarter
-/// with symmetry planes. Convergence is second order in the element size between n = 4, 8 and 16, with 0.5 % at n = 16. A table
-/// with the axes of every element gives the same to rounding. Straight fibres give another result.
+/// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The mesh is a quarter between symmetry planes. The error is
+/// second order in the element size between n = 4, 8 and 16 cells, and 0.5 % at n = 16. A table with the axes of every element
+/// gives the same displacement to rounding. Straight fibres are more than 50 % off.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);
@@ -187,9 +189,9 @@ fn reduced_stiffness(angle: f64) -> Matrix3<f64> {
     Matrix3::new(q11(c2, s2), cross, b16, cross, q11(s2, c2), b26, b16, b26, b66)
 }
 
-/// Truth: classical lamination theory. Under a uniform in-plane strain the mean stresses of a laminate are the thickness-weighted
-/// sums over the reduced stiffnesses of its plies. The exact displacement is linear in each ply, including thickness changes, and
-/// the elements represent it. Tolerance: rounding.
+/// Truth: classical lamination theory. Under a uniform in-plane strain the mean stress of a laminate is the strain times the
+/// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, including thickness
+/// changes, and the elements represent it. Tolerance: rounding.
 #[test]
 fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     let cross_ply = vec![(0.2, 0.0), (0.3, 90.0), (0.3, 90.0), (0.2, 0.0)];
@@ -220,8 +222,8 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     }
 }
 
-/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. They result from the virtual work of
-/// the reactions: E = 1/2 strain : stress volume, polarised with unit strains.
+/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. Each one is the work of the
+/// reactions on the displacement of a unit strain, divided by the volume 2.
 fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3<f64> {
     let field = |strain: [f64; 3], x: [f64; 3]| {
         [strain[0] * x[0] + 0.5 * strain[2] * x[1], strain[1] * x[1] + 0.5 * strain[2] * x[0]]
@@ -255,8 +257,8 @@ fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3
     Vector3::new(virtual_work([1.0, 0.0, 0.0]), virtual_work([0.0, 1.0, 0.0]), virtual_work([0.0, 0.0, 1.0]))
 }
 
-/// Truth: the geometry of the stack. Elements outside all plies, plies without elements and elements across an interface are found
-/// and counted.
+/// Truth: the numbers of elements, derived by hand. The check finds elements outside all plies, plies without elements and elements
+/// across an interface. An element without a fibre in the table is refused by its number.
 #[test]
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);

@@ -25,7 +25,7 @@ const HEX_STEPS: [[usize; 3]; 8] =
 const KUHN: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 5, 1, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 7, 4, 6]];
 
-/// Calls a generic function of shape functions and number of nodes for an element kind.
+/// Calls a function that is generic in the shape functions and their number of nodes, for an element kind.
 #[macro_export]
 macro_rules! by_kind {
     ($kind:expr, $function:ident($($argument:expr),*)) => {{
@@ -97,8 +97,8 @@ fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     parts_of_cube(kind).iter().map(|corners| nodes.iter().map(|&xi| place(corners, xi)).collect()).collect()
 }
 
-/// The box 0..size with `cells` cells of elements of `kind`, all nodes moved by `map`. It has the volume group "body" and the
-/// surface groups "x0", "x1", .. "z1".
+/// A box from the origin to `size`, divided into `cells` equal boxes with elements of `kind`. All nodes are moved by `map`. The
+/// mesh has the volume group "body" and the surface groups "x0", "x1", .. "z1".
 pub fn block(
     kind: ElementKind,
     cells: [usize; 3],
@@ -106,7 +106,7 @@ pub fn block(
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Mesh {
     let parts = nodes_of_cube(kind);
-    // Nodes have coordinates in quarters of a cell.
+    // Nodes are at multiples of a quarter of a cell. These integers identify nodes that cells share.
     let mut known: HashMap<[usize; 3], usize> = HashMap::new();
     let mut straight: Vec<[f64; 3]> = Vec::new();
     let mut nodes = Vec::new();

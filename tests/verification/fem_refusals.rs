@@ -26,8 +26,8 @@ fn assert_says(message: &str, words: &[&str]) {
     }
 }
 
-/// Truth: docs/scene.md. Work beyond the memory limit is refused before it begins. The entries alone (row and value of each in the
-/// lower triangle) take 16 bytes.
+/// Truth: docs/scene.md. Work beyond the memory limit is refused before it begins. The limit here is the size of the matrix entries
+/// alone: 16 bytes each for row and value, lower triangle only.
 #[test]
 fn refuses_to_assemble_beyond_the_memory() {
     let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
@@ -87,7 +87,7 @@ fn free_names(spec: FeSpec) -> String {
     find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: rigid-body modes with zero displacement at the prescribed dofs, found by hand.
+/// Truth: the free rigid-body modes are those without displacement at the prescribed dofs, found by hand.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
@@ -154,8 +154,8 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
-/// Truth: as above, for parts that share an edge, a part of an edge or a node. There is no memory for a factorisation of the
-/// stiffness matrix.
+/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. There is no memory for a
+/// factorisation of the stiffness matrix, and conjugate gradients report the loose connection.
 #[test]
 fn refuses_hinged_parts_without_a_factor() {
     for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {

@@ -18,9 +18,9 @@ fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
     (body, u)
 }
 
-/// Truth: a block is on springs k per area under a pressure p. It sinks by p / k at its base and by p / k + p h / E at its top. The
-/// mesh does not matter, because every element represents uniform stress. Normal springs leave x, y and the rotation about z
-/// unconstrained. Tolerance: rounding of the solve (1e-10).
+/// Truth: a block of height h and modulus E is on springs k per area under a pressure p. It sinks by p / k at its base and by p /
+/// k + p h / E at its top. The mesh does not matter, because every element represents uniform stress. Normal springs leave x, y and
+/// the rotation about z unconstrained. Tolerance: rounding of the solve (1e-10).
 #[test]
 fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);
@@ -47,9 +47,10 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     assert!(find_rigid_body_modes(&held).expect("sound supports").is_none());
 }
 
-/// Truth: semi-infinite beam on a foundation under an end load P (Hetenyi 1946). It deflects there by 2 P lambda / (k b),
-/// lambda^4 = k b / (4 E I). Its first zero is at lambda x = pi / 2. With lambda h = 0.05 shear adds about its square. The 60
-/// elements of lambda l = 0.1 add as much, hence 1 %.
+/// Truth: a semi-infinite beam on a foundation under an end load P deflects at its end by 2 P lambda / (k b) (Hetenyi 1946).
+/// lambda^4 = k b / (4 E I), with height h, width b, bending stiffness E I and foundation stiffness k per area. The deflection
+/// first vanishes at lambda x = pi / 2. Shear adds about (lambda h)^2, with lambda h = 0.05. The 60 elements of length 0.1 / lambda
+/// add as much, hence 1 %.
 #[test]
 fn a_beam_on_a_foundation() {
     let (h, b, e) = (1.0, 1.0, 1000.0_f64);
@@ -78,8 +79,8 @@ fn a_beam_on_a_foundation() {
     assert!(deflection(30.0) * wanted > 0.0 && deflection(32.0) * wanted < 0.0);
 }
 
-/// Truth: a linear field on the boundary is linear inside (patch test), here the far-field strain of a larger body. Rows of the
-/// gradient are components. Tolerance 1e-12 of the largest displacement.
+/// Truth: a linear field on the boundary is linear inside (patch test), here the far-field strain of a larger body. Row i of the
+/// gradient belongs to displacement component i. Tolerance 1e-12 of the largest displacement.
 #[test]
 fn a_far_strain_field() {
     let gradient = [[1e-3, 2e-4, -3e-4], [5e-4, -7e-4, 1e-4], [2e-4, 4e-4, 6e-4]];
@@ -102,8 +103,8 @@ fn a_far_strain_field() {
     }
 }
 
-/// Truth: half of a symmetric body has the same displacement at the same points as the whole body (1e-11 of the largest). Curved or
-/// oblique planes are refused with their normal or shape.
+/// Truth: half of a symmetric body has the same displacement at the same points as the whole body (1e-11 of the largest). A curved
+/// or oblique surface is refused, and the message names its shape or normal.
 #[test]
 fn a_plane_of_symmetry() {
     let load = |mesh, supports| {
@@ -134,7 +135,7 @@ fn a_plane_of_symmetry() {
     assert!(bent.contains("not plane"), "{bent}");
 }
 
-/// Truth: the stiffness of springs is positive, and foundations are on the outer surface of the body.
+/// Truth: springs must have a positive stiffness, and the group of a foundation must exist. The message names what is wrong.
 #[test]
 fn refuses_wrong_foundations() {
     for (group, bedding, words) in [

@@ -84,7 +84,7 @@ fn whole_field(body: &AffineBody) -> BodyField {
     BodyField { stress, ..field }
 }
 
-/// Numbers in -1..1 without a pattern (multiples of the golden ratio). A permuted entry is detected.
+/// Irregular numbers in -1..1 (from multiples of the golden ratio), so that a test detects permuted entries.
 fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| 2.0 * ((i as f64 + seed) * 0.618_033_988_749_894_9).fract() - 1.0).collect()
 }
@@ -142,7 +142,8 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
     Mesh { source: "by hand".into(), points, blocks: vec![block], ..Default::default() }
 }
 
-/// Truth: the definition of the planes. A global vector is the local one turned by the azimuth of the frame.
+/// Truth: a state stores components in planes, component k of cell i at index 6 k + i. The grid stores the components of each cell
+/// together. A global vector is the local one turned by the azimuth of the frame.
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
@@ -163,8 +164,8 @@ fn frame_fields_are_the_planes_by_cell() {
     }
 }
 
-/// Truth: the affine displacement at the reference position of every point. Action and reaction: the contact nodes inside the frame
-/// carry its constant traction, with opposite sign on body 1. All other nodes carry zero.
+/// Truth: every point has the affine displacement of its reference position. Action and reaction: the contact nodes inside the
+/// frame carry its constant traction, with opposite sign on body 1. All other nodes carry zero.
 #[test]
 fn surfaces_carry_displacement_and_traction() {
     let mesh = quadratic_cube();
@@ -193,7 +194,8 @@ fn surfaces_carry_displacement_and_traction() {
     }
 }
 
-/// Truth: a frame of general polygons gives the same cells as the grid that it was made from, borders included.
+/// Truth: the cells that contain a point are the same whether the frame is a grid or a list of the grid's polygons. This includes
+/// points on borders.
 #[test]
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
@@ -213,7 +215,7 @@ fn a_frame_without_grid_is_searched_to_the_same_end() {
     assert_eq!(inside, 13 * 9, "points of the pattern inside 1.8 x 1.0, borders included");
 }
 
-/// Truth: the input. A field of the wrong size is an error and is not truncated.
+/// Truth: the field has 7 displacements and the mesh 20 nodes. A field of the wrong size is an error and is not truncated.
 #[test]
 fn a_recovered_field_that_does_not_fit_is_refused() {
     let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: None };
@@ -257,7 +259,7 @@ fn json_grid(grid: &UnstructuredGrid, straight: bool) -> serde_json::Value {
     })
 }
 
-/// Python with meshio and VTK, from $ORTHOWEAR_PYTHON or the .venv of the project.
+/// Python with meshio and VTK, from $ORTHOWEAR_PYTHON or the .venv of the project. `None` if it is absent.
 fn python() -> Option<PathBuf> {
     let program = std::env::var_os("ORTHOWEAR_PYTHON")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python"), PathBuf::from);

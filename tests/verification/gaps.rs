@@ -30,8 +30,8 @@ fn radius(record: &IncrementRecord) -> f64 {
     (record.contact_area / PI).sqrt()
 }
 
-/// Truth: case `cone-sneddon`. delta = (pi / 2) a tan b to 5e-3, a within a cell. The pressure at half the radius, away from the
-/// logarithmic singularity at the tip, to 1e-2.
+/// Truth: case `cone-sneddon`. The approach is delta = (pi / 2) a tan b for the slope b, to 5e-3. The contact radius a agrees
+/// within a cell. The pressure at half the radius, away from the logarithmic singularity at the tip, agrees to 1e-2.
 #[test]
 fn a_cone() {
     let (a, cells) = (0.177_572_3, 50);
@@ -51,7 +51,7 @@ fn a_cone() {
     }
 }
 
-/// Truth: case `power-law-quartic`. delta for the gap B r^4 to 5e-3, a within a cell.
+/// Truth: case `power-law-quartic`. For the gap B r^4 the approach agrees to 5e-3, the contact radius within a cell.
 #[test]
 fn a_quartic() {
     let (a, cells) = (1.003_105_65, 50);
@@ -62,8 +62,8 @@ fn a_quartic() {
     assert!((radius(found) - a).abs() < 2.5 * a / cells as f64);
 }
 
-/// Truth: case `sphere-exact-profile` (Segedin 1957), a / R = 0.4. The force of the exact sphere agrees to 5e-3. The paraboloid at
-/// the same contact radius has 7 % less. An ellipsoid with three equal semi-axes is the same sphere.
+/// Truth: case `sphere-exact-profile` (Segedin 1957), contact radius over sphere radius 0.4. The force of the exact sphere agrees
+/// to 5e-3. The paraboloid at the same contact radius has 7 % less. An ellipsoid with three equal semi-axes is the same sphere.
 #[test]
 fn an_exact_sphere() {
     for gap in [GapShape::Sphere { radius: 10.0 }, GapShape::SemiAxes { semi_axes: [10.0; 3], angle: 0.4 }] {
@@ -75,7 +75,8 @@ fn an_exact_sphere() {
     }
 }
 
-/// Truth: case `hertz-conforming-socket`. Ball of 10 in a socket of 10.5, both of steel: Hertz with R = 210, to 1e-2.
+/// Truth: case `hertz-conforming-socket`. A ball of radius 10 in a socket of radius 10.5, both of steel, follows Hertz with the
+/// relative radius 210, to 1e-2.
 #[test]
 fn a_ball_in_a_socket() {
     let (a, cells) = (0.880_442_270_8, 50);
@@ -93,8 +94,9 @@ fn a_ball_in_a_socket() {
     assert!(relative(radius(found), a) < 1e-2 + 1.25 / cells as f64, "{}", radius(found));
 }
 
-/// Truth: heights sampled from a rotated and displaced ellipsoid describe this ellipsoid. Bilinear interpolation between points a
-/// fifth of a cell apart has an error of h^2 / 8R, 2e-4 of the approach. The same holds for the pressures.
+/// Truth: heights sampled from a rotated and displaced ellipsoid describe this ellipsoid. Bilinear interpolation between points at
+/// the distance h, a fifth of a cell, has an error of h^2 / 8R. This is 2e-4 of the approach, and the pressures have a similar
+/// error.
 #[test]
 fn a_turned_height_map_is_its_surface() {
     let (offset, angle) = ([0.1, -0.05], 0.6);

@@ -14,8 +14,8 @@ use crate::observed::pull;
 /// Tolerance relative to the largest value, for residuals of 1e-11.
 const SOLVED: f64 = 2e-9;
 
-/// Compares tractions and wear depths at the end with their mirror images along axis `across`, to a `share` of the largest value.
-/// The traction along this axis is odd, all other fields are even.
+/// Compares tractions and wear depths at the end of the run with their mirror images along axis `across`, to a `share` of the
+/// largest value. The traction along this axis is odd, all other fields are even.
 fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     let run = solve_with(model, steps, &SolverOptions { tolerance: 1e-11, ..SolverOptions::default() });
     assert_eq!(run.outcome, Outcome::Converged);
@@ -40,8 +40,8 @@ fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     }
 }
 
-/// Truth: the mirror image of a solution solves the mirrored problem, and the solution is unique. Pressures alone, by approach and
-/// by force, on a whole small frame and on windows of a large one.
+/// Truth: the mirror image of a solution solves the mirrored problem, and the solution is unique. Cases are pressures alone, under
+/// a prescribed approach or force, on a whole small frame and on windows of a large frame.
 #[test]
 fn hertz() {
     for cells in [20, 72] {

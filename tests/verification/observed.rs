@@ -48,8 +48,8 @@ pub fn radius(area: f64) -> f64 {
     (area / PI).sqrt()
 }
 
-/// Semi-axes (long, short) of the ellipse with pressures p0 sqrt(1 - ..) and the second moments of `pressure`. The third value is
-/// the angle of the long axis from x, degrees in (-90, 90]. For such pressures the mean of X² is a² / 5.
+/// Semi-axes (long, short) of the Hertzian ellipse with the same second moments as `pressure`. The third value is the angle of the
+/// long axis from x, degrees in (-90, 90]. For Hertzian pressures the mean of X² along a semi-axis a is a² / 5.
 pub fn hertz_ellipse(frame: &ContactFrame, pressure: &[f64]) -> (f64, f64, f64) {
     let mut moments = [0.0; 4];
     for ((center, area), p) in frame.centers.iter().zip(&frame.areas).zip(pressure) {

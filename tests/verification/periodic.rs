@@ -54,7 +54,7 @@ fn line(half_width: f64, cells: usize, gap: impl Fn(f64) -> f64) -> Model {
     repeated([Some(&steel), None], frame, |x, _| gap(x))
 }
 
-/// E* of a rigid body on steel.
+/// Reduced modulus E* of a rigid body on steel, MPa.
 const E_STAR: f64 = 210e3 / 0.91;
 
 fn pressures(result: &RunResult) -> &[f64] {
@@ -62,9 +62,9 @@ fn pressures(result: &RunResult) -> &[f64] {
     &result.state.tractions[2 * n..]
 }
 
-/// Truth: catalogue case `hertz-line`. p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)). The catalogue's tolerance is 1e-2, and cells
-/// of a / 50 give 1e-3. The kernel vanishes at half the width w of the frame. Hence the approach δ = (2 P' / π E*) (ln(2 w / a) +
-/// 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
+/// Truth: catalogue case `hertz-line` for a load P' per length. p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)). The catalogue's
+/// tolerance is 1e-2, and cells of a / 50 give 1e-3. The kernel vanishes at a distance w, the half-width of the frame. Hence the
+/// approach is δ = (2 P' / π E*) (ln(2 w / a) + 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
 #[test]
 fn hertz_line() {
     let (width, load) = (0.5, 500.0);
@@ -78,7 +78,8 @@ fn hertz_line() {
     assert!(!record.contact_touches_edge);
 }
 
-/// Truth: catalogue case `wedge-2d`. a = P' / (E* tan β) to a cell, p(a / 2) = (E* tan β / π) acosh 2 to 1e-2.
+/// Truth: catalogue case `wedge-2d` for the slope β and a load P' per length. The half-width is a = P' / (E* tan β), to a cell. The
+/// pressure is p(a / 2) = (E* tan β / π) acosh 2, to 1e-2.
 #[test]
 fn wedge_2d() {
     let model = line(0.1, 400, |x| x.abs() * 2.0_f64.to_radians().tan());
@@ -120,8 +121,9 @@ fn wavy_1d_westergaard() {
     }
 }
 
-/// Truth: beyond p* contact is complete and p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of cells. The approach is that of
-/// the mean planes, Δ. On CFRP p* = 2 π Δ / W_nn for the direction of the wave (catalogue case `aniso-sinusoidal-load`).
+/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of cells.
+/// The approach equals the amplitude Δ of the wave of length λ. On CFRP p* = 2 π Δ / W_nn (catalogue case `aniso-sinusoidal-load`).
+/// W_nn is the Green's function's symbol in the direction of the wave.
 #[test]
 fn complete_contact_is_exact() {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
@@ -140,9 +142,10 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame much larger than the contact is not affected by its periodic images. The nearest images bend the surface by P /
-/// (π E* L³), against 1 / (2 R): here 2e-4 of it. Both grids have the same cells. Cell tractions are constant on the open frame and
-/// smooth on the periodic one. This gives 5e-3 of the peak at 16 cells along the contact.
+/// Truth: a frame much larger than the contact is not affected by its periodic images. The nearest images at the distance L bend
+/// the surface by P / (π E* L³). This is about 2e-3 of the gap's 1 / (2 R). Both grids have the same cells. Cell tractions are
+/// constant on the open frame and smooth on the periodic one. This changes the peak by less than 5e-3 with 16 cells along the
+/// contact.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));
@@ -158,8 +161,8 @@ fn large_frames_agree_with_open_ones() {
     }
 }
 
-/// Truth: Cattaneo and Mindlin in plane strain, c / a = sqrt(1 - Q / μP), for equal bodies, to one cell (K.L. Johnson 1985, 7.2).
-/// The frame has one or several cells along y.
+/// Truth: Cattaneo and Mindlin in plane strain, for equal bodies (K.L. Johnson 1985, 7.2). The half-widths c of the stick zone and
+/// a of the contact obey c / a = sqrt(1 - Q / μP), to one cell. The frame has one or several cells along y.
 #[test]
 fn partial_slip_of_a_line_contact() {
     let steel = steel();

@@ -49,7 +49,8 @@ fn steps() -> [Step; 5] {
 }
 
 /// Truth: the problem is strictly convex, and all solvers converge to its unique solution. The tolerance 1e-7 of the peak pressure
-/// covers residuals of 1e-10 times the condition number of S_nn, below 100. A solver that uses curvature needs fewer products.
+/// covers residuals of 1e-10 times the condition number of the normal flexibility, below 100. Conjugate gradients use curvature and
+/// need fewer operator products than projection.
 #[test]
 fn conjugate_gradients_end_where_projection_does() {
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
@@ -79,8 +80,8 @@ fn conjugate_gradients_end_where_projection_does() {
     }
 }
 
-/// Truth: the approximate inverse of the half-space operator is symmetric and positive definite. Its product with S is near the
-/// identity for pressures that vary inside the frame. (Within a factor of 2 for waves of 3 to 12 cells, Vollebregt 2014.)
+/// Truth: the approximate inverse of the half-space operator is symmetric and positive definite. Its product with the operator is
+/// near the identity for pressures that vary inside the frame. (Within a factor of 2 for waves of 3 to 12 cells, Vollebregt 2014.)
 #[test]
 fn the_approximate_inverse_is_one() {
     let (n, half_width) = (48, 0.8);

@@ -19,10 +19,10 @@ use orthowear::material::Stiffness;
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
 use crate::observed::pull;
 
-/// Friction that only the cells at the edge of a punch overcome.
+/// Friction so large that only cells at the edge of a punch slip.
 const BONDED: FrictionLaw = FrictionLaw::Coulomb { mu: 100.0 };
 
-/// A frame of the cells inside `outline`, with `cells` cells across the extent `2 extent` and a margin of one cell.
+/// A frame of the grid cells inside `outline`. The grid has `cells` cells across the width `2 extent` and a margin of one cell.
 pub fn frame(outline: &Outline, extent: f64, cells: usize) -> ContactFrame {
     let spacing = 2.0 * extent / cells as f64;
     let n = cells + 2;
@@ -74,9 +74,10 @@ fn at(frame: &ContactFrame, values: &[f64], x: f64, y: f64) -> f64 {
     values[cell]
 }
 
-/// Truth: case `punch-flat-circular` (Boussinesq). F = 2 E* a delta to 1e-2 at 20 cells along the radius, the pressure at the
-/// centre to 5e-3. Pressures are positive and increase along a radius, without a checkerboard. Beside the punch the surface sinks
-/// by (2 delta / pi) asin(a / r), to 1e-2 as the force. The outline does not count as an edge of the frame.
+/// Truth: case `punch-flat-circular` (Boussinesq). At the approach delta a punch of radius a carries F = 2 E* a delta, to 1e-2 at
+/// 20 cells along the radius. The pressure at the centre agrees to 5e-3. Pressures are positive and increase along a radius,
+/// without a checkerboard. Beside the punch the surface sinks by (2 delta / pi) asin(a / r), to 1e-2. The outline does not count as
+/// an edge of the frame.
 #[test]
 fn a_circular_punch() {
     let (a, delta) = (2.0, 0.01);
@@ -114,9 +115,10 @@ fn a_circular_punch() {
     }
 }
 
-/// Truth: case `punch-flat-square`. F / (E* L delta) = pi C = 1.152303513 from the capacitance of a square plate (Hwang, Mascagni,
-/// Won 2010). Tolerances: 6e-3 at 64 cells, 3e-3 at 128, 1e-3 after Richardson extrapolation of order 1. A polygon on a wider grid
-/// has the same cells and the same force to the tolerance of the solver.
+/// Truth: case `punch-flat-square`. A square of side L at the approach delta carries F = 1.152303513 E* L delta, from the
+/// capacitance of a square plate (Hwang, Mascagni, Won 2010). Tolerances: 6e-3 at 64 cells, 3e-3 at 128, 1e-3 after Richardson
+/// extrapolation of order 1. A polygonal outline on a wider grid gives the same cells, and the same force to the tolerance of the
+/// solver.
 #[test]
 fn a_square_punch() {
     let material = Stiffness::isotropic(1.0, 0.0).expect("E* = 1");
@@ -134,12 +136,12 @@ fn a_square_punch() {
     assert!(relative(force(within), coarse) < 1e-6);
 }
 
-/// Truth: a frictionless circular punch tilts by theta = 3 P e / (4 E* a^3) under a load P at an eccentricity e < a/3 (Johnson
-/// 1985, 3.3). Derived here: a pressure C x / sqrt(a^2 - r^2) gives a linear displacement. Its slope at the centre is (1 / pi E*)
-/// times the integral of p x / r^3, which is C pi / (2 E*). Hence C = 2 E* theta / pi, and the moment is C pi (2 a^3 / 3) = (4/3)
-/// E* a^3 theta. The error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge gives first order,
-/// the stepped outline about 3e-3 of a. Axes are arbitrary. Without friction, unloading in increments and loading again gives the
-/// same state.
+/// Truth: a frictionless circular punch of radius a tilts by theta = 3 P e / (4 E* a^3). The load P has an eccentricity e < a/3
+/// (Johnson 1985, 3.3). Derived here: a pressure C x / sqrt(a^2 - r^2) gives a linear displacement. Its slope at the centre is (1 /
+/// pi E*) times the integral of p x / r^3, which is C pi / (2 E*). Hence C = 2 E* theta / pi, and the moment is C pi (2 a^3 / 3) =
+/// (4/3) E* a^3 theta. The error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge limits
+/// convergence to first order, and the stepped outline is off by about 3e-3 of a. The moment has any direction. Without friction,
+/// unloading in increments and loading again gives the same state.
 #[test]
 fn a_tilting_punch() {
     let (a, force, modulus) = (1.0, 1000.0, 210e3 / 0.91);
@@ -171,15 +173,15 @@ fn a_tilting_punch() {
         relative(last(model, std::slice::from_ref(&lean)).rotation[1].to_radians(), 200.0 / stiffness)
     });
     assert!(fine < 1e-2 && fine < 0.8 * coarse, "{coarse} {fine}");
-    // Beyond a / 3 the punch lifts on one side. Beyond a it tips over.
+    // At eccentricities beyond a / 3 the punch lifts on one side. Beyond a it tips over.
     let lifted = last(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 700.0])), ..press(force) }]);
     assert!(lifted.contact_area < 0.9 * PI * a * a, "{}", lifted.contact_area);
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 1050.0])), ..press(force) }]);
     assert_eq!(off.outcome, Outcome::NotConverged("contact-lost"));
 }
 
-/// Truth: case `torsion-reissner-sagoci`. Under a bonded disc T = (16/3) G a^3 theta and tau = 4 G theta r / (pi sqrt(a^2 - r^2)),
-/// to 1e-2.
+/// Truth: case `torsion-reissner-sagoci`. A bonded disc of radius a, twisted by theta, needs the torque T = (16/3) G a^3 theta. The
+/// shear traction is tau = 4 G theta r / (pi sqrt(a^2 - r^2)). Both agree to 1e-2.
 #[test]
 fn torsion_of_a_bonded_disc() {
     let frame = frame(&disc(1.0), 1.0, 60);
@@ -200,8 +202,9 @@ fn torsion_of_a_bonded_disc() {
     assert!(relative(shear, wanted) < 1e-2, "{shear} {wanted}");
 }
 
-/// Truth: case `stick-tangential-punch`. Q = 8 G a u / (2 - nu) for one half-space and half of it for two equal ones, to 1e-2. For
-/// equal bodies tangential displacement and pressure are uncoupled. nu = 0.4999 replaces 0.5, which is not admissible here.
+/// Truth: case `stick-tangential-punch`. A sticking disc of radius a, displaced by u on a half-space, needs the force Q = 8 G a u /
+/// (2 - nu), to 1e-2. Between two equal half-spaces it needs half of Q. For equal bodies tangential displacement and pressure are
+/// uncoupled. nu = 0.4999 replaces 0.5, which is not admissible here.
 #[test]
 fn shift_of_a_sticking_disc() {
     for (nu, wanted) in [(0.0, 4.0), (0.3, 4.705_882_353), (0.4999, 5.333_333_333)] {
@@ -252,8 +255,8 @@ impl Flexibility for Springs {
     }
 }
 
-/// A disc of radius 1 with 100 cells across on springs of unit stiffness under unit pressure, after large sliding. It moves by
-/// `distance` along x and turns by `angle`, many times the deflection of the springs.
+/// Result for a disc of radius 1 with 100 cells across on springs of unit stiffness under unit pressure, after large sliding. The
+/// disc moves by `distance` along x and turns by `angle` (radians), many times the deflection of the springs.
 fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let frame = frame(&disc(1.0), 1.0, 100);
     let n = frame.n_cells();
@@ -290,8 +293,9 @@ fn spinning_and_sliding() {
     assert!(relative(spinning.moment[2], 2.0 / 3.0 * spinning.normal_force) < 1e-3, "{}", spinning.moment[2]);
 }
 
-/// Truth: case `spin-orthotropic-closed-form`. T = (2/3) P a (2 / pi) mu2 E(1 - mu1^2 / mu2^2) = 0.1027976283 P a, to 1e-3. The
-/// angle of the friction ellipse is arbitrary.
+/// Truth: case `spin-orthotropic-closed-form`. Pure spin has the torque T = (2/3) P a (2 / pi) mu2 E(1 - mu1^2 / mu2^2) =
+/// 0.1027976283 P a, to 1e-3. E(m) is the complete elliptic integral of the second kind. The angle of the friction ellipse is
+/// arbitrary.
 #[test]
 fn spinning_with_elliptic_friction() {
     for angle in [0.0, 0.7] {

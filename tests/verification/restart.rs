@@ -72,7 +72,7 @@ impl Outcome {
         }
     }
 
-    /// Asserts that the run ends as another one, and names the first difference.
+    /// Asserts that this run ends like the uninterrupted run `whole`, and names the first difference.
     #[track_caller]
     fn assert_ends_as(&self, whole: &Self, place: &str) {
         for (i, (found, expected)) in self.records.iter().zip(&whole.records).enumerate() {
@@ -87,7 +87,8 @@ impl Outcome {
     }
 }
 
-/// Runs `plan` from a checkpoint or from the start, on some threads. Writes its checkpoints into `folder`.
+/// Runs `plan` from a checkpoint or from the start, on `threads` threads. Writes its checkpoints into `folder` and returns their
+/// number.
 fn run(
     plan: &Plan,
     frame: Option<&ContactFrame>,
@@ -110,7 +111,7 @@ fn run(
     })
 }
 
-/// Resumes a scene from each of its checkpoints, and each resumed run from one of its own.
+/// Resumes a scene from each of its checkpoints. Each resumed run is resumed once more from one of its own checkpoints.
 fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }
@@ -174,9 +175,9 @@ fn half_spaces(frame: &str, steps: &str) -> String {
     )
 }
 
-/// Truth (rel-restart-equals-continuous): the uninterrupted run, to the last bit. Runs resume from every checkpoint, in chains and
-/// with other numbers of threads. The steps are loads in increments, fretting cycles and a step after them. The frame is large
-/// enough for windows.
+/// Truth (rel-restart-equals-continuous): a resumed run equals the uninterrupted run, to the last bit. Runs resume from every
+/// checkpoint, in chains and with other numbers of threads. The steps are loads in increments, fretting cycles and a step after
+/// them. The frame is large enough for windows.
 #[test]
 #[ignore = "97 s; usual: cycles_and_sliding_of_all_kinds and windows_that_shrink"]
 fn loads_and_cycles_of_half_spaces() {
@@ -313,7 +314,7 @@ increments = 2
     check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
 }
 
-/// Truth: the same for a meshed body whose flexibility grows with the contact, at first for the middle cells only.
+/// Truth: the same for a meshed body. Its flexibility is known at first for the middle cells only and grows with the contact.
 #[test]
 fn growing_contact_of_a_meshed_body() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");

@@ -18,7 +18,8 @@ fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
     Step { rolling: Some(Rolling { quarter_turns, creepage, spin, distance: 1.0 }), ..step("roll") }
 }
 
-/// Equal steel cylinders: relative radius, line load, friction coefficient. `half_width` is that of the contact.
+/// Equal steel cylinders: relative radius (mm), line load (N/mm), friction coefficient. `half_width` returns the half-width of the
+/// contact.
 const RADIUS: f64 = 20.0;
 const LOAD: f64 = 500.0;
 const MU: f64 = 0.3;
@@ -45,9 +46,9 @@ fn converged(model: &Model, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a) with c / a = sqrt(1 - Q / μP),
-/// to 2 % as in the catalogue. The stick zone reaches the leading edge, and no cell behind it sticks. Body 2 slips along +x and
-/// drags body 1 along +x.
+/// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a), to 2 % as in the catalogue.
+/// The half-widths of stick zone and contact obey c / a = sqrt(1 - Q / μP). The stick zone reaches the leading edge, and no cell
+/// behind it sticks. Body 2 slips along +x and drags body 1 along +x.
 #[test]
 fn carter() {
     let model = cylinders(256);
@@ -73,8 +74,8 @@ fn carter() {
     }
 }
 
-/// Truth: creepages grow in increments, and each increment is a steady state. The last one equals the same creepage in a single
-/// increment.
+/// Truth: creepages grow in increments, and each increment is a steady state. The last increment equals a single increment with the
+/// same creepage.
 #[test]
 fn increments_are_a_creep_curve() {
     let (model, creep) = (cylinders(100), 0.5 * MU * half_width() / RADIUS);
@@ -95,9 +96,10 @@ fn ball(stiffness: &Stiffness, cells: usize) -> Model {
     model
 }
 
-/// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), 2.5 % (nu = 0.4999 for 0.5). Q = G a² C11 ξ, and
-/// so on, with opposite sign for the forces on body 1. The creepages are a hundredth of those of full sliding, which lowers the
-/// forces by 0.5 %. Tractions and slips half a cell apart change the couplings C23 by C22 h / 4a, here 0.9 %.
+/// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), to 2.5 % (nu = 0.4999 for 0.5). The force for the
+/// creepage ξ is Q = G a² C11 ξ, and so on. Forces on body 1 have signs opposite to Kalker's. Creepages are a hundredth of the
+/// creepage at full sliding, which lowers the forces by 0.5 %. Tractions and slips are half a cell (h / 2) apart, which changes the
+/// coupling C23 by C22 h / 4a, here 0.9 %.
 #[test]
 fn kalker_circle() {
     let (load, e) = (300.0, 210e3);
@@ -134,8 +136,8 @@ fn kalker_circle() {
     }
 }
 
-/// Truth: far beyond adhesion every cell slides against the creepage. Q = μP along the creepage, on body 1 in its direction. For a
-/// friction ellipse Q = P M² v / |M v|.
+/// Truth: far beyond adhesion every cell slides against the creepage v. Q = μP along the creepage, on body 1 in its direction. For
+/// a friction ellipse Q = P M² v / |M v| with M = diag(μ1, μ2).
 #[test]
 fn full_sliding() {
     let load = 300.0;
@@ -154,7 +156,7 @@ fn full_sliding() {
     }
 }
 
-/// Truth: in plane strain there is no slip across the plane. A friction ellipse acts with its semi-axis in the plane.
+/// Truth: in plane strain there is no slip across the plane. Of a friction ellipse only the semi-axis in the plane matters.
 #[test]
 fn an_ellipse_along_its_axis_is_coulomb() {
     let creep = [0.5 * MU * half_width() / RADIUS, 0.0];
@@ -186,8 +188,8 @@ fn mirrored_rolling_on_cfrp() {
 }
 
 /// Truth: in a steady state the elastic energy is constant. Friction dissipates the work of the creepages over the rolled distance,
-/// to rounding. With an energy law the worn volume is k times the dissipation, to 1e-2: at the end of stick, tractions turn within
-/// a cell. The gap does not change.
+/// to rounding. With an energy law the worn volume is k times the dissipation, to 1e-2, because tractions change direction within a
+/// cell where stick ends. The gap does not change.
 #[test]
 fn wear_per_rolled_distance() {
     let mut model = ball(&steel(), 48);
@@ -209,8 +211,8 @@ fn wear_per_rolled_distance() {
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));
 }
 
-/// Truth: convergence with the cells. Tilted fibres couple pressures and tractions. The forces on cells of half the size agree to
-/// 0.1 %, and Newton's method finds them alone.
+/// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple pressures and tractions. On the finer
+/// cells Newton's method converges alone.
 #[test]
 fn rolling_on_tilted_fibres() {
     let rolled = |cells| {
@@ -226,8 +228,9 @@ fn rolling_on_tilted_fibres() {
     }
 }
 
-/// Truth: `max_iterations` is the only limit on the iterations of a step. Friction three hundred times weaker across needs many
-/// iterations (more than 500) on the cells in contact. The result is certified and equals that on the whole frame.
+/// Truth: `max_iterations` is the only limit on the iterations of a step. With a three hundred times smaller friction coefficient
+/// across, many iterations (more than 500) are needed on the cells in contact. The result is certified and equals the result on the
+/// whole frame.
 #[test]
 fn rolling_with_little_friction_across() {
     let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));

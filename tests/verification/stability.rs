@@ -30,7 +30,7 @@ fn ended(case: &Case) -> Verdict {
     verdict
 }
 
-/// The certified runs of a sweep with their values.
+/// The certified runs of a sweep with their parameter values.
 fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     let of_sweep = cases.iter().filter(|case| case.sweep == sweep);
     let runs = of_sweep.filter_map(|case| match ended(case) {
@@ -42,7 +42,7 @@ fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     runs
 }
 
-/// The run for a value.
+/// The run for a parameter value.
 fn of<'r>(runs: &'r [(&str, Run)], value: &str) -> &'r Run {
     &runs.iter().find(|(known, _)| *known == value).unwrap_or_else(|| panic!("no run of {value}")).1
 }

@@ -38,9 +38,8 @@ fn near(found: [f64; 2], wanted: [f64; 2], within: f64) {
 }
 
 /// Truth: small rotations (a, b) about x and y through the centre of the frame move a paraboloid of radius R. Its lowest point is
-/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. The system of equations is the same, and so is the solution to the tolerance of
-/// the solver. That is 1e-8 of the peak pressure and 1e-6 of the forces. With and without friction, with prescribed approach and
-/// prescribed force.
+/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. The equations are the same, and so is the solution: forces and peak pressure
+/// agree to 1e-6 at residuals of 1e-8. Cases are with and without friction, with prescribed approach and prescribed force.
 #[test]
 fn a_rotated_sphere_is_a_shifted_one() {
     let (a, b) = (0.003, -0.008);
@@ -104,8 +103,8 @@ fn a_sphere_rolls_under_a_moment() {
 
 /// Truth: case `lubkin-torsion`. A rigid sphere under a constant force carries 0.897338429 of the torque of full slip (3 pi / 16)
 /// mu P a. It sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. Tolerances of the catalogue: c within a cell, the angle to
-/// 1e-2. Torsion does not change the pressure (1e-6: residuals of 1e-8). Ten increments give the same, since the torque only grows.
-/// The resulting twist, prescribed, gives the same torque.
+/// 1e-2. Torsion does not change the pressure (1e-6: residuals of 1e-8). Ten increments give the same twist to 2e-3, since the
+/// torque only grows. The resulting twist, prescribed, gives the same torque.
 #[test]
 fn lubkin() {
     let (force, mu, g) = (1000.0, 0.3, 210e3 / 2.6);
@@ -132,7 +131,7 @@ fn lubkin() {
 }
 
 /// Truth: Masing's rule under a constant force. Reversal of the torque T to -T reverses the twist, and another reversal gives the
-/// first twist again (closed loop). Tolerance 1e-6, that of the solver over the compliance of the edge.
+/// first twist again (closed loop). Tolerance 1e-6: the contact edge is compliant and magnifies the residual of the solver.
 #[test]
 fn a_torsional_loop_closes() {
     let mut model = half_spaces(&steel(), None, (0.4, 32), sphere(RADIUS));
@@ -147,8 +146,9 @@ fn a_torsional_loop_closes() {
     assert!(relative(-angles[2], angles[1]) < 1e-6 && relative(angles[3], angles[1]) < 1e-6, "{angles:?}");
 }
 
-/// Truth: statics. Beyond (3 pi / 16) mu P a a sphere spins, reported with the largest moment that friction carries. Without
-/// contact on one side of the moment the punch tips over. Both outcomes keep the step.
+/// Truth: equilibrium. A sphere spins under a moment beyond (3 pi / 16) mu P a, and the run reports the largest moment that
+/// friction carries. A punch tips over if the resultant lies outside its outline. In both cases the record of the failed step is
+/// kept.
 #[test]
 fn too_large_a_moment_is_reported() {
     let mut model = half_spaces(&steel(), None, (0.4, 24), sphere(RADIUS));
@@ -170,8 +170,7 @@ fn too_large_a_moment_is_reported() {
     assert!(off.warnings.iter().any(|note| note.contains("tips about y")), "{:?}", off.warnings);
 }
 
-/// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles. The reversal
-/// points of a cycle mirror each other if the scene is symmetric in x.
+/// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let mut model = half_spaces(&steel(), None, (0.5, 32), sphere(RADIUS));
@@ -208,7 +207,7 @@ fn a_spin_moment_needs_friction() {
     assert!(error.to_string().contains("spin moment"), "{error}");
 }
 
-/// Truth: force and torque on an inclined contact follow from one balance. Each agrees with its prescribed value.
+/// Truth: prescribed forces and moments on an inclined contact act together. Each agrees with its prescribed value.
 #[test]
 fn forces_and_moments_act_together() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, 32), sphere(RADIUS));

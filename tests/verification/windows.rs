@@ -10,7 +10,7 @@ use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
 };
 
-/// Runs with windows and on the whole frame with `method`. Compares forces, areas and tractions.
+/// Runs with windows, and on the whole frame with `method`. Compares forces, areas, tractions and gaps.
 fn same(model: &Model, steps: &[Step], method: Method) {
     let options = SolverOptions { tolerance: 1e-9, ..SolverOptions::default() };
     let windows = solve_with(model, steps, &options);
@@ -91,8 +91,8 @@ fn wide_contacts_begin_on_coarser_cells() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: as above. On the window of the first step the second one has no equilibrium. Contact has to spread far beyond it to carry
-/// the moment, the spin moment or the force.
+/// Truth: as above. The second step has no equilibrium on the window of the first step. Contact has to spread far beyond this
+/// window to carry the moment, the spin moment or the force.
 #[test]
 fn a_window_too_small_is_no_verdict() {
     let tipping = |moment| Step { tilt: Some(Tilt::Moment(moment)), friction: false, ..press(100.0) };
@@ -109,8 +109,8 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
-/// Truth: as above, for rolling. The slip of a cell refers to the cell ahead, which lies outside the contact at its edge. The
-/// numbers of cells allow coarser grids or not.
+/// Truth: as above, for rolling. The slip of a cell refers to the cell ahead, which lies outside the contact at the leading edge.
+/// 96 cells allow coarser grids, 97 cells do not.
 #[test]
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {
@@ -122,7 +122,7 @@ fn rolling_on_a_window_is_rolling_on_the_frame() {
 }
 
 /// Truth: by hand. Without a force the bodies just touch, for any history. They touch at the centres of the four middle cells, h /
-/// 2 from the origin along x and y. The gap there is h² / 4R.
+/// 2 from the origin along x and y for cells of size h. The gap there is h² / 4R.
 #[test]
 fn bodies_without_load_just_touch() {
     let model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));

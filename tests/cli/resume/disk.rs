@@ -7,7 +7,7 @@ use super::job::{Job, results, whole};
 const NONE: &str = "output.fields=[]";
 const ALL: &str = "output.fields=[\"vtu\", \"svg\"]";
 
-/// Requires that every file except the summary equals that of the uninterrupted run.
+/// Requires that every file except the summary equals the file of the uninterrupted run.
 #[track_caller]
 fn assert_files_of_whole(out: &Path) {
     let (found, expected) = (results(out), whole());
@@ -16,8 +16,8 @@ fn assert_files_of_whole(out: &Path) {
 }
 
 /// Truth (rel-disk-full, docs/checkpoints.md): if nothing more can be written, the run ends with exit code 4 and names the file.
-/// The limits on the size of files are zero, small, or below the checkpoints only. The checkpoints stay unchanged, and the run
-/// resumes once there is space.
+/// The limits on file sizes are zero, small, or exceeded by checkpoints only. The checkpoints stay unchanged, and the run resumes
+/// once there is space.
 #[test]
 fn a_full_disk() {
     for (bytes, fields) in [(0, ALL), (4096, ALL), (50_000, ALL), (50_000, NONE)] {
@@ -38,7 +38,7 @@ fn assert_goes_on_after_a_full_disk(bytes: u64, fields: &str) {
     assert_files_of_whole(&job.out);
 }
 
-/// Truth: the same for files that may not get larger, as on a disk that fills up during the run. The run resumes from the last
+/// Truth: a run whose file sizes are limited, as on a disk that fills up, ends with exit code 4. It resumes from the last
 /// checkpoint that fitted.
 #[test]
 fn a_disk_that_fills_up() {

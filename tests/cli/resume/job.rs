@@ -162,7 +162,7 @@ pub fn send(child: &Child, signal: libc::c_int) {
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), signal) };
 }
 
-/// Files of an output directory without what depends on time and memory.
+/// Files of an output directory by name, without the values that depend on time and memory.
 pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(out).unwrap().map(|entry| entry.unwrap());
     let files = entries.filter(|entry| entry.file_type().unwrap().is_file()).map(|entry| {

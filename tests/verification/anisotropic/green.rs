@@ -18,13 +18,13 @@ pub fn about_y(stiffness: &Stiffness, degrees: f64) -> Stiffness {
     stiffness.rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), degrees.to_radians()).matrix())
 }
 
-/// Indentation modulus, 2 / <W_nn>.
+/// Indentation modulus: 2 over the mean of the normal admittance W_nn over all directions.
 fn modulus(stiffness: &Stiffness) -> f64 {
     let green = green(stiffness, Side::Lower);
     2.0 * 512.0 / (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>()
 }
 
-/// Truth: `indentation-modulus-orthotropic` (Vlassak et al. 2003; computed for the catalogue), 10 digits, tolerance 1e-9.
+/// Truth: the indentation moduli of case `indentation-modulus-orthotropic` (Vlassak et al. 2003), 10 digits. Tolerance 1e-9.
 #[test]
 fn indentation_moduli_of_orthotropic_half_spaces() {
     for (name, stiffness, published) in [
@@ -37,8 +37,8 @@ fn indentation_moduli_of_orthotropic_half_spaces() {
     }
 }
 
-/// Truth: `surface-admittance-orthotropic-closed-form`: values of 10 digits along and across the fibre, 1e-9 of the largest. The
-/// catalogue's 1e-10 is beyond the digits of the values. Its closed forms are tested to 1e-12 in `bem`.
+/// Truth: case `surface-admittance-orthotropic-closed-form`: Re W along and across the fibre. The published values have 10 digits,
+/// so the tolerance is 1e-9 of the largest entry, not the catalogue's 1e-10. `bem` tests the closed forms to 1e-12.
 #[test]
 fn admittance_along_and_across_the_fibre() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -53,8 +53,8 @@ fn admittance_along_and_across_the_fibre() {
     }
 }
 
-/// Truth: `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975): the other
-/// directions of the tables, 1e-8 of the largest entry, and G(x) = G(-x)^T.
+/// Truth: cases `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975): G(x) at
+/// unit distance along x and y. The tolerance is 1e-8 of the largest entry. Reciprocity: G(x) = G(-x)^T.
 #[test]
 fn point_forces_along_the_axes() {
     let symmetric =
@@ -94,9 +94,9 @@ fn point_forces_along_the_axes() {
     }
 }
 
-/// Truth: `barnett-lothe-identities`: the tensors belong to the plane of (m, n), so that L(w) = L(w + pi). All are the same for
-/// every pair of axes in that plane. A half-space whose surface is turned about m x n by any angle therefore has the same S, H and
-/// L. Tolerance 1e-11 as published.
+/// Truth: case `barnett-lothe-identities`: the tensors S, H and L depend only on the plane of the direction m (at angle w in the
+/// surface) and the normal n. Hence L(w) = L(w + pi) and H(w) = H(w + pi). A turn of the body about m x n turns the tensors with
+/// it. Tolerance 1e-11 as published, and 1e-9 for H(w).
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];

@@ -12,7 +12,8 @@ use crate::crystals::{cfrp_of_tables, cubic, with_ratio, zinc};
 use crate::observed::{hertz_ellipse, radius};
 use nalgebra::{Rotation3, Vector3};
 
-/// A case of the catalogue: material in the axes of the frame, force, semi-axes, angle of the long axis, peak pressure, approach.
+/// A case of the catalogue: material in the axes of the frame, force (N), semi-axes (mm) and angle (degrees) of the long axis from
+/// x. `peak` is the largest pressure (MPa), `approach` is in mm.
 struct Case {
     name: &'static str,
     material: Stiffness,
@@ -85,9 +86,9 @@ fn between(a: f64, b: f64) -> f64 {
     d.min(180.0 - d)
 }
 
-/// Truth: `aniso-hertz-cfrp`, `aniso-hertz-zinc-copper`, rigid sphere R = 10. As in the catalogue, the approach holds to 5e-3 and
-/// the semi-axes (from the second moments of the pressures) within one cell. The direction holds within 1 degree (5 degrees where a
-/// / b < 1.05). Peak pressure to 1e-2.
+/// Truth: the exact ellipses of the cases `aniso-hertz-cfrp` and `aniso-hertz-zinc-copper` under a rigid sphere of R = 10 mm. The
+/// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. Their direction holds to 1 degree, or 5 degrees
+/// where a / b < 1.05. Semi-axes come from the second moments of the pressures. Peak pressure to 1e-2.
 #[test]
 fn spheres_on_crystals_and_cfrp() {
     for case in cases() {
@@ -111,8 +112,9 @@ fn spheres_on_crystals_and_cfrp() {
     }
 }
 
-/// Truth: `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius 0.40953
-/// mm. The exact semi-axes differ from it by 6 %. The found ones are within 1 % of the exact ones, at 64 cells along the frame.
+/// Truth: case `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius
+/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %. Those computed on 64 x 64 cells are within 1 % of the exact
+/// ones. The approach is that of the mean modulus to 5e-3.
 #[test]
 fn the_mean_modulus_is_not_the_answer() {
     let model = half_spaces(&cfrp_of_tables(), None, (0.52, 64), sphere(10.0));
@@ -124,10 +126,10 @@ fn the_mean_modulus_is_not_the_answer() {
     assert!(relative(result.records[0].approach, 0.01677123538) < 5e-3);
 }
 
-/// Truth: `indentation-modulus-cubic`: F = 2 M a delta under a flat circular punch, 1e-2. The surfaces are the (100) and (111)
-/// faces of copper and the (110) face of silicon, in GPa. The punch is the cells with centres inside a circle, a the radius of
-/// their area. Cells at the edge take half a cell of the singular pressure beyond it. Two grids show this as an error of first
-/// order.
+/// Truth: case `indentation-modulus-cubic`: F = 2 M a delta under a flat circular punch of radius a at the approach delta, to 1e-2.
+/// The moduli M are those of the (100) and (111) faces of copper and the (110) face of silicon, in GPa. The punch covers all cells
+/// with centres inside a circle, and a is the radius of a circle of their total area. The singular pressure at the edge causes an
+/// error of first order in the cell size, which two grids confirm.
 #[test]
 fn flat_punches_on_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -153,8 +155,8 @@ fn flat_punches_on_crystals() {
     }
 }
 
-/// Truth: `str-modulus-ratio`: the contact of a sphere gets longer with increasing E1 / E2 (1 to 1e4). The solver takes less than
-/// five times as many iterations.
+/// Truth: case `str-modulus-ratio`: the ratio of the semi-axes under a sphere increases with E1 / E2 (1 to 1e4). The solver takes
+/// less than five times as many iterations as for E1 = E2.
 #[test]
 fn extreme_ratios_make_longer_ellipses() {
     let mut ratios = Vec::new();

@@ -13,10 +13,9 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// Truth: case `str-near-incompressible`: Re W = ((1 - nu) (m m + n n) + t t) / G and Im W = (1 - 2 nu) / 2 G between m and n (Ting
-/// 1996), in every direction, on both sides. The coupling of normal and tangential components vanishes with 1 - 2 nu. Tolerance:
-/// the entries of the stiffness are rounded to 1e-16 lambda, which is lambda / mu of the rounding of G. Ten times as much is
-/// allowed.
+/// Truth: case `str-near-incompressible`: Re W = ((1 - nu) (m m + n n) + t t) / G (Ting 1996), with m along the wave, t across it
+/// and n normal. The entries of Im W between m and n are (1 - 2 nu) / (2 G), with opposite signs. The coupling of normal and
+/// tangential components vanishes with 1 - 2 nu. Tolerance of G W: 1e-15 (10 + lambda / G), ten times the rounding of lambda.
 #[test]
 fn isotropic_half_spaces_up_to_incompressible() {
     let young = 210e3;
@@ -43,7 +42,8 @@ fn isotropic_half_spaces_up_to_incompressible() {
     }
 }
 
-/// Rubber with fibres along axis 1. Its volume changes by the share `compressible` of its change with Poisson's ratios of zero.
+/// Rubber with fibres along axis 1. With c = `compressible`, nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 / (2 E1) - c. At c = 0 the
+/// volume cannot change.
 fn fibres_in_rubber(compressible: f64) -> Stiffness {
     let (e1, e2) = (50e3, 10e3);
     let (nu12, nu23) = (0.5 * (1.0 - compressible), 1.0 - e2 / (2.0 * e1) - compressible);
@@ -52,9 +52,9 @@ fn fibres_in_rubber(compressible: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("admissible")
 }
 
-/// Truth: closed forms of Ting (1996) along and across the fibre, and of Elliott (1949) with the fibre along the normal. The
-/// identities of Barnett and Lothe hold in cuts at any angle. The material is transversely isotropic and nearly incompressible.
-/// Tolerance: 1e-15 of the largest stiffness over the least, and 1e-14.
+/// Truth: the admittance in closed form along and across the fibre (Ting 1996), and the indentation modulus with the fibre along
+/// the normal (Elliott 1949). The identities of Barnett and Lothe hold for any rotation. The material is transversely isotropic and
+/// nearly incompressible. Tolerance: 1e-14 plus 1e-15 times the condition number of the stiffness.
 #[test]
 fn fibres_in_rubber_up_to_incompressible() {
     for compressible in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -92,8 +92,8 @@ fn fibres_in_rubber_up_to_incompressible() {
     }
 }
 
-/// Truth: Poisson's ratio itself for isotropic materials. For fibres in rubber, in any direction: 1 - 2 nu = 2 c (1 / E1 + 1 / E2)
-/// / (1 / E1 + 2 / E2), where the volume changes by the share c. Rounding of the compliance: 1e-10.
+/// Truth: the volumetric Poisson's ratio of an isotropic material is its nu. For fibres in rubber of compressibility c it satisfies
+/// 1 - 2 nu = 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2), whatever the rotation. Rounding of the compliance: 1e-10.
 #[test]
 fn volumes_that_hardly_change() {
     for nu in [-0.5, 0.0, 0.3, 0.49, 0.4999] {

@@ -9,10 +9,10 @@ use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;
 use crate::punches::{frame, model};
 
-/// Truth: case `aniso-punch-circular-elliptic`: CFRP with the fibre along x, F = 100 N. The punches are a disc of radius 2 and an
-/// ellipse of 3 by 1, long along and across the fibre. The approach holds to 1e-2. At less than 0.8 of the way to the singular
-/// edge, the pressure is that on steel to 1e-2, as no anisotropy changes it. It is F / (2 pi a b sqrt(1 - x²/a² - y²/b²)) to 2.5e-2
-/// there, the error of an edge of cells.
+/// Truth: case `aniso-punch-circular-elliptic`: CFRP with the fibre along x, F = 100 N. The punches are a disc of radius 2 mm and
+/// an ellipse of semi-axes 3 and 1 mm, whose long axis lies along or across the fibre. The approach holds to 1e-2. Anisotropy does
+/// not change the pressure: within 0.8 of the semi-axes it equals the pressure on steel to 1e-2. There it is F / (2 pi a b sqrt(1 -
+/// x²/a² - y²/b²)) to 2.5e-2, the error of an edge of cells.
 #[test]
 fn discs_and_ellipses_on_cfrp() {
     let force = 100.0;

@@ -17,8 +17,8 @@ fn contract(c: &Matrix6<f64>, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> 
     })
 }
 
-/// H = i A B⁻¹ of the solid x3 > 0 for waves along (cos w, sin w, 0) (Ting 1996): A and B hold the eigenvectors of
-/// N = [N1 N2; N3 N1ᵀ] with Im p > 0.
+/// Admittance H = i A B⁻¹ of the solid x3 > 0 for waves along (cos w, sin w, 0) (Ting 1996). A and B are the upper and lower halves
+/// of the eigenvectors of Stroh's matrix [N1 N2; N3 N1ᵀ] whose eigenvalues p have Im p > 0.
 fn admittance(stiffness: &Stiffness, w: f64) -> Matrix3<C> {
     let scale = stiffness.voigt().amax();
     let c = stiffness.voigt() / scale;
@@ -54,8 +54,8 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
     (a - b).map(|x| x.norm()).amax() / b.map(|x| x.norm()).amax()
 }
 
-/// Truth: `barnett-lothe-identities`, the eigenvalue route. Agreement to 1e-9 away from degenerate roots, as in the catalogue, in
-/// 36 directions of random cuts. Compared are the tensors of single directions and the series of the Green's function.
+/// Truth: case `barnett-lothe-identities`: the admittance from Stroh's eigenvectors, to 1e-9 away from degenerate roots as in the
+/// catalogue. The tensors of single directions and the series of the Green's function must give it, in 36 directions of two cuts.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
     let materials = [
@@ -80,7 +80,7 @@ fn eigenvectors_agree_with_the_integrals() {
     }
 }
 
-/// Truth: `str-modulus-ratio`: H against the eigenvector route to 1e-7 for E1 / E2 up to 1e4.
+/// Truth: case `str-modulus-ratio`: Stroh's eigenvectors give the same admittance to 1e-7 for E1 / E2 up to 1e4.
 #[test]
 fn eigenvectors_agree_for_extreme_ratios() {
     for ratio in [10.0, 100.0, 1e3, 1e4] {

@@ -1,4 +1,4 @@
-//! Finite boundary-element bodies under a frame: own loads, finite elements of the same body, large bodies against half-spaces.
+//! Finite boundary-element bodies under a frame: applied loads, comparison with finite elements, large bodies against half-spaces.
 
 use std::sync::Arc;
 
@@ -58,7 +58,7 @@ fn single(mut body: impl ElasticBody, frame: &ContactFrame, tractions: &[f64]) -
     gap
 }
 
-/// Work of tractions on a gap, over cells of equal area.
+/// Work of tractions on a gap, divided by the area of a cell. All cells have the same area.
 fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
@@ -69,8 +69,8 @@ pub(super) fn held(group: &str, component: usize) -> Support {
 }
 
 /// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b
-/// per volume. A displaced base moves it. Linear elements represent the rest of the field, without the particular field of the
-/// weight.
+/// per volume. A displaced base moves the whole column. Linear elements represent the field exactly after its quadratic part, the
+/// particular field of the weight, is subtracted.
 #[test]
 fn column_between_smooth_walls() {
     let (height, pressure, weight, lift) = (2.0, 50.0, 30.0, 1e-3);
@@ -91,15 +91,16 @@ fn column_between_smooth_walls() {
         assert!(found[cell].abs().max(found[n + cell].abs()) < 1e-5 * sinks.abs());
     }
     assert!(body.residual() < 1e-12);
-    // All points of the surface mesh move with the column: u = (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33 down.
+    // All points of the surface mesh move with the column: down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the
+    // displacement of the base.
     let field = body.recover(&vec![0.0; 3 * n]).unwrap();
     for (x, u) in spec.mesh.points.iter().zip(&field.displacement) {
         let z = x[2] + height;
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
     }
-    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move. Checked at points of the surface, as in its field files,
-    // and inside.
+    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move. The test compares stresses at mesh nodes, at the contact
+    // cells and at three given points.
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let tractions = vec![0.0; 3 * n];
@@ -124,14 +125,14 @@ fn column_between_smooth_walls() {
     }
 }
 
-/// Truth: the same block of finite elements with the near field of a half-space, on cells of a quarter of the side. Its error is
-/// below 1e-3 (docs/theory-hybrid.md). Compared is the work of pressures and shear on the mean displacement of the faces.
+/// Truth: a finite-element body of the same shape with the near field of a half-space, on cells of a quarter of the side. The error
+/// of this body is below 1e-3 (docs/theory-hybrid.md). The test compares the works of pressures and shear.
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
     let w = 2.0;
     let stiffness = blocks::cfrp();
-    // The cells are the faces of the middle half.
+    // The cells are element faces: those in the middle half of the top along x and y.
     let on_faces = |n: usize| {
         let frame = ContactFrame::grid([0.5 * w; 2], [n / 2; 2], [0.0; 2], 0.0).unwrap();
         let cells = frame.n_cells();
@@ -190,8 +191,8 @@ pub(super) fn graded(size: f64, up: f64) -> Mesh {
     })
 }
 
-/// Truth: bodies that are large compared with their contact become half-spaces. The difference falls as 1 over their size, which is
-/// doubled twice here.
+/// Truth: a body that is large compared with its contact tends to a half-space. Its relative difference from the half-space is
+/// proportional to 1 / size. The size is doubled twice here.
 #[test]
 fn large_bodies_become_half_spaces() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -211,7 +212,7 @@ fn large_bodies_become_half_spaces() {
         1.0 - work(&tractions, &gap([&mut lower, &mut upper], &frame, &tractions)) / infinite
     };
     let found = [4.0, 8.0, 16.0].map(lacks);
-    // The part that does not fall is the error of the elements. It drops out of the differences.
+    // The error of the elements does not depend on the size of the bodies and drops out of the differences.
     let ratio = (found[0] - found[1]) / (found[1] - found[2]);
     assert!((1.6..2.4).contains(&ratio), "{ratio}");
     let left = 2.0 * found[2] - found[1];

@@ -26,7 +26,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Triangles and distorted quadrangles over a square of side 2, finer in the middle. Some squares are cut in two.
+    /// `m` x `m` distorted quadrangles over a square of side 2, finer in the middle. A fifth of them are cut into two triangles.
     pub fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
@@ -102,7 +102,7 @@ impl Cells {
         }
     }
 
-    /// Norm of the inner product in which S is symmetric.
+    /// Norm √Σ a x² weighted by the areas a of the cells. The flexibility S is symmetric in its inner product.
     fn norm(&self, values: &[f64]) -> f64 {
         values
             .chunks(self.n())
@@ -127,9 +127,9 @@ fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     value
 }
 
-/// Truth: the dense operator of the same cells, whose integrals are computed in another way. The error of products, over the
-/// largest eigenvalue, follows the tolerance and stays below it. Vectors are smooth and rough, bodies isotropic and of CFRP with
-/// tilted fibres. Diagonal blocks are integrals of their own and agree to 1e-12.
+/// Truth: the dense operator of the same cells, which integrates in another way. The error of a product, relative to the largest
+/// eigenvalue times the norm of the tractions, is below the tolerance and falls with it. Tractions are smooth or random, bodies
+/// isotropic or of CFRP with tilted fibres. Diagonal blocks are integrated separately and agree to 1e-12.
 #[test]
 fn products_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(27);
@@ -166,8 +166,8 @@ fn products_are_those_of_the_dense_operator() {
     }
 }
 
-/// Truth: Betti's theorem, v·A S w = w·A S v, and S positive definite, for a coarse tolerance too. Direct sums over the cells are
-/// products with the dense operator.
+/// Truth: Betti's theorem, v·A S w = w·A S v with the areas A, and S positive definite, for a coarse tolerance too. Direct sums
+/// over the cells equal the product with the dense operator.
 #[test]
 fn compressed_operators_are_symmetric_and_sums_direct() {
     let cells = Cells::irregular(25);
@@ -201,7 +201,7 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
 }
 
 /// Truth: equal isotropic bodies do not couple normal and tangential components. The operator then has no coupling blocks, and
-/// their products vanish exactly.
+/// tangential tractions cause normal gaps of exactly zero.
 #[test]
 fn vanishing_components_are_not_stored() {
     let cells = Cells::irregular(17);
@@ -218,8 +218,8 @@ fn vanishing_components_are_not_stored() {
     assert!(unlike.couples_normal_tangential() && unlike.bytes() > compressed.bytes());
 }
 
-/// Truth: every block is computed independently, and parts of products are summed in a fixed order. One, two and three threads
-/// therefore give the same bits, in products and in the approximate inverses.
+/// Truth: every block is computed independently, and the contributions of the blocks to a product are summed in a fixed order. One,
+/// two and three threads therefore give the same bits, in products and in the approximate inverses.
 #[test]
 fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -243,8 +243,8 @@ fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the approximate inverse is symmetric and positive definite, with the areas as weights. The eigenvalues of its product
-/// with S lie within a factor that grows little with the number of cells (here 25). Those of S itself spread over more than 100.
+/// Truth: the approximate inverse of S is symmetric and positive definite, with the areas as weights. The largest and smallest
+/// eigenvalues of its product with S have a ratio below 25 for both numbers of cells. For S itself this ratio is above 100.
 #[test]
 fn the_approximate_inverse_makes_eigenvalues_alike() {
     let green = pair(30.0);
@@ -263,7 +263,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
         let (v, w) = (random.vector(3 * n), random.vector(3 * n));
         let (mv, mw) = (inverse(&v), inverse(&w));
         assert!((product(&v, &mw) - product(&w, &mv)).abs() < 1e-11 * product(&v, &mv));
-        // Rayleigh quotients of x in the energy of S, after steps of the power method and of the shifted power method.
+        // Rayleigh quotient of (approximate inverse times S) in the energy product of S, after 60 shifted power steps.
         let step = |x: &[f64]| {
             let mut image = vec![0.0; 3 * n];
             operator.apply(x, &mut image);
@@ -309,9 +309,9 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     }
 }
 
-/// Truth: the solution with the dense operator. Indentation and shift with friction give forces within ten tolerances, and a
-/// certificate with direct sums. Under a force without friction, the approach agrees to 1e-7. With its approximate inverse the
-/// compressed operator needs no more products than the dense one.
+/// Truth: the solution with the dense operator. Indentation and tangential displacement with friction give forces that agree to ten
+/// tolerances. The certificate checks the operator by direct sums. Under a force without friction, the approach agrees to 1e-7.
+/// With its approximate inverse the compressed operator needs no more products than the dense one.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);

@@ -22,7 +22,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
             let mut x = Point::zeros();
             x[axis] = sign;
             x[u_axis] = u;
-            // The order of the nodes follows the normal.
+            // The factor `sign` orders the nodes so that the normal points outward.
             x[v_axis] = sign * v;
             map(x)
         };
@@ -48,7 +48,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
 
 /// The sides of the cube, projected onto a sphere.
 pub(super) fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
-    // Equal angles instead of equal lengths.
+    // The tangent spaces the nodes by equal angles instead of equal lengths.
     let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
     cube(n, triangles, |x| even(x).normalize() * radius)
 }
@@ -101,7 +101,7 @@ pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl
     apart.fold(0.0, f64::max) / size
 }
 
-/// The same error, as a root mean square over the surface.
+/// Error of the nodal displacements as a root mean square over the surface, relative to the exact displacement.
 fn off_in_the_mean(
     elements: &BoundaryElements,
     state: &SurfaceState,
@@ -132,7 +132,7 @@ impl Linear {
 /// Displacement at a point off the surface, mm: the body's displacement inside the body, zero on the other side.
 ///
 /// # Source
-/// Somigliana's identity, u(y) = ∫ U t dS - ∫ T u dS.
+/// Somigliana's identity, u(y) = ∫ U t dS - ∫ T u dS, with displacements U and tractions T of a unit force at y.
 fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point) -> Point {
     let mut sum = Point::zeros();
     for i in 0..elements.n_elements() {
@@ -145,9 +145,10 @@ fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point)
     sum
 }
 
-/// Truth: a linear field, which linear elements represent exactly, from its displacements on one side and its tractions on the
-/// others. In tension u_x = p x / E, u_y = -ν p y / E (be-cube-tension). 1e-6: accuracy of the integrals. Somigliana's identity
-/// gives the field inside and zero outside, also a thousandth of the side from the surface. It gives the stress inside too.
+/// Truth: a linear field, which linear elements represent exactly. Its displacements are given on one side of the cube and its
+/// tractions on the others. In tension by p: u_x = p x / E, u_y = -ν p y / E (be-cube-tension). The tolerance 1e-6 is the accuracy
+/// of the integrals. Somigliana's identity gives the field inside, up to 0.001 from the surface, and zero outside. The stress
+/// inside agrees too.
 #[test]
 fn uniform_strain_in_a_cube() {
     let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
@@ -187,7 +188,7 @@ fn uniform_strain_in_a_cube() {
 }
 
 /// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E, a linear field, for nearly incompressible materials, and for plates and
-/// needles. The error is the accuracy of the integrals over 1 - 2ν, by which errors of the displacement become pressure.
+/// needles. The tolerance is 1e-6 / (1 - 2ν), because errors of the displacement enter the pressure with the factor 1 / (1 - 2ν).
 #[test]
 fn nearly_incompressible_and_slender_bodies_in_tension() {
     let stretches = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.02], [1.0, 0.05, 0.05]];
@@ -212,7 +213,7 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
 }
 
 /// Relative error of the displacement of a body under pressure, as a root mean square over its surface. The body is an
-/// unconstrained sphere, or surrounds a cavity.
+/// unconstrained sphere, or the space around a spherical cavity.
 fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
     let mut panels = sphere(n, radius, triangles);
@@ -230,9 +231,9 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
     off_in_the_mean(&elements, &state, exact)
 }
 
-/// Truth: Lamé. A solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p a / 4G. Errors fall with
-/// order 2 for linear and quadratic elements (their geometry is of order 2 at the corners of the cube). With 384 linear elements
-/// they are below 1e-3.
+/// Truth: Lamé. A solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p R / (4 G). Errors fall
+/// with order 1 for constant elements, 2 for linear and quadratic ones (their geometry is of order 2 at the corners of the cube).
+/// With 384 linear elements they are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -260,8 +261,9 @@ fn spheres_under_pressure() {
     }
 }
 
-/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is the first column of the compliance. The rigid motion that the
-/// condition of zero mean removes vanishes by symmetry. Order 2 with linear elements, 1e-3 with 96 quadratic ones.
+/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is σ_xx times the first column of the compliance. The rigid motion
+/// that the condition of zero mean removes vanishes by symmetry. The errors have order 2 with linear elements and are below 1e-3
+/// with 96 quadratic ones.
 #[test]
 fn anisotropic_sphere_under_uniform_stress() {
     let stiffness = cfrp();

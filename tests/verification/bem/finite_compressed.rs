@@ -1,4 +1,4 @@
-//! Compressed equations of finite boundary-element bodies: against dense ones, rigid motions, uniform strain, threads.
+//! Compressed equations of finite boundary-element bodies: comparison with dense equations, rigid motions, uniform strain, threads.
 
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
@@ -85,8 +85,8 @@ fn the_dense_equations() {
     }
 }
 
-/// Truth: a body whose base is displaced and turned moves as a whole. Translations hold to the rounding of single precision (6e-8,
-/// some twenty times over): the diagonal blocks are made for them. Rotations hold to some times the tolerance.
+/// Truth: a body whose base is displaced and turned moves as a whole. Translations are exact to 2e-6, some thirty times the
+/// rounding of single precision (6e-8), because the diagonal blocks are computed from them. Rotations hold to 6 tolerances.
 #[test]
 fn rigid_motions() {
     let elements = body(6, LinearElements, &steel());
@@ -100,8 +100,8 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: a linear field, which linear elements represent exactly. It follows from its displacements on one side and its tractions
-/// on the others, and from its tractions alone without mean motion. Displacements hold to some times the tolerance.
+/// Truth: a linear field, which linear elements represent exactly. It is prescribed by its displacements on one side and its
+/// tractions on the others, or by its tractions alone with zero mean motion. Displacements hold to six times the tolerance.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());
@@ -142,7 +142,7 @@ fn threads_do_not_change_bits() {
     assert!(run(2) == one && run(3) == one);
 }
 
-/// Truth: the blocks are stored in single precision, which has no more digits.
+/// Truth: the blocks are stored in single precision. A tolerance below 1e-6, one that is too large, and NaN are input errors.
 #[test]
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());

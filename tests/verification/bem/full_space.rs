@@ -1,4 +1,4 @@
-//! Point forces in a full space: isotropic and orthotropic values, equilibrium, the table against the integrals over directions.
+//! Point forces in a full space: isotropic and orthotropic values, equilibrium, tabulated fields against integrals over directions.
 
 use std::f64::consts::PI;
 
@@ -21,8 +21,9 @@ fn largest(fields: [&Matrix3<f64>; 3]) -> f64 {
     fields.into_iter().map(Matrix3::amax).fold(0.0, f64::max)
 }
 
-/// Truth: displacements and tractions of an independent program, by integrals over the unit circle to ten digits. Tractions are
-/// those on the plane across x, for unit forces. For steel: Kelvin's solution.
+/// Truth: displacements and tractions of unit forces by an independent program (integrals over the unit circle, ten digits). For
+/// steel this is Kelvin's solution. Tractions act on the plane normal to the position of the first point. The displacement falls as
+/// 1 / distance and is even.
 #[test]
 fn tabulated_values() {
     let points = [[1.0, 2.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Point::from);
@@ -108,8 +109,9 @@ fn isotropic_limit() {
     }
 }
 
-/// Truths: the integrals over directions, from which the table is made, at other directions, to 1e-8. One material has a fibre a
-/// hundred times stiffer than its matrix. Differences of the displacement give its derivatives.
+/// Truth: the integrals over directions, from which the table is made. At random directions the table agrees with them within twice
+/// its stated error, which is below 1e-8. Finite differences of the displacement confirm its derivatives. One material has a fibre
+/// a hundred times stiffer than its matrix.
 #[test]
 fn tables() {
     let stiff_fibre = Stiffness::transversely_isotropic(500e3, 5e3, 4e3, 0.25, 0.4).unwrap();
@@ -148,7 +150,7 @@ fn tables() {
     }
 }
 
-/// Tractions of unit forces at the origin, summed over a shifted and stretched sphere with `n` x `2 n` points.
+/// Integral of the tractions of unit forces at the origin over an ellipsoid with the centre `middle`, by `n` x `2 n` points.
 fn flux(
     (field, stiffness): (&FullSpaceField, &Stiffness),
     (middle, half_axes): (Point, Point),
@@ -171,8 +173,8 @@ fn flux(
     sum
 }
 
-/// Truth: tractions about a force balance it. Tractions on a closed surface beside the force balance each other. The surfaces are
-/// spheres, an ellipsoid off the centre and a cube.
+/// Truth: the tractions on a closed surface around a force balance the force. On a closed surface beside the force they sum to
+/// zero. The surfaces are spheres, an ellipsoid off the centre and a cube.
 #[test]
 fn equilibrium() {
     // Tractions under a tilted fibre vary over shorter distances.

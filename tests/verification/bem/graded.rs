@@ -27,8 +27,8 @@ fn graded(m: usize, ratio: f64) -> Cells {
     Cells::of((0..4 * m * m).map(cell).collect())
 }
 
-/// Truth: the dense operator, which takes Gauss points for each distant cell according to its own size. Entries are off by a fifth
-/// of the tolerance, products by three tolerances of the largest gap, where sides differ by 1e3 and 1e5.
+/// Truth: the dense operator, which chooses the Gauss points of each distant cell by the size of this cell. Cell sides differ by
+/// factors of 1e3 and 1e5. Entries differ by a fifth of the tolerance, products by up to three tolerances of the largest gap.
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
@@ -51,8 +51,9 @@ fn cells_of_unlike_size_keep_the_tolerance() {
     }
 }
 
-/// Truth: a body recovers its fields with the operator that it gave away, bit by bit. If no block is omitted this is the dense
-/// operator, and so is the operator built for fields alone. An operator compressed to 1e-3 differs from it.
+/// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no block may be
+/// omitted, this is the dense operator, also in a body whose operator was not taken. Otherwise it is compressed to 1e-3 and differs
+/// from the dense operator.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -86,9 +87,9 @@ fn fan(n: usize) -> Cells {
 }
 
 /// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by the
-/// tolerance times contact size over cell size. This ratio is 28 at most for cells of mean size. It is four times as much for cells
-/// just too large for a tighter tolerance, and no more for the smallest, whose sides are 1e5 times smaller. The lower bound shows
-/// that nothing is stored exactly.
+/// tolerance times contact size over cell size. This ratio is at most 28 for cells of mean size. The bound of 112 tolerances allows
+/// four times this value for cells just too large for a tighter tolerance. The smallest cells, with sides 1e5 times smaller, do not
+/// need more. The lower bound shows that the operator is not exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -115,9 +116,9 @@ fn pressures_follow_the_tolerance() {
     }
 }
 
-/// Truth: the bytes of the operator. The estimate from the cells alone is right to a third on cells of similar size and if no cells
-/// are far apart. On cells of different size it is up to twice as much. Half of it as a limit is refused before anything is built,
-/// with the tolerance as a remedy.
+/// Truth: the bytes of the operator. For cells of similar size, or if no cells are far apart, the estimate from the cells alone is
+/// 0.75 to 1.33 times the true size. For cells of different size it is at most twice the true size. A memory limit of half the
+/// estimate is refused before anything is built. The message recommends a larger tolerance.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -177,9 +178,10 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     Cells::of(cells)
 }
 
-/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat circular punch (Boussinesq), on cells that get a
-/// thousand times smaller towards the edge. 1e-4 as there, for values extrapolated with second order in the angle of a sector and
-/// the growth of a ring. Every influence and every pressure is positive, and pressures grow from ring to ring.
+/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq), on
+/// cells that get a thousand times smaller towards the edge. The catalogue's tolerance is 1e-4, for values extrapolated with second
+/// order in the angle of a sector and the growth of a ring. Every influence and every pressure is positive, and pressures grow from
+/// ring to ring.
 #[test]
 fn flat_punch_on_graded_rings() {
     let modulus = 210e3 / 0.91;
@@ -208,9 +210,9 @@ fn flat_punch_on_graded_rings() {
         force
     };
     let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
-    // Errors fall with the square of the angle: 36^2 / (48^2 - 36^2) = 9 / 7 of the last change are left.
+    // Errors fall with the square of the angle. From 36 to 48 sectors, 36^2 / (48^2 - 36^2) = 9 / 7 of the change remain.
     let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
-    // With half as many rings the logarithm of the growth is twice as large (11 and 22 steps to a thousand).
+    // With half as many rings the logarithm of the growth per ring is twice as large (11 instead of 22 steps to a thousand).
     let limit = fine + (fine - coarse) / 3.0;
     assert!(relative(limit, 1.0) < 1e-4, "{coarse} {fine} {limit}");
 }

@@ -11,8 +11,8 @@ use orthowear::material::Stiffness;
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Truth: an independent program (tests/data/half-space-table.json, 12 digits). Tolerance 1e-9 of the largest entry of each matrix,
-/// because the series of the table was truncated there.
+/// Truth: an independent program (tests/data/half-space-table.json, 12 digits): the admittance M, the Green's function H on the
+/// unit circle and cell integrals K. Tolerance 1e-9 of the largest entry of each matrix, where the program truncated its series.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");
@@ -65,7 +65,7 @@ fn isotropic_limit_is_boussinesq_and_cerruti() {
     }
 }
 
-/// Truth: reciprocity, G(-x) = G(x)^T. W is Hermitian and positive definite (the surface stores energy).
+/// Truth: reciprocity, G(-x) = G(x)^T. The admittance W is Hermitian and positive definite (the surface stores energy).
 #[test]
 fn green_is_reciprocal_and_the_admittance_positive() {
     for tilt in [0.0, 17.0, 30.0, 60.0, 90.0] {
@@ -81,14 +81,13 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-/// Mean of W_nn over the directions, 2 / (indentation modulus).
+/// Mean over the directions of the normal admittance W_nn. It equals 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
 
-/// Truth: W from the Barnett-Lothe tensors by direct principal-value quadrature (docs/theory-half-space.md, staggered
-/// trapezoid, exact for trigonometric polynomials), against the closed sum of the series. Tolerance 1e-12:
-/// rounding of 512 terms.
+/// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors, by a staggered trapezoidal rule, which is
+/// exact for trigonometric polynomials (docs/theory-half-space.md). The series must give the same Γ. Tolerance 1e-12: rounding.
 #[test]
 fn gamma_is_the_principal_value_integral() {
     for (tilt, side) in [(10.0, Side::Lower), (45.0, Side::Upper), (80.0, Side::Lower)] {
@@ -108,8 +107,8 @@ fn gamma_is_the_principal_value_integral() {
     }
 }
 
-/// Truth: identities of Barnett and Lothe (1973), Chadwick and Smith (1977), for 50 random rotations of each material: H L - S S =
-/// I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, that of the published check.
+/// Truth: identities of the tensors S, H, L (Barnett and Lothe 1973, Chadwick and Smith 1977) for 50 random rotations per material:
+/// H L - S S = I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, that of the published check.
 #[test]
 fn barnett_lothe_identities() {
     let mut random = Random(7);
@@ -127,9 +126,9 @@ fn barnett_lothe_identities() {
     }
 }
 
-/// Truth: closed forms along the principal directions (Ting 1996) and published values at 30 degrees. They hold for a solid x3 > 0
-/// with the components in the axes of the solid, which is our upper side. Tolerance 1e-12 for the closed form, 1e-9 for values of
-/// 10 digits.
+/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. They hold for a
+/// solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of 10 digits,
+/// 1e-8 for one of 8 digits.
 #[test]
 fn orthotropic_surface_admittance() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -203,8 +202,8 @@ fn point_force_on_cfrp_and_zinc() {
     assert!(relative(&zinc.gamma(PI / 6.0), &expected) < 1e-8);
 }
 
-/// Truth: `ti-axis-normal-zinc`, closed form for a transversely isotropic half-space with its axis along the normal (Elliott 1949;
-/// Delafargue and Ulm 2004), M = 69.61813335 GPa for zinc. Tolerance 1e-10.
+/// Truth: `ti-axis-normal-zinc`, the indentation modulus M in closed form for a transversely isotropic half-space with its axis
+/// along the normal (Elliott 1949; Delafargue and Ulm 2004). For zinc M = 69.61813335 GPa. Tolerance 1e-10, for this value 1e-9.
 #[test]
 fn indentation_modulus_of_zinc() {
     let modulus = modulus_along_the_axis(&zinc(1.0));
@@ -234,8 +233,8 @@ fn indentation_modulus_of_cubic_crystals() {
     }
 }
 
-/// Truth: closed form along the fibre (Ting 1996) where the integrands are most peaked, and the tensors of single
-/// directions against the series. Tolerance 1e-9 for E1 / E2 up to 1e4, as claimed.
+/// Truth: the closed form along the fibre (Ting 1996), where the integrands are most peaked. In other directions the series must
+/// agree with the Barnett-Lothe tensors of the single direction. Tolerance 1e-9 for E1 / E2 up to 1e4.
 #[test]
 fn extreme_modulus_ratios_keep_nine_digits() {
     for ratio in [1.0, 10.0, 100.0, 1e3, 1e4] {

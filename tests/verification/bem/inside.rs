@@ -95,10 +95,10 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity under pressure p, σ_t = p/2 on the wall, and σ_r =
-/// -p a³/r³ and σ_t = p a³/(2 r³) off it. In a sphere the stress is -p everywhere. Errors on the surface fall with order 1.5 at the
-/// corners of linear elements (those at the corners of the cube are not regular). With 216 elements the mean of σ_t over the
-/// surface is right to 1.2 % of p.
+/// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity of radius a under pressure p, σ_r = -p a³/r³ and
+/// σ_t = p a³/(2 r³), which is p/2 on the wall. In a sphere the stress is -p everywhere. Errors at the corners of linear elements
+/// fall with order 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is right to
+/// 1.2 % of p.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -115,8 +115,8 @@ fn spheres_and_cavities() {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure): σ_t = p/2 on the wall. Quadratic elements give it to 1e-3 in the mean over the wall, and with
-/// order 1.5 at least at their corners.
+/// Truth: Lamé (be-cavity-pressure): the tangential stress is σ_t = p/2 on the wall. Quadratic elements give its mean over the wall
+/// to 1e-3. The errors at their corners fall at least with order 1.5.
 #[test]
 fn the_wall_of_a_cavity() {
     let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Exterior));
@@ -151,8 +151,8 @@ fn below_a_circular_contact() {
         let shear = |k: usize| 0.5 * (found[k].stress[(0, 0)] - found[k].stress[(2, 2)]);
         assert!((shear(3) - 0.310).abs() < 1e-3, "{}", shear(3));
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
-        // The displacement follows the push of the other body and tends to 0 far away. In the middle of the surface it is the
-        // approach a π p0 / (2 E*).
+        // The displacement points away from the other body and tends to 0 at depth. In the middle of the surface it is a π p0 / (2
+        // E*), the share of this body in the approach.
         let modulus = 210e3 / (1.0 - 0.09);
         let middle =
             body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
@@ -160,8 +160,8 @@ fn below_a_circular_contact() {
     }
 }
 
-/// Truth: equilibrium of the surface. Just below the middle of a wide cell under a uniform traction, σ n is the traction on the
-/// body. The traction on body 1 is minus that on body 2. Cases include CFRP; the axes of the frame are turned.
+/// Truth: equilibrium of the surface. Just below the middle of a wide cell under a uniform traction, σ n (outward normal n) is the
+/// traction on the body. The traction on body 1 is minus the traction on body 2. Cases include CFRP. The frame is turned.
 #[test]
 fn tractions_below_the_surface() {
     let frame = ContactFrame::grid([1.0; 2], [1; 2], [0.0; 2], 0.3).unwrap();
@@ -178,9 +178,9 @@ fn tractions_below_the_surface() {
     }
 }
 
-/// Truth: a block that is large compared with the pressed square is a half-space. The block extends over 16 half-widths of the
-/// square, and its constant elements are a quarter of the square. Less than 5 % of the pressure is left at half an element and
-/// deeper, in both bodies, under pressure and shear.
+/// Truth: a block that is large compared with the pressed square tends to a half-space. It extends over 16 half-widths of the
+/// square, whose sides have four constant elements each. From a depth of half an element on, stresses differ from the half-space by
+/// less than 5 % of the pressure. Both bodies are tested, under pressure and shear.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -246,9 +246,9 @@ fn a_block_of_finite_elements() {
     }
 }
 
-/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts. At these
-/// depths an independent program (Stroh's formalism, integrals over angles and the square) gives -73.285 and -98.621 % of the
-/// pressure.
+/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts. An
+/// independent program (Stroh's formalism, integrals over angles and the square) gives two values in % of the pressure: σ_x =
+/// -73.285 at a depth of 0.25 and σ_z = -98.621 at 0.15.
 #[test]
 fn below_a_cubic_crystal() {
     let [c11, c12, c44] = [142e3, 126e3, 96e3];

@@ -99,9 +99,9 @@ fn operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts cancel). Unlike bodies do,
-/// and equal tilted ones do through the even part of G_xn (docs/theory-half-space.md). Omitting the vanishing blocks changes the
-/// result by rounding only.
+/// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts cancel). Unlike bodies
+/// couple them, and so do equal bodies with tilted fibres, by the even part of G_xn (docs/theory-half-space.md). Omitting the
+/// vanishing blocks changes the result by rounding only.
 #[test]
 fn vanishing_cross_blocks_may_be_skipped() {
     let equal = SurfaceGreen::sum(&[&green(&steel(), Side::Lower), &green(&steel(), Side::Upper)]);
@@ -175,8 +175,8 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
     assert!(relative(&dense.diagonal_blocks()[5], &fft.diagonal_blocks()[5]) < 1e-12);
 }
 
-/// Truth: A S is symmetric and positive definite on an irregular frame (a distorted grid split into triangles). The field of a
-/// uniform pressure over its square is Love's, to the order of the asymmetry of collocation.
+/// Truth: A S, with the areas A of the cells, is symmetric and positive definite on an irregular frame (a distorted grid split into
+/// triangles). A uniform pressure on all cells gives Love's displacement of a loaded square to 5e-3 (asymmetry of collocation).
 #[test]
 fn dense_operator_on_triangles() {
     let green = green(&steel(), Side::Lower);

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
 
-/// Truth: `load-uniform-square`, Love (1929): uniform pressure on a rectangle, at the centre, a corner and the middle of a side of
-/// a 4 x 4 square. Tolerance 1e-13: rounding of the closed form. 1e-9 for the published values (10 digits).
+/// Truth: `load-uniform-square`: Love's displacement (1929) under a uniform pressure on a 4 x 4 square. Points: centre, corner,
+/// middle of a side, one outside. Tolerance 1e-13: rounding of the closed form. 1e-9 for the published values (10 digits).
 #[test]
 fn uniform_pressure_on_a_square() {
     let green = green(&steel(), Side::Lower);
@@ -34,8 +34,8 @@ fn uniform_pressure_on_a_square() {
     }
 }
 
-/// Truth: Cerruti's solution integrated over rectangles (Johnson 1985, section 3.6), published to 10 digits. The normal
-/// displacement under shear has the sign of the outward normal and vanishes at the centre.
+/// Truth: Cerruti's solution integrated over rectangles (Johnson 1985, section 3.6), published to 10 digits. At the centre, shear
+/// causes no normal displacement.
 #[test]
 fn uniform_shear_on_rectangles() {
     let green = green(&steel(), Side::Lower);
@@ -53,12 +53,13 @@ fn uniform_shear_on_rectangles() {
         assert!((found / published - 1.0).abs() < 1e-9, "{found} {published}");
     }
     assert!(center[(2, 0)].abs() < 1e-15 * center[(0, 0)]);
-    // Ahead of a pull along x the surface of the lower body sinks, behind it rises.
+    // Ahead of a pull along x the surface of the lower body sinks; behind the loaded square it rises.
     assert!(polygon::integrate(&green, &SQUARE, [3.0, 0.0])[(2, 0)] < 0.0);
 }
 
-/// Truth: uniform pressure on a disc (Johnson 1985, section 3.4). A disc of pixels holds 5e-3, as published for pixels. On CFRP the
-/// value at the centre is p a <W_nn>, on a fine polygon whose loss of area is the error.
+/// Truth: uniform pressure p on a disc of radius a (Johnson 1985, section 3.4). The tolerance 5e-3 is the published error of a disc
+/// made of square cells. On CFRP the displacement of the centre is p a times the mean of W_nn. The disc is then a polygon of 4000
+/// sides, whose smaller area causes the error.
 #[test]
 fn uniform_pressure_on_a_disc() {
     let (radius, n) = (2.0, 160);
@@ -89,8 +90,8 @@ fn uniform_pressure_on_a_disc() {
     assert!((found / 0.003663079204 - 1.0).abs() < 2e-6);
 }
 
-/// Truth: multipole expansion of a square, F / (π E* r) (1 + L^2 / (24 r^2)), on an axis at 1e3 and 1e6 sides, to 1e-10. The exact
-/// edge formula has lost digits there. For CFRP, Γ(φ) / r at 1e6 sides.
+/// Truth: the multipole expansion F / (π E* r) (1 + L^2 / (24 r^2)) of a square of side L under the force F. At r = 1e3 L and 1e6 L
+/// on an axis it holds to 1e-10, where the exact edge formula has lost digits. For CFRP at 1e6 L: Γ(φ) / r.
 #[test]
 fn far_targets_do_not_cancel() {
     let reduced = 210e3 / (1.0 - 0.09);
@@ -138,7 +139,7 @@ fn parts_of_a_polygon_add_up() {
     }
 }
 
-/// Truth: the field of a patch is continuous across edges and vertices, with the modulus of continuity d ln(1/d).
+/// Truth: the field of a patch is continuous across edges and vertices. Over a distance d it changes by the order of d ln(1/d).
 #[test]
 fn field_is_continuous_at_edges_and_vertices() {
     let green = pair(35.0);
@@ -181,8 +182,8 @@ fn integrate_over(
     parts.into_iter().map(|part| integrate_over(part, f, depth - 1)).sum()
 }
 
-/// Truth: quadrature of G(x - y) itself, point by point, over random triangles seen from outside. This checks the transposition.
-/// Tolerance 1e-9: 4^5 triangles of degree 5 at a distance of about the size.
+/// Truth: quadrature of G(x - y) itself, point by point, over random triangles with targets outside. This checks that Γ is
+/// transposed correctly. Tolerance 1e-9: a rule of degree 5 on 4^5 parts, at a distance of about the size of the triangle.
 #[test]
 fn random_polygons_against_quadrature() {
     let green = pair(30.0);
@@ -234,8 +235,8 @@ fn targets_inside_against_polar_quadrature() {
     }
 }
 
-/// Truth: the exact edge formula, whose own error at the distance r is 1e-16 (r / size)^2. It checks the Gauss points that replace
-/// it away from the patch, for narrow features of Γ too. Tolerance 1e-11.
+/// Truth: the exact edge formula, whose own error at the distance r is 1e-16 (r / size)^2. Away from the patch the integrator uses
+/// Gauss points instead, which must agree also for narrow features of Γ. Tolerance 1e-11.
 #[test]
 fn gauss_points_agree_with_the_exact_formula() {
     let materials = [steel(), cfrp(0.0), cfrp(30.0), with_ratio(300.0)];

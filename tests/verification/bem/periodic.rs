@@ -59,7 +59,7 @@ fn sinusoidal_load_on_cfrp() {
 
 /// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at a distance of six frame lengths, so
 /// that its tail cancels. Tractions are constant on thin cells, and the load is divided by the harmonic factors of a cell. Higher
-/// harmonics of the cells leave (π² / 6) / 80² = 2.6e-4 of the odd entries: 5e-4.
+/// harmonics of the thin cells change the odd entries by (π² / 6) / 80² = 2.6e-4. Tolerance: 5e-4 of the largest entry.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -98,7 +98,8 @@ fn oblique_wave_equals_the_sum_over_images() {
     }
 }
 
-/// Column of the operator that is open along x: displacements of the cells ix = d due to a load exp(i k y) on the cells ix = 0.
+/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0. The operator is open
+/// along x, and k is 2π `harmonic` over the period.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
     let mut parts = [Matrix3::zeros(); 2];
@@ -121,8 +122,8 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
 }
 
 /// Truth: the sum over images of exact cell integrals along the periodic direction. A load cos(k y) or sin(k y) on thin cells is
-/// cut off smoothly. Wavelengths are far longer or far shorter than the frame, fibres lie in the surface or out of it. 1e-5 of the
-/// largest entry covers the harmonics of the thin cells, (π² / 6) / 1000² of the odd entries, and the cut-off.
+/// cut off smoothly. Wavelengths are far longer or far shorter than the frame, fibres lie in the surface or out of it. The
+/// tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of the thin cells, (π² / 6) / 1000² of the odd entries.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -165,8 +166,9 @@ fn open_direction_equals_the_sum_over_images() {
     }
 }
 
-/// Truth: the plane-strain kernel against one long cell. Differences of influences do not depend on the datum. A cell of length 2 Y
-/// differs from the line by d / Y in the odd entries: 2e-5 for Y = 5e5 h and d = 9 h.
+/// Truth: one long cell, whose influences tend to those of plane strain. Differences of influences do not depend on the datum. A
+/// cell of length 2 Y differs from an infinite one by d / Y in the odd entries: 2e-5 for Y = 5e5 h and a distance d = 9 h, with the
+/// cell width h.
 #[test]
 fn plane_strain_equals_a_long_cell() {
     for tilt in [0.0, 30.0] {
@@ -189,8 +191,8 @@ fn plane_strain_equals_a_long_cell() {
     }
 }
 
-/// Truth: the stated datum. The mean line load on an isotropic half-space causes no displacement at half the width of the frame:
-/// `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell.
+/// Truth: the datum of plane strain. The mean line load on an isotropic half-space causes no displacement at the distance w, half
+/// the width of the frame: `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell at the distance d.
 #[test]
 fn plane_strain_vanishes_at_half_the_width() {
     let below = green(&steel(), Side::Lower);
@@ -255,8 +257,9 @@ fn symmetric_and_positive() {
     }
 }
 
-/// Truth: docs/theory-half-space.md, periodic frames. Tractions v exp(i m·x) move the centres by W(m) / κ v exp(i m·x), with the
-/// admittance summed from the series of the Green's function. 1e-12 covers the transforms and the table of directions.
+/// Truth: docs/theory-half-space.md, periodic frames. Tractions v exp(i m·x) with the wave vector m move the centres by W(m) / |m|
+/// v exp(i m·x). The series of the Green's function gives the admittance W. 1e-12 covers the transforms and the table of
+/// directions.
 #[test]
 fn single_harmonics_have_the_exact_admittance() {
     let spacing = [0.1, 0.15];
@@ -293,9 +296,9 @@ fn single_harmonics_have_the_exact_admittance() {
     }
 }
 
-/// Truth: the product is the sum over the columns of the cells. They are shifted columns of the first cell: cyclic in periodic
-/// directions, transposed by Betti's theorem for backward offsets in open ones. Plain sums, without a transform of all tractions:
-/// 1e-13 per cell.
+/// Truth: plain sums over all pairs of cells, without a Fourier transform of the tractions. The columns of the operator are shifted
+/// columns of the first cell: cyclic in periodic directions, transposed by Betti's theorem for backward offsets in open ones.
+/// Tolerance 1e-13 per cell.
 #[test]
 fn products_are_plain_convolutions() {
     let cases = [
@@ -365,7 +368,6 @@ fn periodic_along_x_equals_periodic_along_y() {
     let turned = cfrp(30.0).rotated(&fibre_axes(0.0, PI / 2.0));
     let (cells, spacing) = ([5, 8], [0.1, 0.07]);
     let along_y = periodic(cells, spacing, [false, true], &green(&cfrp(30.0), Side::Lower));
-    // x' = y, y' = -x.
     let along_x = periodic([8, 5], [0.07, 0.1], [true, false], &green(&turned, Side::Lower));
     let n = 40;
     let values = Random(3).vector(3 * n);
@@ -404,7 +406,7 @@ fn same_bits_for_any_number_of_threads() {
     }
 }
 
-/// Truth: the documented refusals.
+/// Truth: invalid frames are input errors, and each message names the fault.
 #[test]
 fn nonsense_is_refused() {
     let green = green(&steel(), Side::Lower);
@@ -418,6 +420,6 @@ fn nonsense_is_refused() {
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
     refused([4, 4], [1.0, 1e-4], [false, true], "more equal");
-    // Longer than 2π 2^19 / 35 = 94 119 cells across, for a material whose kernel decays at most as fast as isotropic ones.
+    // The period exceeds 2π 2^19 / 35 = 94 119 cell widths, the limit for kernels that decay at most as fast as isotropic ones.
     refused([4, 400], [1e-3, 0.9], [false, true], "use a shorter period or wider cells");
 }

@@ -63,8 +63,8 @@ fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
-/// Truth: the direct integral over directions, which does not use Boussinesq and Cerruti, and Γ(φ) / r on the surface. Tolerance
-/// 1e-10: both are right to rounding, but the integral loses up to 1e-11 near the surface.
+/// Truth: for isotropic materials, the direct integral over directions, which does not use Boussinesq and Cerruti. On the surface:
+/// Γ(φ) / r, to 1e-12. Tolerance 1e-10: the integral loses up to 1e-11 near the surface.
 #[test]
 fn closed_forms_are_the_direct_integral() {
     for nu in [0.3, 0.0, 0.45] {
@@ -85,7 +85,7 @@ fn closed_forms_are_the_direct_integral() {
     }
 }
 
-/// Truth: a derivative is the limit of differences. The tolerance covers their third-order term and rounding.
+/// Truth: a derivative is the limit of differences. The tolerance covers their third derivative and rounding.
 #[test]
 fn gradients_are_limits_of_differences() {
     let closed = field(&steel());
@@ -133,7 +133,7 @@ fn tables_are_the_direct_integral() {
 }
 
 /// Truth: on the surface the displacement is Γ(φ) / r, and its derivatives along the surface are the limits of differences. The
-/// surface carries no traction, and the field below tends to the field on it.
+/// surface carries no traction. The field just below the surface tends to the field on the surface.
 #[test]
 fn the_surface_is_free() {
     let steel = [("steel".to_owned(), steel(), field(&steel()))];
@@ -161,8 +161,8 @@ fn the_surface_is_free() {
     }
 }
 
-/// Truth: the tractions on a hemisphere about the force balance it. The rule is Gauss's in the depth (Legendre, 96 points) and
-/// trapezoidal around the axis. Both converge geometrically.
+/// Truth: the tractions on a hemisphere around the force balance the force. The rule is Gauss's in the depth (Legendre, 96 points)
+/// and trapezoidal around the axis. Both converge geometrically.
 #[test]
 fn tractions_on_a_hemisphere_balance_the_force() {
     for (name, stiffness, field) in TABLES.iter() {

@@ -17,7 +17,7 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
 }
 
-/// A block with loads and prescribed displacements. A contact node of body 1 is also fixed in two directions.
+/// A block with loads and prescribed displacements. A contact node of body 1 also has prescribed displacements in two directions.
 fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     let lower = side == Side::Lower;
     let brick = Brick {
@@ -70,9 +70,9 @@ pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling)
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 
-/// Truth: eliminating the bodies from the block system is algebra. Both paths give the same gaps for the same tractions, loads and
-/// prescribed displacements. Wear depth and initial gap change only the normal components of k. 1e-10 relative: two different
-/// factorisations of the same matrices, FFT against dense.
+/// Truth: eliminating the bodies from the block system is algebra. The block system and the Schur complement give the same gaps for
+/// the same tractions, loads and prescribed displacements. Wear depth and initial gap add to the normal gap only. Tolerance 1e-10
+/// relative: different factorisations of the same matrices, and FFT against dense products.
 #[test]
 fn both_paths_give_the_same_gaps() {
     let frame = frame();

@@ -7,7 +7,7 @@ use orthowear::fem::{FeSpec, HexFormulation, Support};
 use orthowear::material::Stiffness;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// A block over [-width, width]^2, between heights `z[0]` and `z[1]`.
+/// A block of the half-widths `width` along x and y about the origin, between the heights `z[0]` and `z[1]`.
 pub struct Brick {
     pub width: [f64; 2],
     pub z: [f64; 2],
@@ -72,7 +72,7 @@ impl Brick {
                     let [a, b, c, d] =
                         [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
                     if self.tetrahedra {
-                        // Diagonals of the tetrahedra above on the lower and the upper face.
+                        // On both faces the triangles follow the diagonals of `TETRAHEDRA`.
                         faces[side].extend([a, b, c, a, c, d]);
                     } else {
                         faces[side].extend([a, b, c, d]);

@@ -19,8 +19,8 @@ fn within(radius: f64) -> ContactFrame {
     frame
 }
 
-/// Truth: eliminating a body is algebra. Its condensed flexibility gives the same gap as a solution of the whole body for the same
-/// tractions, without its loads. Half-spaces give the direct sums over their cells. 1e-11: rounding of solves with the factor.
+/// Truth: eliminating a body is algebra. For the same tractions, the condensed flexibility and a solution of the whole body without
+/// loads give the same gap. For half-spaces: direct sums over the cells. 1e-11: rounding of solves with the factor.
 #[test]
 fn operators_agree_with_bodies_solved_afresh() {
     let frame = frame();
@@ -39,7 +39,7 @@ fn operators_agree_with_bodies_solved_afresh() {
     }
 }
 
-/// Truth: the operator of all cells. With tractions on candidates only, the completed gap is that of the whole operator. Once all
+/// Truth: the operator of all cells. With tractions on candidates only, `complete_gap` must give the gap of this operator. Once all
 /// cells are formed, in two portions, the operators agree. 1e-11: rounding of solves with the factor.
 #[test]
 fn what_is_not_formed_is_completed_or_grown() {
@@ -79,8 +79,8 @@ fn what_is_not_formed_is_completed_or_grown() {
     }
 }
 
-/// Truth: a history with all cells formed. Only cells within 0.15 of the middle are candidates. Indentation, shift and wear must
-/// form the others and end in the same states (1e-8: certificates of 1e-12, condition number of S below 1e4).
+/// Truth: a history with all cells formed. Only cells within 0.15 of the middle are candidates. Indentation, tangential
+/// displacement and wear must form the rest and end in the same states (1e-8: certificates of 1e-12, condition number of S < 1e4).
 #[test]
 fn contact_grows_beyond_its_candidates() {
     let (whole, part) = (frame(), within(0.15));

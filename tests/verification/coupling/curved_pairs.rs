@@ -64,7 +64,7 @@ fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     (2.0 * result.records[0].normal_force, pressures)
 }
 
-/// Persson's half-angle of contact for E* clearance / load, with E* = E / (1 - nu^2).
+/// Persson's half-angle of contact (rad) for `stiffness` = E* clearance / load, with E* = E / (1 - nu^2).
 fn persson_angle(stiffness: f64) -> f64 {
     let (mut low, mut high) = (1e-3f64, 0.9);
     for _ in 0..100 {
@@ -77,14 +77,16 @@ fn persson_angle(stiffness: f64) -> f64 {
 
 /// Truth: Persson's closed form for a pin in a hole of the same material (B. G. A. Persson, On the stress distribution of
 /// cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane frictionless
-/// cylindrical contact I, 2001). Its Fourier series, evaluated outside this program, confirms it: radial displacements 4 n / (E*
-/// (n^2 - 1)) p_n R of disc and hole together. With b = tan(angle / 2), E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)), R
-/// p(0) / Q = 2 b / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)).
+/// cylindrical contact I, 2001). For the half-angle of contact let b = tan(angle / 2). The clearance is c, the load per thickness
+/// Q, the radius R. Then E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)). The peak pressure is p(0), with R p(0) / Q = 2 b
+/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). A Fourier series outside this
+/// program confirms both: for harmonic n of the pressure, p_n, the radial displacements of disc and hole add up to 4 n / (E* (n^2 -
+/// 1)) p_n R.
 ///
-/// The angle holds to within one face (3 degrees), the pressure to 4 %. Core of 0.1 R and plate of 10 R change the fields there by
-/// 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of the flat faces of 3
-/// degrees lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the coarser faces, those of
-/// hole or pin.
+/// The angle holds to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
+/// by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of a flat face of 3
+/// degrees and length h lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the coarser
+/// faces, of either the hole or the pin.
 #[test]
 fn pin_in_hole() {
     for (frame_body, approach) in [(0, 0.24), (1, 0.24), (0, 0.08)] {
@@ -104,9 +106,10 @@ fn pin_in_hole() {
     }
 }
 
-/// Truth: turning everything about the axis turns the result. The force along n is found again by lifting the pin to the middle and
-/// shifting it along x, while n stays vertical. Both motions are measured from first touch, whose distance is the clearance of the
-/// circles, not of their chords (to 2 %). The far side of the full circles takes no part. 1e-7 at a solver tolerance of 1e-8.
+/// Truth: turning the frame normal n about the axis turns the result. The force along n is also the tangential force if n stays
+/// vertical and the pin is lifted to the middle, then shifted along x. Both motions start from first touch, whose distance is the
+/// clearance of the circles, not of their chords (to 2 %). The far side of the full circles carries no pressure. 1e-7 at a solver
+/// tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -142,7 +145,8 @@ fn pin_pressed_sideways() {
     assert!(error < 1e-7 * down.0, "{shifted:?} {down:?}");
 }
 
-/// Slices one element thick along y, x from 0: half a block, and the lower part of a roller of radius 50.
+/// Slices with x >= 0, one element thick along y: half a block, and half of the lower part of a roller of radius 50. Element size
+/// `h` out to x = `patch`.
 fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     let n = (patch / h).round() as usize;
     let across = |end: f64, outer: usize| {
@@ -166,8 +170,8 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
 /// sets and 80 load increments. Its stick zone reaches to 0.381 a with 10 increments and to 0.391 a with 80.
 const RAISED: f64 = 1.01912;
 
-/// Truth: [`RAISED`] and its stick zone, between boundary-element half-spaces with cells of 2 m along the roller. 5e-4: cells of
-/// 0.03 a. The stick zone holds to a cell.
+/// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces with cells of 2 m along
+/// the roller. 5e-4: cells of 0.03 a, with half the contact width a. The stick zone holds to a cell.
 #[test]
 fn friction_raises_the_pressure_of_a_roller() {
     let materials = [Stiffness::isotropic(70e3, 0.3).unwrap(), steel()];
@@ -185,10 +189,10 @@ fn friction_raises_the_pressure_of_a_roller() {
     assert!((stick - 0.381).abs() < 0.031, "{stick}");
 }
 
-/// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). Hertz's line contact of a steel roller of 50 mm on aluminium under 35 kN/mm
-/// has a = 6.2146 mm, p0 = 3585.37 MPa. a holds within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell). Friction of 0.1
-/// raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark expect less than 1
-/// %, which its equations do not give. The contact slips at its end and sticks in the middle.
+/// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). A steel roller of 50 mm on aluminium under 35 kN/mm has Hertz's half-width
+/// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. a holds within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell).
+/// Friction of 0.1 raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark
+/// expect less than 1 %, which its equations do not give. The contact slips at its edge and sticks in the middle.
 #[test]
 fn nafems_cylinder_roller() {
     let [block, roller] = roller_pair(0.1875, 7.5);
@@ -220,7 +224,7 @@ fn nafems_cylinder_roller() {
 }
 
 /// Truth: cells of a mesh frame that the other body does not cover stay open and are left out. Both bodies cover the remaining
-/// cells, wherever the other body ends. A grid is refused there (maps.rs).
+/// cells, wherever the other body ends. A grid with uncovered cells is refused (maps.rs).
 #[test]
 fn cells_beyond_the_other_body() {
     let wide = boxes(&[steps(-3.0, 3.0, 12), steps(-3.0, 3.0, 12), steps(-2.0, 0.0, 2)], false, |x| x);
@@ -228,7 +232,7 @@ fn cells_beyond_the_other_body() {
     let faces = group_faces(&small, "low2").unwrap();
     let frame = ContactFrame::from_faces(&wide, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
     let kept = covered_cells(&frame, &small, &faces, Side::Upper);
-    // Of the cells of 0.5 mm, those within 1.1 mm along x and 1.0 mm along y.
+    // The other body covers the cells of 0.5 mm that lie within 1.1 mm along x and 1.0 mm along y.
     assert_eq!(kept.iter().filter(|kept| **kept).count(), 4 * 4);
     let frame = frame.retain_cells(&kept);
     assert!((frame.areas.iter().sum::<f64>() - 4.0).abs() < 1e-12);
@@ -236,8 +240,8 @@ fn cells_beyond_the_other_body() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| **rim).count(), 12);
 }
 
-/// Truth: of two sheets of faces over a cell, the nearest counts. A second layer of the same body further away does not change the
-/// map, and the gap is that of the nearer sheet. Two sheets under a grid are refused.
+/// Truth: where two sheets of faces lie over a cell, the nearer one counts. A second layer of the same body further away does not
+/// change the map, and the gap is that of the nearer sheet. Two sheets under a grid are refused.
 #[test]
 fn the_nearest_of_two_sheets() {
     let block = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-2.0, 0.0, 2)], false, |x| x);

@@ -45,9 +45,9 @@ fn bodies(bricks: &[Brick; 2], frame: &ContactFrame, materials: [&Stiffness; 2])
     [build(0, Side::Lower), build(1, Side::Upper)]
 }
 
-/// Truth: the contact patch test. A constant pressure on the frame gives the constant stress -p e_z e_z in both bodies. The gap is
-/// p (h1 s33_1 + h2 s33_2) in every cell, with the compliance s33 along z. Faces, cells and elements match nowhere. Relative 1e-10:
-/// the condition number of the bodies times rounding.
+/// Truth: the contact patch test. A constant pressure p on the frame gives the constant stress -p e_z e_z in both bodies. The gap
+/// is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z of both bodies. Faces, cells and
+/// elements match nowhere. Relative 1e-10: the condition number of the bodies times rounding.
 #[test]
 fn constant_pressure_passes_from_body_to_body() {
     let pressure = 3.0;
@@ -109,8 +109,8 @@ fn forces_on_both_bodies_balance() {
     assert!(force.amax() < 1e-12 * size && moment.amax() < 1e-12 * size, "{force} {moment}");
 }
 
-/// Truth: A S = (A S)^T, because one map serves forces and displacements, and P^T A S P > 0. The diagonal blocks and the normal
-/// part are those of S. The mean displacement of the recovered fields is S P. 1e-12: rounding.
+/// Truth: A S = (A S)^T for the cell areas A, because one map serves forces and displacements. P^T A S P > 0 for tractions P. The
+/// diagonal blocks and the normal part are those of S. The mean displacement of the recovered fields is S P. 1e-12: rounding.
 #[test]
 fn condensed_flexibility_is_symmetric_and_consistent() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -148,8 +148,8 @@ fn condensed_flexibility_is_symmetric_and_consistent() {
     assert!(difference(&mean, &gap) < 1e-12);
 }
 
-/// Truth: the definition. Moving the base of body 2 by a vector moves its share of the gap by that vector. A body without loads has
-/// no free gap. 1e-11: condition number times rounding.
+/// Truth: a rigid translation of a body changes the gap by this translation, in the axes of the frame. Here the base of body 2
+/// moves. A body without loads has no free gap. 1e-11: condition number times rounding.
 #[test]
 fn moved_supports_open_the_gap() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -186,7 +186,8 @@ fn threads_do_not_change_bits() {
     assert!(answer(2) == one && answer(5) == one);
 }
 
-/// Truth: the mean of a plane over a rectangle is its value at the centre. The lowest edge of the frame touches first.
+/// Truth: the mean gap over a rectangle below a plane is the gap at its centre. The plane is inclined by 0.1 along x and touches
+/// first at the lowest edge of the frame.
 #[test]
 fn the_gap_between_meshes() {
     let frame = ContactFrame::grid([1.3, 1.1], [4, 5], [0.0, 0.0], 0.0).unwrap();

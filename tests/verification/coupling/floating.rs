@@ -81,7 +81,7 @@ fn resultant(points: &[[f64; 3]], forces: &[[f64; 3]]) -> [Vector3<f64>; 2] {
     })
 }
 
-/// K column by column, from the nodal forces of the stresses due to unit displacements. It contains no springs.
+/// Stiffness matrix, column by column, from the nodal forces of the stresses due to unit displacements. It contains no springs.
 fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
     let n = model.mesh().n_points();
     let mut k = DMatrix::zeros(3 * n, 3 * n);
@@ -95,8 +95,8 @@ fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
 }
 
 /// Truth: the condensed stiffness of a free body has six zero modes, its rigid motions, and no others (catalogue
-/// condensed-rigid-modes, 1e-10 scaled). Its product with the generalised flexibility reproduces every force in equilibrium. No
-/// node carries a reaction besides the applied forces: internal supports of the solution have no effect.
+/// condensed-rigid-modes, 1e-10 scaled). Its product with the generalised flexibility reproduces every force in equilibrium. The
+/// internal supports of the solver carry no reaction at single nodes, even under forces with a resultant.
 #[test]
 fn a_free_body_has_six_zero_modes() {
     let mut free = spec(upper_mesh(wavy, 1.0), &material(210e3, 0.3));
@@ -143,9 +143,9 @@ fn a_free_body_has_six_zero_modes() {
     assert!(force.norm() > 1.0 && largest < 0.1 * force.norm(), "{force} {largest}");
 }
 
-/// Truth: catalogue two-blocks-stack with an unconstrained upper block. Uniform pressure p, shortening p (L1/E1 + L2/E2). The
-/// approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements are exact, hence 1e-9. Two variants: nodes
-/// numbered backwards, which moves the internal supports, and supports that leave z free.
+/// Truth: catalogue two-blocks-stack with an unconstrained upper block. A uniform pressure p shortens blocks of height L1 and L2 by
+/// p (L1/E1 + L2/E2). The approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements are exact, hence
+/// 1e-9. Two variants: nodes numbered backwards, which moves the internal supports, and supports that leave z free.
 #[test]
 fn a_floating_block_on_another() {
     let (p, l1, e1, l2, e2) = (10.0, 5.0, 210e3, 8.0, 70e3);
@@ -195,7 +195,7 @@ fn a_floating_block_on_another() {
             result.warnings
         );
         if free < 6 {
-            // The block is guided at two corners, so its mean motion turns with its contraction.
+            // The block is guided at two corners, so its lateral contraction also changes its mean motion.
             continue;
         }
         let mean = p * (l1 / e1 + 0.5 * l2 / e2);
@@ -217,9 +217,9 @@ fn backwards(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Truth: catalogue incline-block: weight W at an angle to the face, N = W cos, T = W sin to 1e-9. Friction holds the block up to
-/// atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the slope, with the load factor
-/// tan(16.699)/tan(16.8) (1e-3). The block's own moment balances too.
+/// Truth: catalogue incline-block: a block of weight W at an angle carries the forces N = W cos and T = W sin of the angle, to
+/// 1e-9. Friction holds the block up to atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the
+/// slope, with the load factor tan(16.699)/tan(16.8) (1e-3). Forces and moments on the block balance.
 #[test]
 fn a_block_on_an_incline() {
     for (degrees, holds) in [(16.0_f64, true), (16.6, true), (16.8, false)] {
@@ -267,8 +267,8 @@ fn balances(body: &FeBody, result: &RunResult) {
     assert!(force.norm() < 1e-9 * size && moment.norm() < 1e-9 * size, "{force} {moment} {size}");
 }
 
-/// Truth: equilibrium. An eccentric, oblique load acts together with prescribed forces, and all six resultants balance. A block at
-/// another place gives the same tractions to 1e-9 of the largest, with and without friction.
+/// Truth: equilibrium. An eccentric, oblique load acts together with prescribed forces, and the moments balance as well as the
+/// forces. A block at another place gives the same tractions to 1e-9 of the largest, with and without friction.
 #[test]
 fn an_eccentric_load_tilts_a_block() {
     let run_at = |offset: [f64; 3], friction: FrictionLaw, slope: f64| {
@@ -292,8 +292,8 @@ fn an_eccentric_load_tilts_a_block() {
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let record = &result.records[0];
         assert!((record.normal_force / 160.0 - 1.0).abs() < 1e-12, "{}", record.normal_force);
-        // The resultant of the pressure passes through the middle of the face, the prescribed force through the centre of the
-        // frame.
+        // The resultant of the pressure passes through the middle of the face, and the prescribed force passes through the centre
+        // of the frame.
         let (s, c) = 0.2_f64.sin_cos();
         let (arm_x, arm_y) = (-0.3 * c, 0.3 * s);
         let wanted = [-60.0 * arm_y, 60.0 * arm_x, 0.0];
@@ -312,8 +312,9 @@ fn an_eccentric_load_tilts_a_block() {
     }
 }
 
-/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same tractions as an upper body above it. The
-/// lower body is then the body that slides. 1e-9 of the largest traction.
+/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same pressures as an upper body above a rigid
+/// plane, to 1e-9 of the largest, and the opposite tangential force. Under a larger pull the message names the lower body as the
+/// sliding one.
 #[test]
 fn a_lower_body_floats_as_well() {
     let rest = |side: Side, pull: f64| {
@@ -374,9 +375,9 @@ fn loads_that_nothing_balances() {
     assert!(error.contains("translation along y of body 2") && error.contains("[friction]"), "{error}");
 }
 
-/// Truth: prescribed forces and prescribed displacements lead to the same state, on the curved faces of a sphere cap as the frame.
-/// The forces of a run under approach and shift, prescribed, give its motion back to 1e-7, its tractions to 1e-6. The solver
-/// tolerance is 1e-11.
+/// Truth: prescribed forces and prescribed displacements lead to the same state. The frame has the curved faces of a sphere cap as
+/// cells. A first run prescribes approach and tangential displacement. Its forces, prescribed in a second run, give the same motion
+/// to 1e-7 and the same tractions to 1e-6. The solver tolerance is 1e-11.
 #[test]
 fn forces_on_a_curved_frame() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

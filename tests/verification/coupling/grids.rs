@@ -8,12 +8,12 @@ use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 /// Names of the six sides of a mapped box: low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
 
-/// Ends of `n` equal steps from `from` to `to`.
+/// The `n` + 1 points that divide the interval from `from` to `to` into equal steps.
 pub fn steps(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
 }
 
-/// Ends of `n` steps from `from` to `to` that grow geometrically from `first`.
+/// The `n` + 1 points of steps from `from` to `to` that grow geometrically. The first step has the length `first`.
 pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     let sum = |ratio: f64| (0..n).map(|i| ratio.powi(i as i32)).sum::<f64>();
     let (mut low, mut high) = (0.1, 10.0);

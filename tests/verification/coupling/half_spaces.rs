@@ -53,7 +53,8 @@ fn a_pair_is_the_sum_of_its_halves() {
     assert!(difference(&both, &sum) < 1e-12, "{:e}", difference(&both, &sum));
 }
 
-/// Truth: the same sum by two operators, with vanishing blocks kept. 1e-12: rounding of FFTs.
+/// Truth: the sum S = S1 + S2. One operator of the summed Green's functions gives the same gaps as two operators, which are used if
+/// vanishing blocks are kept. 1e-12: rounding of FFTs.
 #[test]
 fn one_operator_for_two_half_spaces() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -83,7 +84,7 @@ fn a_turned_frame_sees_the_turned_material() {
     assert!(difference(&turned, &straight) < 1e-11, "{:e}", difference(&turned, &straight));
 }
 
-/// Truth: the same cells one by one (dense operator) and as a grid (FFT). 1e-11: accuracy of both tables.
+/// Truth: the same cells one by one (dense operator) and as a grid (FFT). 1e-11: accuracy of both sets of influence coefficients.
 #[test]
 fn dense_and_fft_agree() {
     let grid = ContactFrame::grid([1.0, 0.8], [7, 5], [0.3, 0.1], 0.4).unwrap();
@@ -97,7 +98,7 @@ fn dense_and_fft_agree() {
     assert!(apart < 1e-11, "{apart:e}");
 }
 
-/// Truth: the displacements of both bodies make the gap: B^T (u2 - u1) = S P. 1e-12: rounding.
+/// Truth: the displacements u of both bodies, in the axes of the cells, make the gap: u2 - u1 = S P (tractions P). 1e-12: rounding.
 #[test]
 fn recovered_displacements_make_the_gap() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -115,8 +116,8 @@ fn recovered_displacements_make_the_gap() {
     assert!(difference(&found, &gap) < 1e-12);
 }
 
-/// Truth: equal isotropic bodies cancel the blocks between n and t (docs/theory-half-space.md). The list of omitted work says so,
-/// and the result is the same with the blocks kept. 1e-14: the omitted blocks are rounding.
+/// Truth: for equal isotropic bodies the blocks between n and t cancel (docs/theory-half-space.md). They are listed as omitted
+/// work, and keeping them gives the same result. 1e-14: they are rounding.
 #[test]
 fn vanishing_blocks_are_skipped() {
     let frame = ContactFrame::grid([1.0, 1.0], [6, 6], [0.0, 0.0], 0.0).unwrap();

@@ -12,8 +12,8 @@ fn brick(distorted: bool, tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z: [-1.0, 0.0], cells, contact_on_top: true, distortion, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions over all faces. Quadrangles take 2 x 2 Gauss points, which are exact because N_j J has
-/// degree 2. Triangles give A / 3 per corner.
+/// Integrals of the shape functions N_j over all faces. Quadrangles take 2 x 2 Gauss points, which are exact because N_j times the
+/// Jacobian has degree 2. Triangles of area A give A / 3 per corner.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.points.len()];
     let at = |node: usize| nalgebra::Vector3::from(mesh.points[node]);
@@ -43,8 +43,9 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node (docs/theory-coupling.md), for any number
-/// of cells. 1e-12 of the face's area: rounding.
+/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j and any number of cells
+/// (docs/theory-coupling.md). A_I is the area of cell I, and I_Ij is the mean of the shape function N_j over the cell. 1e-12 of the
+/// face's area: rounding.
 #[test]
 fn weights_sum_to_the_integrals_of_the_shape_functions() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -79,8 +80,8 @@ fn averages_reproduce_linear_fields() {
     }
 }
 
-/// Truth: on a frame made of the faces, each row is the average over the face (quarters on rectangles). The areas of the frame are
-/// those of the faces.
+/// Truth: on a frame made of the faces, each row of the map is the average over its face (weights of 1/4 on rectangles). The areas
+/// of the frame are those of the faces.
 #[test]
 fn faces_as_cells() {
     let mesh = brick(false, false);

@@ -45,9 +45,9 @@ fn cells_tile_the_faces() {
     }
 }
 
-/// Truth: between two of its nodes N falls linearly. A cell of a regular mesh therefore takes (1/8, 6/8, 1/8) of a row of nodes
-/// along each direction. Tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of traction times area.
-/// Tractions that alternate from face to face give them nothing. 1e-13: rounding.
+/// Truth: the shape function of a node falls linearly to its neighbours. A cell of a regular mesh therefore takes (1/8, 6/8, 1/8)
+/// of a row of nodes along each direction. Tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of
+/// traction times area. Tractions that alternate from face to face give no force to inner nodes. 1e-13: rounding.
 #[test]
 fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);
@@ -57,7 +57,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
-        // The centres of the faces lie half a cell from the nodes, at odd multiples of half a side. Parity works there too.
+        // The centres of the faces lie half a cell from the nodes, at odd multiples of half a side, rounded down here.
         let sign = |cell: usize| {
             let x = &frame.centers[cell];
             let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];

@@ -25,7 +25,7 @@ fn turned([x, y]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Presses touching blocks of steel (5 mm) and aluminium (8 mm) with 10 MPa. Returns the largest relative error of the cell
-/// pressures, and that of the approach.
+/// pressures, and the relative error of the approach.
 fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
     let materials = [Stiffness::isotropic(210e3, 0.3).unwrap(), Stiffness::isotropic(70e3, 0.33).unwrap()];
     let body = |mesh: &Mesh, material: &Stiffness, side: Side| {
@@ -98,9 +98,9 @@ fn ring(radii: Vec<f64>, n: usize) -> Mesh {
     mesh
 }
 
-/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. Faces of order 2 over 7.5 degrees lie
-/// within 2e-4 mm of the circle, flat ones 0.02 mm inside. The peak pressure holds to 3 %. Core of 0.1 R and plate of 10 R cause 1
-/// % each. The mean over a cell of 7.5 degrees causes 0.4 % of the peak.
+/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure holds to 3 %. The faces
+/// of order 2 over 7.5 degrees lie within 2e-4 mm of the circle (flat faces: 0.02 mm inside). The core of 0.1 R and the outer
+/// radius 10 R of the plate cause 1 % each. The mean over a cell of 7.5 degrees causes 0.4 % of the peak.
 #[test]
 fn pin_of_few_elements() {
     let clearance = 0.05;

@@ -61,9 +61,9 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node (docs/theory-coupling.md). This includes
-/// the negative values at the corners of quad8 and the zero values at those of tri6. It holds for any cells: grids and the faces
-/// themselves. 1e-12 of the face's area: rounding.
+/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
+/// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
+/// and zero at the corners of tri6. Cells are grids and the faces themselves. 1e-12 of the face's area: rounding.
 #[test]
 fn weights_sum_to_the_consistent_loads() {
     let meshes =
@@ -86,8 +86,8 @@ fn weights_sum_to_the_consistent_loads() {
     }
 }
 
-/// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields. The average of such a
-/// field over a rectangle is its value at the centre plus the second moments. 1e-13: rounding.
+/// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields. The average of a field
+/// over an a x b rectangle is its value at the centre plus (a² ∂²/∂x² + b² ∂²/∂y²) / 24 of the field. 1e-13: rounding.
 #[test]
 fn averages_reproduce_quadratic_fields() {
     let field = |x: f64, y: f64| 0.3 + 1.7 * x - 0.6 * y + 0.4 * x * x - 0.9 * x * y + 0.2 * y * y;
@@ -135,9 +135,9 @@ fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     mesh
 }
 
-/// Truth: the nodes lie on a sphere. Faces of order 2 follow it to the fourth order of their size, faces of order 1 to the second.
-/// The same holds for the mean height over a cell. Gauss points give the mean of the sphere over a cell. Halving the faces divides
-/// the error of quad9 by about 16. The bound is 12: cells and faces do not match, and quad8 lacks x^2 y^2, of the same order.
+/// Truth: the mean height of a sphere over a cell, by Gauss points. The nodes lie on the sphere. Faces of order 2 follow it to the
+/// fourth order of their size, faces of order 1 to the second order. Halving the faces divides the error of quad9 by about 16. The
+/// bound is 12, because cells and faces do not match and quad8 lacks x^2 y^2, a term of the same order.
 #[test]
 fn gaps_of_curved_faces() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.3).unwrap();
@@ -168,9 +168,9 @@ fn gaps_of_curved_faces() {
     assert!(linear > 100.0 * quadratic, "{linear:e} {quadratic:e}");
 }
 
-/// Truth: a cell tiles its face even if the face has bent edges in its plane. The cell is the polygon through the middle nodes.
-/// Rows of a frame of such faces sum to 1, so that nodal forces balance those of the cells. The rows reproduce linear fields at the
-/// centres of the cells up to the bend. 1e-13: rounding.
+/// Truth: the cells tile the faces even if the edges of the faces are bent in their plane. A cell is the polygon through all corner
+/// and middle nodes of its face. Rows of the map sum to 1, so that nodal forces balance those of the cells. The rows reproduce
+/// linear fields at the centres of the cells up to the bend. 1e-13: rounding.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);
@@ -200,7 +200,7 @@ fn faces_with_bent_edges() {
     let x: Vec<f64> = map.nodes().iter().map(|&node| mesh.points[node][0]).collect();
     map.average(&x, &mut means);
     for (mean, center) in means.iter().zip(&frame.centers) {
-        // The square of the bend over the size of a face, times 4.
+        // Tolerance: four times the square of the bend over the size of a face.
         assert!((mean - center.x).abs() < 0.02 * 0.02 / 0.5 * 4.0, "{mean} {}", center.x);
     }
 }

@@ -69,9 +69,10 @@ fn smallest_eigenvalue(model: &Model) -> f64 {
     scaled.symmetric_eigenvalues().min()
 }
 
-/// Truth: Hertz, p0 = (6 F E*^2 / (pi^3 R^2))^(1/3), a = 1 mm at the load of a half-space at an approach of 0.02 mm. With cells
-/// around the nodes the error falls with every refinement. The finite size of the block causes an error of the order (a / 12 mm)^3.
-/// Tolerances: a cell's mean misses the peak by about (h / a)^2 / 8 (1.8, 0.4, 0.2 %). The elements add as much.
+/// Truth: Hertz, p0 = (6 F E*^2 / (pi^3 R^2))^(1/3). The load F is that of a half-space at an approach of 0.02 mm, where the
+/// contact radius is a = 1 mm. With cells around the nodes the error falls with every refinement. The finite size of the block
+/// causes an error of the order (a / 12 mm)^3. Tolerances: a cell's mean misses the peak by about (h / a)^2 / 8 for the cell size h
+/// (1.8, 0.4, 0.2 %). The elements add as much.
 #[test]
 fn peak_pressure_converges_on_cells_around_nodes() {
     let modulus: f64 = 210e3 / (1.0 - 0.09);
@@ -89,7 +90,7 @@ fn peak_pressure_converges_on_cells_around_nodes() {
 }
 
 /// Truth: tractions that alternate from quadrangle to quadrangle give no force to inner nodes. The smallest eigenvalue of a frame
-/// of faces is therefore that of its edge, and falls with every refinement. Cells around nodes keep a quarter of the force
+/// of faces is therefore an effect of its edge, and falls with every refinement. Cells around nodes keep a quarter of the force
 /// (nodes.rs) for any number of cells. Their smallest eigenvalue stays above 0.1.
 #[test]
 fn alternating_tractions_are_felt_by_cells_around_nodes_only() {

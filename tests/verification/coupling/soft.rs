@@ -31,7 +31,7 @@ fn plate(frame: &ContactFrame) -> CoupledBodies {
     couple(&mut body, &mut RigidBody, frame, Coupling::Schur, SkipVanishing).expect("a coupled body")
 }
 
-/// Pressures p with p >= 0, g = g0 + S p >= 0 and p g = 0, by a primal-dual active set on the matrix S.
+/// Pressures p with p >= 0, g0 + S p >= 0 and p (g0 + S p) = 0, by a primal-dual active set. S is `matrix`, and g0 is `gap`.
 fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     let n = gap.len();
     let mut pressures = vec![0.0; n];
@@ -53,8 +53,8 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     panic!("the active set does not come to rest");
 }
 
-/// Truth: the complementarity problem solved by elimination with the matrix of S_nn. 1e-6 of the largest pressure: a residual of
-/// 1e-10 times the condition number of S_nn. A prescribed force gives the approach of the state that carries it.
+/// Truth: the complementarity problem, solved by elimination with the matrix of the normal flexibility S_nn. 1e-6 of the largest
+/// pressure: a residual of 1e-10 times the condition number of S_nn. The resulting force, prescribed, gives the approach again.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

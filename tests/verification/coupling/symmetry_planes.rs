@@ -23,7 +23,7 @@ struct Pair {
     planes: usize,
     /// Whether body 1 is domed. Otherwise both bodies are flat and the gap is a sphere's.
     domed: bool,
-    /// Elements of body 1 and body 2: along half of x and y, and along z.
+    /// Elements of body 1 and body 2: along half of the width in x and y, and along z.
     cells: [[usize; 2]; 2],
     /// Half the width of body 1 along x and y. Body 2 is 1.1 times as wide.
     half_width: f64,
@@ -147,6 +147,7 @@ impl Pair {
 }
 
 /// Largest difference between a part model and the full one, in the records and in the tractions (relative to the peak pressure).
+/// The full model consists of `images` such parts.
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
@@ -194,7 +195,7 @@ fn assert_nothing_across(found: &Found) {
     }
 }
 
-/// Truth: the full model. A rigid body needs no symmetry plane of its own. 1e-9, as below.
+/// Truth: the full model. If body 2 is rigid, only body 1 needs a symmetry plane. 1e-9 at a solver tolerance of 1e-11.
 #[test]
 fn a_rigid_partner_needs_no_plane() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -211,7 +212,6 @@ fn a_rigid_partner_needs_no_plane() {
     assert_nothing_across(&half);
 }
 
-/// The methods of the solver.
 const METHODS: [&str; 5] = ["auto", "newton", "cg", "bb", "uzawa"];
 
 /// Truth: the full model. 1e-9 at a solver tolerance of 1e-11: the residual bounds the traction error up to the condition number of
@@ -238,7 +238,7 @@ fn half_and_quarter_models_are_parts_of_the_full_one() {
     }
 }
 
-/// As above, on the dome, for each method and coupling.
+/// Truth: the full model with domed bodies, to 1e-9, for each method and coupling.
 #[test]
 fn every_method_and_coupling_keeps_to_the_plane() {
     let pair =
@@ -257,8 +257,8 @@ fn every_method_and_coupling_keeps_to_the_plane() {
 }
 
 /// Truth: the full model, under forces and moments. The moment acts about y, the normal of the plane. The tangential force on the
-/// half model is half that on the full one, although the plane carries a part across. 1e-9, as above. 1e-5 for cycles, because
-/// strokes are repeated until they change by less.
+/// half model is half of that on the full model, although cells at the plane may carry tractions across it. Tolerance 1e-9, and
+/// 1e-5 for cycles, because strokes are repeated until they change by less.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -400,8 +400,8 @@ const COULOMB: &str = "law = \"coulomb\"\nmu = 0.3";
 const SHIFT: &str = "shift = { distance = 0.003 }";
 const SYMMETRY: &str = "symmetry = [\"low1\"]";
 
-/// Truth: the full model is not symmetric if loads or motions have a component across the plane. The same holds if friction is
-/// oblique to it, or if only one body has it.
+/// Truth: the full model is not symmetric if a load or motion has a component across the plane. The same is true if the friction
+/// ellipse is oblique to the plane, or if only one body has the plane. Such scenes are refused.
 #[test]
 fn contradictions_are_refused() {
     let controls = [
@@ -434,7 +434,7 @@ fn contradictions_are_refused() {
     assert!(key == "body1.displaced.0" && message.contains("relative to each other"), "{key}: {message}");
 }
 
-/// Truth: loads, motions and friction that are symmetric about the plane are accepted, on all kinds of frames that end at it.
+/// Truth: loads, motions and friction that are symmetric about the plane are accepted, on each of the frames in `FRAMES`.
 #[test]
 fn what_is_symmetric_is_accepted() {
     let along = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 90.0";
@@ -449,8 +449,9 @@ fn what_is_symmetric_is_accepted() {
     }
 }
 
-/// Truth: the same boundary conditions, written differently or moved together, give the same tractions. Zero components across the
-/// plane and an ellipse along it are not refused. 1e-9, as above.
+/// Truth: the same boundary conditions give the same tractions in three other forms: written as `fixed`, with zero components
+/// across the plane, or with an almost circular ellipse along it. Planes of both bodies that move together act like planes at rest.
+/// 1e-9, and 1e-6 for the ellipse.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -475,7 +476,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // If the motion is across the fixed planes, they are walls: the bodies slide along their normal.
+    // A prescribed motion across the fixed planes makes them walls: the bodies slide along the normal of the walls.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

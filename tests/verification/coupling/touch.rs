@@ -20,7 +20,7 @@ fn sphere([x, y]: [f64; 2], vertex: [f64; 2], lift: f64) -> f64 {
     lift + r2 / (RADIUS + (RADIUS * RADIUS - r2).sqrt())
 }
 
-/// A block with `n` x `n` faces over [-1.5, 1.5]^2, whose nodes lie at z = `foot`, below a flat top at z = 2.
+/// A block over [-1.5, 1.5]^2 with a flat top at z = 2. Its lower side has `n` x `n` faces with nodes at z = `foot`.
 fn above(n: usize, raised: fn(ElementKind) -> ElementKind, foot: impl Fn([f64; 2]) -> f64) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let mut mesh = raise(&boxes(&[across.clone(), across, growing(0.0, 2.0, 1.0, 2)], false, |x| x), raised);
@@ -52,9 +52,9 @@ fn touch_of(frame: &ContactFrame, mesh: &Mesh) -> f64 {
 }
 
 /// Truth: the sphere touches at its vertex, wherever this lies among the nodes (on one, in the middle of an edge or of a face,
-/// anywhere). The position of the cells has no effect either. The flat faces themselves stay up to 2 h^2 / 8R above the vertex. The
-/// curvature from the neighbouring nodes leaves a 30th of that. Faces of second order, whose eight or nine nodes lie on the sphere,
-/// leave a 2000th (fourth order in h).
+/// anywhere). The position of the cells has no effect either. Flat faces with edges h stay up to 2 h^2 / 8R above the vertex. With
+/// the curvature from the neighbouring nodes the error is at most a 30th of that height. Faces of second order, whose eight or nine
+/// nodes lie on the sphere, leave at most a 2000th (fourth order in h).
 #[test]
 fn a_sphere_touches_at_its_vertex() {
     for n in [10, 20] {
@@ -95,8 +95,8 @@ fn two_ridges_touch_where_they_cross() {
 }
 
 /// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells. Cells around
-/// the nodes of an irregular mesh are not convex. The vertex is put beside each re-entrant corner. 1e-9: the search ends within
-/// 1e-5 of a cell's size, and the height is of second order in that.
+/// the nodes of an irregular mesh are not convex. The vertex is put beside each re-entrant corner. Tolerance 1e-9: the search ends
+/// within 1e-5 of a cell's size, and the height varies with the square of this distance.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);
@@ -163,9 +163,9 @@ fn a_strip_of_a_cylinder() {
     }
 }
 
-/// Truth: moving the nodes over the sphere changes nothing. The force at an approach of 0.02 does not depend on where the vertex
-/// lies among them. 2 % with four elements along the contact radius. First touch of the flat faces themselves would change the
-/// approach by up to 4 % and the force by 6 %.
+/// Truth: moving the nodes over the sphere does not change the force. At an approach of 0.02 and with four elements along the
+/// contact radius, the position of the vertex changes it by less than 2 %. First touch of the flat faces themselves would change
+/// the approach by up to 4 % and the force by 6 %.
 #[test]
 fn the_force_does_not_depend_on_where_the_nodes_lie() {
     let material = steel();

@@ -55,8 +55,8 @@ fn block(turned: f64) -> Model {
     cell(Matrix3::from_diagonal(&[1e-12, 1e-12, 1.0].into()), friction)
 }
 
-/// Truth: `ellipse-sliding-direction` (Zmitrowicz 1981). A block under N = 1 moved at theta from the first axis has the friction
-/// force (tx, ty), to 1e-10. The axes of friction have any direction on the frame.
+/// Truth: `ellipse-sliding-direction` (Zmitrowicz 1981). A block under N = 1 that moves at an angle theta from the first axis has
+/// the listed friction force (along, across), to 1e-10. The axes of friction have any direction on the frame.
 #[test]
 fn a_block_moved_in_a_given_direction() {
     let cases = [
@@ -75,7 +75,7 @@ fn a_block_moved_in_a_given_direction() {
             for k in 0..2 {
                 assert!((found[k] - wanted[k]).abs() < 1e-10, "{turned} {theta}: {found:?} {wanted:?}");
             }
-            // Power: effective coefficient along the direction of motion.
+            // The friction force along the motion is the effective friction coefficient times N = 1.
             let along_way = sin_cos(turned + theta, found);
             let (s, c) = f64::to_radians(theta).sin_cos();
             assert!(relative(along_way, (0.1 * c).hypot(0.2 * s)) < 1e-10, "{turned} {theta}");
@@ -89,9 +89,9 @@ fn sin_cos(angle: f64, force: [f64; 2]) -> f64 {
     c * force[0] + s * force[1]
 }
 
-/// Truth: `ellipse-critical-pull` (Zmitrowicz 1989): the force at 30 and 60 degrees beyond which friction does not hold the block,
-/// to 1e-8. Below it the block sticks, above it the run reports gross sliding. If the block moves along the catalogue's direction
-/// of slip, its friction force has the direction of the pull.
+/// Truth: `ellipse-critical-pull` (Zmitrowicz 1989): the largest force at 30 and 60 degrees from the first axis at which friction
+/// holds the block, to 1e-8. Below this force the block sticks, above it the run reports gross sliding. If the block moves along
+/// the catalogue's direction of slip, its friction force has the direction and size of the critical pull.
 #[test]
 fn a_block_pulled_in_a_given_direction() {
     for (pulled, critical, slips) in [(30.0, 0.1109400392, 8.213210702), (60.0, 0.1511857892, 23.41322445)] {
@@ -118,8 +118,8 @@ fn a_block_pulled_in_a_given_direction() {
     }
 }
 
-/// Klarbring's point: K = [[1, -1.5], [-1.5, 4]] in (u_t, u_n), u_n into the obstacle. The model has it as a flexibility for
-/// tractions on the point, with the normal gap -u_n. A second tangential direction is uncoupled and not loaded.
+/// Klarbring's point: a stiffness K = [[1, -1.5], [-1.5, 4]] for the displacements (u_t, u_n), with u_n into the obstacle. The
+/// model uses K⁻¹ as the flexibility, and its normal gap is -u_n. A second tangential direction is uncoupled and not loaded.
 fn klarbring(mu: f64) -> Model {
     let determinant = 4.0 - 2.25;
     let (tt, tn, nn) = (4.0 / determinant, 1.5 / determinant, 1.0 / determinant);
@@ -127,7 +127,7 @@ fn klarbring(mu: f64) -> Model {
     cell(flexibility, FrictionLaw::Coulomb { mu })
 }
 
-/// Shift and approach of the free point under the force F = (-1, 1.2): K⁻¹ F.
+/// Tangential displacement and approach of the free point under the force F = (-1, 1.2): K⁻¹ F.
 fn loaded() -> Step {
     Step {
         normal: Some(Normal::Approach(-0.3 / 1.75)),
@@ -163,8 +163,8 @@ fn a_point_with_three_answers() {
     }
 }
 
-/// Truth: `str-friction-large` for the point, mu from 0 to 2, first pressed and then moved. The state satisfies its own equations
-/// u = u_free + S R and the laws. Above mu = 1 the run may report that it did not converge.
+/// Truth: `str-friction-large` for the point, mu from 0 to 2, first pressed and then moved. A converged state satisfies the contact
+/// and friction laws. Above mu = 1 the run may report that it did not converge.
 #[test]
 fn a_point_with_any_coefficient() {
     for mu in [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

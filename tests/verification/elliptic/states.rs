@@ -9,8 +9,9 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, im7, indent, press, shift, solve_with, sphere, sphere_on_frp, steel};
 use crate::observed::{audit, follow, press_and_pull, pull, radius};
 
-/// Truth: `ellipse-principal-partial-slip`. Pulled along the first axis with 0.6 mu1 P, equal bodies of nu = 0 respond as with mu =
-/// mu1, for any mu2. c / a = 0.7368062997 within one cell. Shift and tractions are the same to 1e-6.
+/// Truth: `ellipse-principal-partial-slip`. Equal bodies of nu = 0, pulled along the first axis by 0.6 mu1 P, respond as under
+/// isotropic friction with mu1, for any mu2. The ratio of the radii of stick zone and contact is 0.7368062997 within one cell.
+/// Tangential displacement and tractions do not depend on mu2 to 1e-6.
 #[test]
 fn the_other_axis_is_not_felt() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -47,10 +48,10 @@ fn the_other_axis_is_not_felt() {
     }
 }
 
-/// Truth: `ellipse-law-residuals`: no cell of any converged state violates a law. The laws are gaps, pressures, ellipses, no slip
-/// inside the ellipse, slip along its inward normal within 0.1 degrees, no negative dissipation. Residuals of 1e-8 allow 1e-6 of
-/// the peak pressure and of a cell's displacement under it. Fibres lie at 0 to 90 degrees, moved to and fro by shifts and forces.
-/// One ellipse is oblique to the axes of the material.
+/// Truth: `ellipse-law-residuals`: every cell of every converged state satisfies the laws of gaps, pressures, friction ellipses,
+/// sticking inside an ellipse and non-negative dissipation. Slip lies along the inward normal of the ellipse within 0.1 degrees.
+/// Residuals of 1e-8 allow 1e-6 of the peak pressure and of a cell's displacement under it. Fibres lie at 0 to 90 degrees.
+/// Displacements and forces move the bodies to and fro. One ellipse is oblique to the axes of the material.
 #[test]
 fn every_cell_obeys_the_laws() {
     let mut models: Vec<_> = [0.0, 30.0, 60.0, 90.0].map(|tilt| sphere_on_frp(tilt, 1.2, 24)).into();

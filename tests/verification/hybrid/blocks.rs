@@ -1,4 +1,4 @@
-//! Blocks for the near field of a half-space: half-width and depth `w`, clamped at the base, with smaller cells towards the edges.
+//! Blocks with the near field of a half-space: half-width and depth `w`, clamped base, smaller cells towards the edges.
 
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::HalfSpaceFit;
@@ -20,12 +20,12 @@ pub fn cfrp() -> Stiffness {
     im7(30.0)
 }
 
-/// Position in (0, 1) on a line of `n` cells that become `ratio` times smaller from the first to the last.
+/// Image of `t` in (0, 1) on a line of `n` cells that become `ratio` times smaller from the first to the last.
 fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     if n < 2 || ratio == 1.0 {
         return t;
     }
-    // Nodes at k / n map to sums of a geometric series. Nodes between them halve their cells.
+    // Cell boundaries k / n map to sums of a geometric series. Between them the map is linear: midpoints stay midpoints.
     let q = ratio.powf(-1.0 / (n as f64 - 1.0));
     let ends = |k: f64| (1.0 - q.powf(k)) / (1.0 - q.powf(n as f64));
     let first = (t * n as f64).floor().min(n as f64 - 1.0);
@@ -54,7 +54,7 @@ pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> 
     HybridBody::new(spec, (contact, side), frame, &site, &CondensationResources::default()).unwrap()
 }
 
-/// A frame of `cells` x `cells` cells.
+/// A frame of half-width [`FRAME`] with `cells` x `cells` cells.
 pub fn frame(cells: usize) -> ContactFrame {
     ContactFrame::grid([FRAME; 2], [cells; 2], [0.0; 2], 0.0).unwrap()
 }

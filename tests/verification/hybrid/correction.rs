@@ -21,7 +21,7 @@ fn places() -> Vec<[f64; 2]> {
     places
 }
 
-/// Relative errors on the patch of the field of a force beside a body of half-width 3, by Betti's theorem and at the nodes.
+/// Relative errors on the patch for a force beside a body of half-width 3: by Betti's theorem, and of the field at the nodes.
 fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();
@@ -33,7 +33,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let direct = found.at_mesh_nodes(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);
     for (i, place) in on_patch.points.iter().enumerate() {
-        // The field of the force is regular in the body. With fixed or traction-free boundaries the correction is -u_hs.
+        // The field u_hs of the force is regular in the body. With fixed or traction-free boundaries the correction is -u_hs.
         let exact = -field.at(&Vector3::new(place[0] - 5.0, place[1] - 1.0, 0.0)).value;
         for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
             let values = [found.matrix.at(3 * i + a, 48 + b), direct.at(3 * i + a, 48 + b)];
@@ -44,8 +44,9 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     off.map(|sum| (sum / size).sqrt())
 }
 
-/// Truth: u_c = -u_hs exactly for a force on the plane of the contact beside the body. Betti's evaluation has the order of the
-/// energy, twice that of its norm: 2 for trilinear and 4 for triquadratic elements.
+/// Truth: for a force on the plane of the contact beside the body, the correction is exactly minus the field u_hs of the
+/// half-space. Betti's evaluation has the order of the strain energy, twice the order of the energy norm: 2 for trilinear and 4 for
+/// triquadratic elements.
 #[test]
 fn forces_beside_the_body() {
     for stiffness in usual_or_finest(vec![cfrp()], vec![steel(), cfrp()]) {

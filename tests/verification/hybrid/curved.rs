@@ -17,7 +17,7 @@ use crate::common::{Silent, indent, steel};
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::add_cells;
 
-/// A block of half-width and depth 6. Its top has these curvatures along x and y and is deepest at the corners.
+/// A block of half-width and depth 6. Its top has the given curvatures along x and y (1/mm) and is deepest at the corners.
 fn capped(cells: usize, [along_x, along_y]: [f64; 2]) -> FeSpec {
     let w = 6.0;
     let mut mesh = mesh(Hex8, w, cells, 1.0);
@@ -35,8 +35,8 @@ fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// Change of the load due to the curvatures of the top, with the same gap: with the near field of a half-space, and on condensed
-/// meshes.
+/// Relative changes of the load due to the curvatures of the top, with the same gap: for bodies with the near field of a
+/// half-space, and for condensed meshes.
 fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
@@ -53,24 +53,24 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     [finite(curvatures) / finite([0.0; 2]) - 1.0, meshed(curvatures) / meshed([0.0; 2]) - 1.0]
 }
 
-/// Truth: with the same gap a cap of radius 50 carries less than a block, by 1.9e-3 according to condensed meshes. The correction
-/// includes the effect of the surface beyond the contact. The half-space idealises the contact itself as plane. The difference is
-/// below 1.5e-3.
+/// Truth: condensed meshes. With the same gap a cap of radius 50 carries less than a block, by 1.9e-3 of the load. The correction
+/// of the half-space includes the curved surface beyond the contact, but the contact itself is idealised as plane. The change of
+/// the load differs by less than 1.5e-3.
 #[test]
 fn cap_of_a_sphere() {
     let [finite, meshed] = changes([1.0 / 50.0; 2]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 1.5e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: as [`cap_of_a_sphere`], for a cylinder: half of the curvature.
+/// Truth: condensed meshes, for a cylinder. It has curvature along x only, and about half the bound of [`cap_of_a_sphere`].
 #[test]
 fn back_of_a_cylinder() {
     let [finite, meshed] = changes([1.0 / 50.0, 0.0]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 0.8e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: the surface of a body continues beyond the group that the user gives as contact. A step down beside it is not the same
-/// surface: it is an edge.
+/// Truth: the surface of a body continues beyond the group that the user gives as contact. A step beside the group does not belong
+/// to this surface: the step is an edge.
 #[test]
 fn surfaces_go_on_beyond_the_group() {
     let frame = ContactFrame::grid([1.9; 2], [8; 2], [0.0; 2], 0.0).unwrap();
@@ -92,14 +92,14 @@ fn surfaces_go_on_beyond_the_group() {
     let whole = HalfSpaceFit::find(&with_middle(&|_| {}), "z1", Side::Lower, &frame).unwrap().unwrap();
     let middle = HalfSpaceFit::find(&with_middle(&|_| {}), "middle", Side::Lower, &frame).unwrap().unwrap();
     assert_eq!(whole, middle);
-    // Nodes of the top beyond x = 2 lie half a cell deeper.
+    // Nodes near the top beyond x = 2 move down by half a cell.
     let step = |x: &mut [f64; 3]| x[2] -= if x[0] > 2.5 && x[2] > -1.5 { 0.5 } else { 0.0 };
     let why = HalfSpaceFit::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
     assert!(why.0.contains("an edge or a support of the body"), "{}", why.0);
 }
 
-/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. A frame on one face of a sphere has the
-/// height of the face, (x² + y²) / 2R at its corners.
+/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. On flat faces of a sphere of radius R the
+/// rise is that of the faces. Their nodes lie (x² + y²) / 2R below the apex.
 #[test]
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {

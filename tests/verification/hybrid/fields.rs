@@ -46,7 +46,7 @@ fn supports_and_balance() {
         if x[2] == 0.0 && x[0].abs() < 1.0 && x[1].abs() < 1.0 {
             let cells: Vec<usize> = (0..m).filter(|cell| near(cell) < 0.004).collect();
             for c in 0..3 {
-                // Displacement of body 1: the gap is that of body 2 less that of body 1.
+                // The gap is the displacement of body 2 minus that of body 1. Only body 1 moves here.
                 let mean = -cells.iter().map(|cell| gap[c * m + cell]).sum::<f64>() / cells.len() as f64;
                 assert!((mean - u[c]).abs() < 1e-2 * largest, "{x:?} {c}: {mean} {u:?}");
             }
@@ -82,7 +82,7 @@ fn supports_and_balance() {
     assert!(error < 0.2, "{error}");
 }
 
-/// Truth: the displacement of the condensed mesh away from the contact. 1 % of the largest is the error of that mesh itself.
+/// Truth: the displacement of the condensed mesh away from the contact. Tolerance: 1 % of the largest, the error of this mesh.
 #[test]
 fn displacement_of_a_condensed_mesh() {
     let frame = frame(8);

@@ -26,8 +26,8 @@ fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     [moved.normal_force, moved.tangential_force[0], moved.tangential_force[1], worn]
 }
 
-/// Truth: the condensed meshes converge to the solution that needs no mesh at the contact, whose own error is a few thousandths.
-/// All blocks of the tangential flexibility take part.
+/// Truth: the body with the near field of a half-space, which needs no mesh at the contact and has an error of a few thousandths.
+/// The condensed meshes must converge to its results. All blocks of the tangential flexibility take part.
 #[test]
 fn indentation_shift_and_wear() {
     let condensed = |cells: usize, patch: usize| {

@@ -43,8 +43,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     difference / largest(&mut b.iter().map(|b| b.abs()))
 }
 
-/// Truths: A S is symmetric. The normal part is that of the whole operator. Direct sums cell by cell and the diagonal blocks are
-/// those of the product. A window holds the rows and columns of its cells.
+/// Truths: with the operator S and the cell areas A, A S is symmetric. The normal operator is the normal block of S. Direct sums
+/// cell by cell and the diagonal blocks agree with products. A window has the rows and columns of its cells.
 #[test]
 fn products_windows_and_entries() {
     let frame = frame(24);
@@ -84,8 +84,8 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: a body turned about x and seen from the other side is the same body. Tangential forces along x and normal forces keep
-/// their gaps. Forces along y and their gaps change sign with y.
+/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. Tangential forces along x and normal forces
+/// then cause the same gaps on the other side of the frame. Forces along y and their gaps change sign.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -99,7 +99,7 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy). Forces on body 1 are those on body 2 reversed, and so are their shares of the gap.
+    // Cell (ix, iy) becomes (ix, 15 - iy). Forces and gap contributions of body 1 are opposite to those of body 2.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);
@@ -114,8 +114,8 @@ fn either_side_of_the_frame() {
     assert!(apart(&found, &wanted) < 1e-9, "{}", apart(&found, &wanted));
 }
 
-/// Truth: two bodies with half-spaces form one operator of the summed Green's function. With nothing omitted their operators are
-/// summed as they are.
+/// Truth: with `SkipVanishing`, two bodies with half-spaces share one operator of the summed Green's function. With `Keep` the
+/// operators of both bodies are summed. Both give the same product.
 #[test]
 fn two_bodies() {
     let frame = frame(16);
@@ -158,8 +158,8 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     RegionMaterial::Layup(all)
 }
 
-/// Truths: layers of one material are that material. A layer of 1.2 mm on a base ten times softer moves under uniform pressure as
-/// on the condensed mesh. Both approach each other with finer meshes (the half-space's own error is within the volume term).
+/// Truths: layers of one material are that material. Under uniform pressure a layer of 1.2 mm on a base ten times softer moves as
+/// on the condensed mesh, to 2 %. Both come closer with finer meshes (the error of the half-space is within the volume term).
 #[test]
 fn layers() {
     let (hard, soft) = (steel(), Stiffness::isotropic(21e3, 0.3).unwrap());

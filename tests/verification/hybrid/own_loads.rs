@@ -41,8 +41,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Error under the frame, over the largest displacement, of a block in uniform stress. All faces are loaded, including that under
-/// the frame. The base moves with a strain and a rotation.
+/// Error under the frame, over the largest displacement, of a block in uniform stress. All faces but the base are loaded, also the
+/// face under the frame. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -62,8 +62,8 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the strain of uniform stress, to the accuracy of the quadrature. The elements represent it exactly, and so does the work
-/// of the support between its nodes.
+/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature. The elements represent it exactly. So
+/// does the integral over the support, between nodes too.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
@@ -74,8 +74,8 @@ fn uniform_stress() {
     }
 }
 
-/// Truth: a rigid motion of the support moves the surface rigidly, to rounding. A soft foundation leaves a shift of the support
-/// unchanged, and a stiff one lets the body lag behind.
+/// Truth: a rigid motion of the support moves the surface rigidly, to rounding. With a soft foundation on a side, the surface still
+/// follows a translation of the support. A stiff foundation reduces the motion of the surface.
 #[test]
 fn rigid_motions() {
     let frame = frame(8);
@@ -99,8 +99,9 @@ fn rigid_motions() {
     assert!(held < 0.009, "{held}");
 }
 
-/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain. On
-/// meshes of first order the estimated error covers the remaining error, also with cells that are larger in the middle.
+/// Truth: a column of half-width and height w between smooth walls under a weight g per volume: u = g (z^2 - w^2) / 2M, with the
+/// modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error, also with cells that are
+/// larger in the middle.
 #[test]
 fn weight() {
     let frame = frame(8);
@@ -123,8 +124,8 @@ fn weight() {
     }
 }
 
-/// Relative error under the frame. All boundaries but the top, and part of the top beside the frame, move as by a force on its
-/// plane beside the body.
+/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body.
+/// Prescribed are all boundaries but the top, and a part of the top beside the frame.
 fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
     let frame = frame(8);
     let mut mesh = mesh(kind, 3.0, cells, 1.0);
@@ -143,7 +144,7 @@ fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &P
 }
 
 /// Truth: the field of a force beside the body, which also moves part of the plane of the contact. Errors have the orders of the
-/// energy, twice those of the displacement's gradient.
+/// strain energy, twice the orders of the displacement gradient.
 #[test]
 fn moved_boundaries() {
     let (steel, cfrp) = (steel(), cfrp());
@@ -157,7 +158,8 @@ fn moved_boundaries() {
     assert!(errors[2] < 1e-2, "{errors:?}");
 }
 
-/// Truth: the operator of a larger frame under the same tractions.
+/// Truth: the flexibility on a larger frame, with the same tractions on its cells. For the small frame they are loads on a group of
+/// faces, under and beside the frame.
 #[test]
 fn pads_beside_the_frame() {
     let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();
@@ -175,7 +177,7 @@ fn pads_beside_the_frame() {
         let n = large.n_cells();
         let mut tractions = vec![0.0; 3 * n];
         for (cell, _) in large.centers.iter().enumerate().filter(|(_, x)| pad(x)) {
-            // Tractions on body 2.
+            // Tractions of the frame act on body 2, so body 1 carries the opposite.
             (0..3).for_each(|c| tractions[c * n + cell] = -traction[c]);
         }
         let mut gap = vec![0.0; 3 * n];
@@ -189,8 +191,8 @@ fn pads_beside_the_frame() {
     }
 }
 
-/// Truth: the nodes of the same body with ten elements of second order along each edge. The estimated error covers the error of a
-/// coarse mesh, and is of its size.
+/// Truth: the displacements at the nodes of the same body with ten elements of second order along each edge. The estimated error
+/// exceeds the error of a coarse mesh by a factor of 1 to 8.
 #[test]
 fn pressed_from_the_side() {
     let frame = frame(6);
@@ -199,7 +201,7 @@ fn pressed_from_the_side() {
     let model = FeModel::new(pressed(Hex27, 10)).unwrap();
     let reference = model.condense(&[]).unwrap();
     let mesh = reference.model().mesh().clone();
-    // Nodes of the fine mesh under the frame, which has a cell about each compared node.
+    // Nodes of the fine mesh under the frame. Displacements between the cells are interpolated.
     let under: Vec<usize> = (0..mesh.n_points())
         .filter(|&node| {
             let [x, y, z] = mesh.points[node];

@@ -26,8 +26,8 @@ PostProcessing.SaveMesh = MESH;
 Save View[0] "view.msh";
 "#;
 
-/// Truth: the script. gmsh writes a view of (0.75, 0.75, 0.75) on each element of a cube of 2 x 2 x 2: 8 solids, 24 faces of the
-/// outside, 24 edges, 8 points. Files have both versions and types, with and without the mesh.
+/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2: 8 solids, 24 outer faces, 24 edges, 8 points.
+/// Files have both versions, text and binary, with and without the mesh.
 #[test]
 fn what_gmsh_writes_of_a_view_is_read() {
     for (version, binary, with_mesh) in
@@ -68,7 +68,7 @@ for name, kind in (("a", "gmsh22"), ("b", "gmsh")):
     meshio.write(name + ".msh", mesh, file_format=kind, binary=True)
 "#;
 
-/// Truth: the arrays given to meshio, to the last bit, from both versions.
+/// Truth: the field that is read equals the array given to meshio, to the last bit, from both versions.
 #[test]
 fn cell_data_that_meshio_writes_is_read() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -84,7 +84,7 @@ fn cell_data_that_meshio_writes_is_read() {
     }
 }
 
-/// Truth: the format. The message names each damage with its line.
+/// Truth: each damage violates the .msh format. The message names the damage and its line.
 #[test]
 fn damaged_fields_are_refused() {
     let head = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";

@@ -55,9 +55,9 @@ Physical Curve(77) = {1};
 Physical Point("p", 5) = {1};
 "#;
 
-/// Truth: the geometry. A unit cube of 2 x 2 x 2 elements has 27 (order 2: 125) points, 8 solids and 4 faces in "contact face". It
-/// has 8 faces in "both", including those of "contact face", and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is in
-/// no element.
+/// Truth: counted by hand. A unit cube of 2 x 2 x 2 elements has 27 (order 2: 125) points, 8 solids and 4 faces in "contact face".
+/// It has 8 faces in "both", including those of "contact face", and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is
+/// in no element.
 #[test]
 fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -88,8 +88,8 @@ fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     }
 }
 
-/// Truth: the .geo scripts, meshed by the installed gmsh, in each format. The committed meshes must agree in counts, groups and, as
-/// sets to 1e-12 mm, in the points of each group.
+/// Truth: the committed meshes equal those that the installed gmsh makes of the .geo scripts, in each format. Counts and groups are
+/// equal, and each group has the same set of points to 1e-12 mm.
 #[test]
 fn committed_meshes_are_what_the_scripts_make() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -122,10 +122,10 @@ fn committed_meshes_are_what_the_scripts_make() {
     assert!(bytes <= 3_000_000, "{bytes} bytes in meshes/");
 }
 
-/// Truth: the dimensions in the scripts. The block has 24 x 24 x 12 mm. Its top z = 0 has a patch of 3 x 3 mm with 28 x 28 faces.
-/// Its volume is exact to round-off. The lower nodes of the cap lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R. The
-/// volume of the cap is 24² x 12 less the space below it, ∬ (R - √(R² - x² - y²)) dx dy (Simpson's rule, 560.6 mm³). Its facets cut
-/// off more: on average at most 2 h²/12R for cells of h <= 4.5 mm.
+/// Truth: the dimensions in the scripts. The block has 24 x 24 x 12 mm, and its volume is exact to rounding. Its top z = 0 has a
+/// patch of 3 x 3 mm with 28 x 28 faces (coarse mesh: 10 x 10). The lower nodes of the cap lie on the sphere of R = 50 mm about (0,
+/// 0, 50) to 1e-12 of R. The exact volume of the cap is 24² x 12 less ∬ (R - √(R² - x² - y²)) dx dy = 560.6 mm³ (Simpson's rule).
+/// The facets of cells of h <= 4.5 mm cut off more: on average a height of at most 2 h²/12R.
 #[test]
 fn committed_meshes_have_the_dimensions_they_should() {
     let read = |name: &str| gmsh::read(&tools::root().join("meshes").join(name)).expect("a committed mesh");

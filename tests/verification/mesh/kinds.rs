@@ -1,4 +1,4 @@
-//! The tables of element kinds against their geometry.
+//! Tables of the element kinds (node counts, faces, VTK's node order) against the geometry of the elements.
 
 use std::collections::HashMap;
 
@@ -25,7 +25,7 @@ fn reference_corners(kind: ElementKind) -> Vec<[f64; 3]> {
     }
 }
 
-/// Edges that carry gmsh's middle nodes, in its order (reference manual, "Node ordering").
+/// Edges with a middle node, in gmsh's order of these nodes (reference manual, "Node ordering").
 fn edges(kind: ElementKind) -> Vec<[usize; 2]> {
     match kind {
         Tet10 => vec![[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]],
@@ -60,7 +60,7 @@ fn mean(points: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
     sum.map(|s| s / n)
 }
 
-/// Reference nodes at corners and in the middle of edges. The tests add face and volume centres.
+/// Reference nodes at corners and in the middle of edges. [`with_centres`] adds the centres of faces and solid.
 fn corner_and_edge_nodes(kind: ElementKind) -> Vec<[f64; 3]> {
     let mut x = reference_corners(kind);
     for [a, b] in edges(kind) {
@@ -106,9 +106,9 @@ fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
     assert!((20..140).chain([0]).all(|code| ElementKind::from_gmsh_code(code).is_none()));
 }
 
-/// Truth: geometry. The normal of each face points away from the middle of the solid. Its middle nodes lie on its own edges, in the
-/// order of its corners. Every directed edge occurs once in each direction, which holds only for a closed, consistently oriented
-/// surface.
+/// Truth: geometry. The normal of each face points away from the middle of the solid. The middle nodes of a face lie on its edges,
+/// in the order of its corners. Every directed edge occurs once in each direction, which holds only for a closed, consistently
+/// oriented surface.
 #[test]
 fn faces_close_the_solid_with_outward_normals() {
     for kind in solids() {
@@ -172,7 +172,7 @@ fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
     }
 }
 
-/// Reference nodes with the centres that follow in gmsh's order: of faces, then of the solid (reference manual).
+/// All reference nodes in gmsh's order: corners, middle nodes of edges, centres of faces, centre of the solid (reference manual).
 fn with_centres(kind: ElementKind) -> Vec<[f64; 3]> {
     let mut x = corner_and_edge_nodes(kind);
     let quads: &[[usize; 4]] = match kind {
@@ -204,7 +204,7 @@ for line in open(sys.argv[1]):
     assert numpy.linalg.det(fit[:3]) > 0, f"cell type {code}: turned inside out"
 "#;
 
-/// Truth: VTK's own parametric coordinates. In VTK's order our reference nodes are an affine image of them with the same
+/// Truth: in VTK's node order, our reference nodes are an affine image of VTK's own parametric coordinates, with the same
 /// orientation. Pyramids of order 2 are excepted: VTK's coordinates of their upper edges are not affine.
 #[test]
 fn vtk_itself_finds_the_nodes_in_its_order() {

@@ -36,9 +36,9 @@ fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
     }
 }
 
-/// Truth: geometry of a 6 x 8 x 2.5 box. The volume is 120 for all cells and for a distortion of the inside (the boundary stays).
-/// The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides. Normals point outward, and the surfaces
-/// together are the boundary surface. Tolerance 1e-12: round-off of sums of about 100 terms.
+/// Truth: geometry of a 6 x 8 x 2.5 box. The volume is 120 for both element kinds, also with distorted inner nodes (the boundary
+/// stays). The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides. Normals point outward, and the
+/// surfaces together are the boundary surface. Tolerance 1e-12: round-off of sums of about 100 terms.
 #[test]
 fn structured_blocks_fill_their_box() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -75,7 +75,7 @@ fn structured_blocks_fill_their_box() {
     }
 }
 
-/// Truth: the specification. The first cell has the specified height, and cells grow by one ratio.
+/// Truth: the first cell has the specified height, and the heights of cells grow by a constant ratio.
 #[test]
 fn gradings_are_geometric_from_the_wanted_first_cell() {
     let mesh = graded(BlockElements::Hex8, Side::Lower, 0.0);
@@ -227,8 +227,9 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
 
-/// Truth: a quadrangle is bilinear, but two triangles on it are linear with a kink. Joined at four nodes, they differ in the
-/// middle. A pyramid fits both. Elements of order 2 do not fit those of order 1.
+/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. With four common nodes they
+/// still differ in the middle. A pyramid fits a quadrilateral face of a hexahedron. Elements of order 2 do not fit elements of
+/// order 1.
 #[test]
 fn faces_of_neighbours_that_do_not_fit_are_counted() {
     let mut points: Vec<[f64; 3]> = [0.0, 1.0]

@@ -45,7 +45,7 @@ fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// Truth: the mesh that was written, to the last bit, by a writer that is independent of the reader.
+/// Truth: the mesh that is read equals the mesh that was written, to the last bit. The writer is independent of the reader.
 #[test]
 fn every_variant_is_read_back_to_the_last_bit() {
     for (solids, cells) in [(BlockElements::Hex8, [3, 2, 2]), (BlockElements::Tet4, [2, 1, 1])] {
@@ -61,7 +61,7 @@ fn every_variant_is_read_back_to_the_last_bit() {
     }
 }
 
-/// Truth: a file cut off anywhere is refused, unless only sections that are not needed are missing.
+/// Truth: a file cut off anywhere is refused. If only optional sections are missing, it may be read as the whole mesh.
 #[test]
 fn a_file_cut_off_anywhere_is_refused() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -134,7 +134,8 @@ const V4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \
                   0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
                   0 0 1\n$EndNodes\n$Elements\n1 1 7 7\n3 1 4 1\n7 1 2 3 4\n$EndElements\n";
 
-/// Truth: the text of the file. The free node 9 is omitted with a warning. A byte-order mark is skipped.
+/// Truth: nodes, element and group are those in the text of the file. The free node 9 is omitted with a warning. A byte-order mark
+/// is skipped.
 #[test]
 fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
@@ -238,7 +239,7 @@ fn refusals_say_where_what_and_how_to_mend() {
     assert!(error.contains("no/such/file.msh") && error.contains("cannot be read"), "{error}");
 }
 
-/// Truth: in binary files messages give the byte offset, here that of the second node's first coordinate, which is not a number.
+/// Truth: messages on binary files give the byte offset. Here the first coordinate of the second node is not a number.
 #[test]
 fn binary_messages_give_the_byte() {
     let variant = Variant { v4: false, binary: true, swapped: false, size: 8, crlf: false };

@@ -46,9 +46,9 @@ fn described(mesh: &Mesh) -> String {
     lines
 }
 
-/// Truth: VTK's own shape functions. On curved cells of every kind the Jacobian of VTK's map, integrated over its reference cell,
-/// gives the same volume as ours. A node at another place would change it. Tolerance 1e-9: rounding of central differences. VTK's
-/// own filter of cell sizes cuts curved cells into a few straight ones, within 20 %. meshio finds the same points and types.
+/// Truth: VTK's own shape functions give the same volume as ours on curved cells of every kind. The Jacobian of VTK's map is
+/// integrated over its reference cell. A misplaced node would change the volume. Tolerance 1e-9: rounding of central differences.
+/// VTK's own filter of cell sizes cuts curved cells into a few straight ones, within 20 %. meshio finds the same points and types.
 #[test]
 fn volumes_read_back_by_vtk_and_meshio() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -18,8 +18,9 @@ fn green(stiffness: &Stiffness) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, Side::Lower).expect("a converged Green's function")
 }
 
-/// Integral over a disc of radius `a` at `target`, from regular polygons with 500, 1000 and 2000 corners on the circle. Their error
-/// is a series in the square of the angle of a side, and two steps of Richardson extrapolation remove it.
+/// Integral of the Green's function over a disc of radius `a`, for displacements at `target`. It uses regular polygons with 500,
+/// 1000 and 2000 corners on the circle. Their error is a series in the square of the angle of a side. Two steps of Richardson
+/// extrapolation remove the first two terms.
 fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
         // Turned by half a side, so that targets on the axis are in a symmetric position.
@@ -31,8 +32,8 @@ fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     (twice * 16.0 - once) / 15.0
 }
 
-/// Truth: `load-uniform-disc` (Johnson 1985, 3.4), E 210 GPa, nu 0.3, a = 2, p = 100, inside and outside. Tolerance 1e-9: values
-/// have 10 digits, extrapolated polygons are accurate to 1e-11.
+/// Truth: `load-uniform-disc`, displacement under a pressure p = 100 on a disc of radius a = 2, inside and outside (Johnson 1985,
+/// 3.4; E 210 GPa, nu 0.3). Tolerance 1e-9: values have 10 digits, extrapolated polygons are accurate to 1e-11.
 #[test]
 fn displacement_under_a_disc() {
     let green = green(&steel());
@@ -45,8 +46,9 @@ fn displacement_under_a_disc() {
     assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
 }
 
-/// Truth: `load-uniform-disc`, the mean 16 p a / (3 pi E*) on a disc of cells (5e-3, the catalogue's). Also the centre of
-/// `aniso-uniform-disc`, p a <H33> with 10 digits (1e-8 on the disc, 1e-3 on cells).
+/// Truth: `load-uniform-disc`, the mean displacement 16 p a / (3 pi E*) of a disc of cells (5e-3, the catalogue's). The centre of
+/// `aniso-uniform-disc` moves by p a <H33>, with 10 digits (1e-8 on the disc, 1e-3 on cells). <H33> is the mean over directions of
+/// 2 pi r times the displacement under a unit force.
 #[test]
 fn discs_of_cells_and_of_cfrp() {
     let (a, n) = (2.0, 200);
@@ -74,7 +76,7 @@ fn discs_of_cells_and_of_cfrp() {
     assert!(relative(10.0 * center, published) < 1e-3, "{center}");
 }
 
-/// Displacement (u_x, u_y) at a corner of [0, A] x [0, B] under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
+/// Displacement (u_x, u_y) at a corner of [0, a] x [0, b] under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
 fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     let k1 = a * (b / a).asinh() + b * (a / b).asinh();
     let k2 = b * (a / b).asinh();
@@ -82,8 +84,8 @@ fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     [((1.0 - NU) * k1 + NU * k2) / (2.0 * PI * SHEAR), NU * k3 / (2.0 * PI * SHEAR)]
 }
 
-/// Truth: `load-tangential-rectangle`. Closed forms at corners and centre, along and across the longer side, to 1e-12 of the
-/// displacement along the traction.
+/// Truth: `load-tangential-rectangle`. Displacements at a corner and at the centre equal the closed forms of [`cerruti_corner`], to
+/// 1e-12 of the displacement along the traction. The traction is along the longer or the shorter side.
 #[test]
 fn shear_on_rectangles_is_cerruti() {
     let green = green(&steel());
@@ -108,9 +110,10 @@ fn shear_on_rectangles_is_cerruti() {
     }
 }
 
-/// Truth: `load-tangential-rectangle` far away along the traction, from the second moments of a square of side L. There the
-/// Laplacian of (1 - nu) / s + nu x² / s³ is (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G r) (1 + (1 - 2 nu) L² / (24 r²)), with a next
-/// term of order (L / r)⁴. Tolerance 1e-10 at 1e3 and 1e6 sides, where the edge formula has lost digits.
+/// Truth: `load-tangential-rectangle` at a distance r along the force Q, from the second moments of a square of side L. At this
+/// distance Cerruti's kernel (1 - nu) / s + nu x² / s³ at the distance s has the Laplacian (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G
+/// r) (1 + (1 - 2 nu) L² / (24 r²)). The next term is of order (L / r)⁴. Tolerance 1e-10 at r = 1e3 and 1e6 sides, where the edge
+/// formula has lost digits.
 #[test]
 fn shear_far_away_does_not_cancel() {
     let integrator = PatchIntegrator::new(&green(&steel()));
@@ -121,10 +124,10 @@ fn shear_far_away_does_not_cancel() {
     }
 }
 
-/// Truth: `hertz-circular`, for the influence of cells alone. Hertz's pressure (means over cells, 32 across the contact) moves the
+/// Truth: `hertz-circular`, without a contact solution. Hertz's pressure (means over cells, 32 across the contact) moves the
 /// surface by delta - r² / 2R inside. Outside the displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)),
-/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's. It is 2e-3 within a cell of the edge, where a constant
-/// approximates a square root.
+/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's, and 2e-3 within a cell of the edge. There a constant pressure
+/// per cell approximates a square root.
 #[test]
 fn hertz_pressure_gives_hertz_displacement() {
     let (a, delta, p0, radius, modulus) = (0.3191252, 0.01018409, 4688.341, 10.0, 210e3 / 0.91);

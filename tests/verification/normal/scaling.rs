@@ -15,8 +15,9 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
 }
 
-/// Truth: `hertz-scaling-law`. P ~ delta^(3/2), a ~ P^(1/3) for 10 to 10 000 N on one grid (E 210 GPa, nu 0.3, R 10), slope
-/// 1.500 +- 0.01 as in the catalogue. The radius of the smallest contact is 6 cells, hence 0.02 for its slope.
+/// Truth: `hertz-scaling-law`. The load is P ~ delta^(3/2) for the approach delta, the contact radius a ~ P^(1/3), for 10 to 10 000
+/// N on one grid. The first slope is 1.500 +- 0.01 as in the catalogue. The second slope is 1/3 +- 0.02, because the smallest
+/// contact radius is 6 cells. (E 210 GPa, nu 0.3, R 10.)
 #[test]
 fn force_grows_with_the_power_three_halves() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -32,10 +33,10 @@ fn force_grows_with_the_power_three_halves() {
     assert!((slope(&radii) - 1.0 / 3.0).abs() < 0.02, "{}", slope(&radii));
 }
 
-/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-GN-GPa has
-/// the same dimensionless solution, to 1e-9 in the same number of iterations. So has a contact with lengths times 1e-9 and loads
-/// times 1e-18, or twice as large under four times the force. A body a million times stiffer under a million times the force
-/// agrees, too, as do sizes near the limits of an operator.
+/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-PN-GPa has
+/// the same dimensionless solution, to 1e-9 in the same number of iterations. The solution is also the same for lengths times 1e-9
+/// and loads times 1e-18, and for twice the size under four times the force. This holds, too, for a million times the stiffness and
+/// force, and for sizes near the limits of an operator.
 #[test]
 fn units_and_sizes_leave_dimensionless_answers_alone() {
     // Unit of length in mm and unit of stress in MPa. The unit of force follows.

@@ -69,7 +69,8 @@ fn quadratic_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: as above on each side of an interface between two materials, where stress jumps. Values of the materials are not mixed.
+/// Truth: a linear stress is exact on each side of an interface between two materials, where stress jumps. Values of the materials
+/// are not mixed.
 #[test]
 fn stress_jumps_between_materials() {
     let mut mesh = block(Hex8, [3, 3, 6], [1.0, 1.0, 2.0], |x| x);
@@ -152,7 +153,7 @@ fn constant_stress_survives_degenerate_patches() {
 }
 
 /// Truth: pure bending of a bar with one element across its height has a linear stress. Enhanced elements represent it exactly at
-/// their integration points. Without inner vertices these points are fitted. Tolerance: rounding.
+/// their integration points. The bar has no inner vertices, and the recovery fits these points. Tolerance: rounding.
 #[test]
 fn one_layer_keeps_its_bending_stress() {
     let c = Stiffness::isotropic(1000.0, 0.0).unwrap();
@@ -189,9 +190,9 @@ fn nodal_errors(
     [error(false), error(true)]
 }
 
-/// Truth: the order of the root-mean-square nodal error between two meshes. It is p + 1 for the recovered stress (Zienkiewicz and
-/// Zhu 1992) inside and, by extrapolation, on the boundary. Tolerance: 0.3 below, 0.4 for tet10 on the boundary. (Elements of even
-/// degree may do better on regular meshes.)
+/// Truth: for elements of degree p the root-mean-square nodal error of the recovered stress has order p + 1 (Zienkiewicz and Zhu
+/// 1992). This holds inside and, by extrapolation, on the boundary. The order is observed between two meshes. Tolerance: 0.3 below,
+/// 0.4 for tet10 on the boundary. (Elements of even degree may do better on regular meshes.)
 #[test]
 fn nodal_stress_superconverges() {
     let straight: fn([f64; 3]) -> [f64; 3] = |x| x;

@@ -39,8 +39,8 @@ fn line(i: f64) -> f64 {
     1.5 + length(low, beyond)
 }
 
-/// Surface with stress of a quarter x, y >= 0 of a block of ten contact radii, ν = 0.3. `traction` acts on body 2 (x, y, n) in the
-/// unit circle. `planes` are the supports of x = 0 and y = 0.
+/// Contact surface with the recovered stress of a quarter (x, y >= 0) of a block of ten contact radii, ν = 0.3. `traction(r)` acts
+/// on body 2 (x, y, n) in the unit circle. `planes` are the components fixed on x = 0 and y = 0.
 fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> UnstructuredGrid {
     let n = UNIFORM + GROWING;
     let size = [n as f64; 3];
@@ -119,9 +119,9 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
 }
 
 /// Truth: equilibrium. Loads on contact faces cause stress where there is no contact: a pressure p gives σ_zz = -p, a traction (0,
-/// 0, t) gives t, both give their sum. A slab of height L and modulus E is on a foundation k, and its other side moves by w. It
-/// carries σ = w / (1/k + L/E). Exact to rounding: the elements represent linear displacements, and the factorisation loses at most
-/// six digits.
+/// 0, t) gives t, both give their sum. A slab of height L and modulus E is on a foundation k, and its opposite face moves by w
+/// towards the foundation. It carries σ_zz = -w / (1/k + L/E). Exact to rounding: the elements represent linear displacements, and
+/// the factorisation loses at most six digits.
 #[test]
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
@@ -151,16 +151,16 @@ fn loads_on_contact_faces_are_in_their_stress() {
 }
 
 /// Truth: Hertz' pressure p0 = 1 on the unit circle. At the centre σ_xx = -(1 + 2ν)/2. Outside there is the radial tension (1 -
-/// 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a half-space
-/// bends the surface by some 1e-2. At a node the strain is the mean of the adjacent elements. The kink at the edge is lost, and the
-/// node there shows neither side. The peak is found one element, h = 1/8, outside: smaller by 1 - 1/(1 + h)², a fifth.
+/// 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii deforms differently from a
+/// half-space, by some 1e-2. At a node the strain is the mean of the adjacent elements. The node at the edge therefore smooths the
+/// kink of the stress. The peak is found one element, h = 1/8, outside the edge. It is smaller by 1 - 1/(1 + h)², a fifth.
 #[test]
 fn hertz_radial_tension_beside_the_edge() {
     let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
     let (centre, edge) = (at(&grid, 0.0), [1.0, 1.125, 1.25, 1.5].map(|x| at(&grid, x)));
     println!("centre {centre:.4?}, edge and beyond {edge:.4?}");
     assert!((centre[0] + 0.8).abs() < 0.02 && (centre[1] - centre[0]).abs() < 0.01);
-    // Mean of the cells at the centre: 1 - r²/2 with r up to a sixteenth.
+    // Cells at the centre have the mean pressure 1 - r²/2 with r up to a sixteenth.
     assert!((centre[2] + 1.0).abs() < 0.005);
     for (found, r) in edge[1..].iter().zip([1.125f64, 1.25]) {
         let exact = 0.4 / (3.0 * r * r);
@@ -169,11 +169,11 @@ fn hertz_radial_tension_beside_the_edge() {
     }
 }
 
-/// Truth: full sliding with q = p (friction coefficient 1, stress is proportional to it). Inside the contact the stress along the
-/// sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is largest at the leading and
-/// trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % two elements inside. The peak is found
-/// within one element, h = 1/8, of the edge, smoothed to the value one element inside, 1 - h. It is lowered by another 5 % because
-/// the adjacent element cannot represent the kink of the strain.
+/// Truth: full sliding with q = p (friction coefficient 1, to which the stress is proportional). Inside the contact the stress
+/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is largest at the
+/// leading and trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % up to two elements inside
+/// the edge. The peak is found within one element, h = 1/8, of the edge, and smoothed to the value one element inside, 1 - h. It is
+/// lowered by another 5 % because the adjacent element cannot represent the kink of the strain.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
     // Tractions on body 2 oppose its motion along +x. Body 1 is dragged along.

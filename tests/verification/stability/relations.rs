@@ -6,10 +6,11 @@ use super::{Run, Verdict, apart, ended, of, runs, verdict};
 use crate::common::relative;
 
 /// Truth: case `str-near-incompressible`. The force on a half-space without friction is proportional to E* = E / (1 - nu^2), to
-/// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as that on the half-space
-/// does, to 5 %. (The block is clamped, 12 wide and 6 high.) `coupling::catalogue` compares these elements with an integral
-/// equation. Others grow as they do, to 2 %, or have a locking warning: plain ones from 0.45 on, enhanced ones from 0.499 on.
-/// Elements with a warning are more than 5 % off at 0.4999. nu = 0.5 and -1 are refused.
+/// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as the force on the
+/// half-space does, to 5 %. (The block is clamped, 12 wide and 6 high.) `coupling::catalogue` compares these elements with an
+/// integral equation. The force on other elements grows as on these, to 2 %, or the run has a locking warning. Standard hexahedra
+/// and tetrahedra have the warning from nu = 0.45 on, enhanced hexahedra from 0.499 on. Elements with a warning are more than 5 %
+/// off at 0.4999. nu = 0.5 and -1 are refused.
 #[test]
 fn nearly_incompressible() {
     let scaled = POISSON.map(|nu| {
@@ -102,7 +103,8 @@ fn units_and_sizes() {
         for ((value, run), scale) in runs.iter().zip(SCALES) {
             let found = dimensionless(run, scale);
             for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
-                // Components across the load are sums that cancel. Their error is as small relative to the force and the approach.
+                // Components across the load are sums that cancel. Their tolerance refers to the size of the forces (100) and
+                // displacements (0.01).
                 let size = wanted.abs().max(if i % 7 < 3 { 100.0 } else { 0.0 }).max(if i % 7 < 5 {
                     0.01
                 } else {

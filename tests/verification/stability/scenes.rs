@@ -6,7 +6,7 @@ use super::writer::{VARIANTS, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// IM7/8551-7, nu23 = 0.369.
+/// Material keys of the CFRP IM7/8551-7 with nu23 = 0.369.
 pub const CFRP: &str = "model = \"orthotropic\"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\nG23 = 3483.0\n\
                         nu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369";
 
@@ -39,7 +39,7 @@ impl SceneText {
         }
     }
 
-    /// The same on the finite-element block of [`block`].
+    /// The same contact on the finite-element block of [`block`].
     pub fn block(material: &str, more: &str) -> Self {
         Self { body1: finite_elements(more), cells: [8; 2], ..Self::half_space(material) }
     }
@@ -59,7 +59,7 @@ pub fn isotropic(nu: f64) -> String {
     format!("model = \"isotropic\"\nE = 210e3\nnu = {nu:?}")
 }
 
-/// Case `str-modulus-ratio`: E2 = 10 GPa.
+/// Material keys of case `str-modulus-ratio`: E1 = `ratio` E2, E2 = 10 GPa.
 pub fn with_ratio(ratio: f64) -> String {
     let e2 = 10e3;
     let (e1, g12, g23) = (e2 * ratio, e2 / 2.0, e2 / 2.6);

@@ -1,6 +1,7 @@
 //! Case `str-penalty-choice`. Neither scenes nor the library have a penalty or a step size. Steps follow from the operator (its
-//! diagonal, a power iteration), and constraints hold exactly. The compliances of single cells play the part of r_n and r_t. They
-//! scale the natural residual, local steps, and the criteria for contact, stick and slip.
+//! diagonal, a power iteration), and constraints hold exactly. The compliances of single cells play the part of the normal and
+//! tangential penalty parameters r_n and r_t. They scale the natural residual, local steps, and the criteria for contact, stick and
+//! slip.
 
 use std::sync::Arc;
 
@@ -39,10 +40,10 @@ impl Flexibility for Misjudged {
     }
 }
 
-/// Truth: case `str-penalty-choice`. r_n and r_t are a thousand times too large or too small, together or one against the other.
-/// The solution is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The program's own
-/// choice takes at most three times the operator applications of the best. A residual for softer cells is smaller by this factor,
-/// and so is its tolerance.
+/// Truth: case `str-penalty-choice`. r_n and r_t are a thousand times too large or too small, together or one alone. The solution
+/// is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The program's own choice takes at
+/// most three times the operator applications of the best choice. Too large compliances reduce the residual by their factor, and
+/// the tolerance is reduced by this factor, too.
 #[test]
 fn step_sizes_a_thousand_times_off() {
     for method in [Method::Newton, Method::BarzilaiBorwein] {

@@ -142,7 +142,7 @@ pub fn aspect_ratios() -> Vec<Case> {
     for ratio in [1.0, 10.0, 100.0, 1000.0] {
         let scene = SceneText::block(CFRP, &fibre(30.0, 0.0));
         cases.push(Case::new("aspect ratio, flat elements", ratio, &scene).on(&block(1.0, 1.0, ratio)));
-        // Body, frame and cells are thinner along y by this ratio, under a roller across y.
+        // Body, frame and cells are thinner along y by this ratio, under a roller along y.
         let slender = SceneText {
             half_width: [1.2, 1.2 / ratio],
             gap: "kind = \"cylinder\"\nradius = 10.0\nangle = 90.0".to_owned(),
@@ -186,7 +186,7 @@ pub fn nothing() -> Vec<Case> {
         cases.push(Case::new("approach, shift", &text, &scene(moved(value, value, 0.0))));
         cases.push(Case::new("shift", &text, &scene(moved(0.02, value, 0.0))));
     }
-    // Below this value the scene is refused with a proposal for the units.
+    // The smallest double is below the limit. The scene is refused with a proposal for the units.
     let least = 5e-324;
     let value = format!("{least:?}");
     cases.push(Case::new("force, pull", &value, &scene(forced(least, least))).ends(End::Refused));
@@ -214,7 +214,7 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
         gap: sphere(10.0 * length),
         friction: FRP.to_owned(),
         steps: moved(0.02 * length, 0.004 * length, 30.0) + &forced(300.0 * unit, 60.0 * unit),
-        // Below the resolution of the comparison.
+        // The residual stays below the resolution of the comparison, 1e-9.
         solver: "tolerance = 1e-11".to_owned(),
         ..SceneText::half_space(&material)
     };

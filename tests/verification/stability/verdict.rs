@@ -26,7 +26,7 @@ pub enum Verdict {
 pub struct Run {
     pub records: Vec<IncrementRecord>,
     pub warnings: Vec<String>,
-    /// Tractions of the last state, `[3, N]` by planes.
+    /// Tractions of the last state, `[3, N]`: all x, then all y, then all normal components.
     pub tractions: Vec<f64>,
 }
 

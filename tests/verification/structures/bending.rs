@@ -16,7 +16,7 @@ fn solve(spec: FeSpec) -> CondensedBody {
 const RADIUS: f64 = 1000.0;
 const NU: f64 = 0.3;
 
-/// Displacement for sigma_xx = E z / R (Timoshenko and Goodier).
+/// Displacement for sigma_xx = E z / R with the bending radius R (Timoshenko and Goodier).
 fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x * z / RADIUS, -NU * y * z / RADIUS, -(x * x + NU * (z * z - y * y)) / (2.0 * RADIUS)]
 }
@@ -65,9 +65,9 @@ fn assert_bent(mesh: Mesh) {
     assert!(error < 1e-9 * 210.0, "stress {error:e}");
 }
 
-/// Truth: quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier). Every second-order
-/// element with straight edges represents them on parallelepipeds. Tetrahedra do so on any shape, as do hexahedra and wedges that
-/// are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's 1e-9.
+/// Truth: pure bending has quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier).
+/// Every second-order element with straight edges represents these displacements on parallelepipeds. Tetrahedra do so on any shape,
+/// as do hexahedra and wedges that are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's 1e-9.
 #[test]
 fn pure_bending_is_exact_for_elements_of_second_order() {
     assert!((bent([10.0, 0.0, 0.0])[2] + 0.05).abs() < 1e-15);
@@ -75,7 +75,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         println!("{}", kind.name());
         assert_bent(bar(kind));
         let skewed = |[x, y, z]: [f64; 3]| [x, y - 1.0 + 0.1 * (x - 5.0), z - 1.0 + 0.2 * (y - 1.0)];
-        // The field is exact on any box. The energy is that of the original one.
+        // The displacements are exact on a skewed box, too. The energy 1.4 is only that of the original box.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
         assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
@@ -86,9 +86,9 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
 }
 
 /// Truth: the trilinear element with exact displacement at all nodes of boxes h_x x h_y x h_z locks. Its parasitic strains are (x -
-/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz. Their energy in the volume V is V/(24 R²)
-/// [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just these strains and give the exact energy 1.4
-/// (Taylor, Beresford and Wilson 1976). Tolerance: rounding.
+/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz for the box centre (x_m, y_m, z_m). The energy of
+/// these strains in the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just
+/// these strains and give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). Tolerance: rounding.
 #[test]
 fn pure_bending_of_hexahedra_locks_as_it_must() {
     let (lambda, mu) = (210e3 * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), 210e3 / (2.0 * (1.0 + NU)));
@@ -127,9 +127,9 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     u[end][2]
 }
 
-/// Truth: 1.9066 ± 0.0002, three-dimensional solution of the clamped cantilever. Beam theory with shear gives 1.919333 (Timoshenko,
-/// Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells. Displacement methods converge from below,
-/// monotonically on nested meshes. For 27 nodes the catalogue gives 1.9050, to half its last digit.
+/// Truth: the end deflection of the clamped cantilever is 1.9066 ± 0.0002 mm (three-dimensional solution). Beam theory with shear
+/// gives 1.919333 (Timoshenko, Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells. Displacement methods
+/// converge from below, monotonically on nested meshes. For 27 nodes the catalogue gives 1.9050, to half its last digit.
 #[test]
 fn cantilever_of_second_order() {
     for kind in [Hex20, Hex27, Tet10, Wedge15] {
@@ -144,9 +144,9 @@ fn cantilever_of_second_order() {
     }
 }
 
-/// Truth: for nu = 0, w = -rho g (L z - z²/2) / E, base stress -rho g L = -0.1, reactions 0.1. Second-order elements represent this
-/// field. Extruded linear elements (hexahedra, wedges) are exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for the
-/// reactions.
+/// Truth: for nu = 0 a column of height L moves by w = -rho g (L z - z²/2) / E under its weight. The base stress is -rho g L =
+/// -0.1, and the reactions sum to 0.1. Second-order elements represent this field. Extruded linear elements (hexahedra, wedges) are
+/// exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for the reactions.
 #[test]
 fn column_under_its_weight() {
     let exact_at_nodes = |kind: ElementKind| degree(kind) == 2 || matches!(kind, Hex8 | Wedge6);

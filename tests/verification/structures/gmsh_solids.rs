@@ -17,7 +17,7 @@ use crate::fem_meshes::{add_cells, prescribe};
 use crate::mesh::tools;
 
 /// A quarter of a cylinder of radius 2 and height 2. The lower half has hexahedra and, at remaining triangles, wedges. The upper
-/// half has pyramids on them and tetrahedra.
+/// half has pyramids on the hexahedra, and tetrahedra.
 const QUARTER: &str = r#"
 Point(1) = {0, 0, 0, 0.7}; Point(2) = {2, 0, 0, 0.7}; Point(3) = {0, 2, 0, 0.7};
 Line(1) = {1, 2}; Circle(2) = {2, 1, 3}; Line(3) = {3, 1};
@@ -83,9 +83,9 @@ fn assert_hydrostatic(mut mesh: Mesh) {
     assert!(largest_difference(&reactions, &vec![[0.0; 3]; reactions.len()]) < 1e-9);
 }
 
-/// Truth: our elements use gmsh's node order. The volume is that of the quarter of a cylinder. Constant strain passes the patch
-/// test on the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. Tolerances:
-/// twice the loss of volume by chords or parabolas instead of arcs. Otherwise rounding of a mesh of some thousand unknowns.
+/// Truth: our elements use gmsh's node order. The volume is 2 pi, a quarter of a cylinder. Constant strain passes the patch test on
+/// the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. Tolerances: twice the
+/// loss of volume by chords or parabolas instead of arcs. Otherwise rounding of a mesh of some thousand unknowns.
 #[test]
 fn every_solid_that_gmsh_writes_is_solved() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];

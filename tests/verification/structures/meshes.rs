@@ -84,8 +84,8 @@ fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     [vec![a, b, c, pyramid[4]], vec![a, c, d, pyramid[4]]]
 }
 
-/// The two wedges of each of the seven hexahedra. The inner one and those below and above it are cut across z. The four around them
-/// are cut along the diagonals from the lower inner nodes to the upper outer ones.
+/// The two wedges of each of the seven hexahedra. The inner one and those below and above it are cut along a diagonal of their
+/// lower and upper faces. The four around the inner one are cut along the diagonals from its lower nodes to the upper outer nodes.
 fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     let inner = [8, 9, 10, 11, 12, 13, 14, 15];
     let mut hexahedra = vec![inner.to_vec()];
@@ -120,8 +120,8 @@ pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// A quarter of the plate of NAFEMS LE1 and LE10 between the ellipses x²/2² + y²/1² = 1 and x²/3.25² + y²/2.75² = 1, with a
-/// thickness along z. Cells run from the inner ellipse "x0" to the outer "x1", and from the axis y = 0 "y0" to x = 0 "y1".
+/// A quarter of the plate of NAFEMS LE1 and LE10, with a thickness along z. It lies between the ellipses x²/2² + y²/1² = 1 and
+/// x²/3.25² + y²/2.75² = 1. Cells run from the inner ellipse "x0" to the outer "x1", and from the axis y = 0 "y0" to x = 0 "y1".
 pub fn ellipses(kind: ElementKind, cells: [usize; 3], thickness: f64) -> Mesh {
     block(kind, cells, [1.0, 1.0, thickness], |[s, t, z]| {
         // The cosine of a right angle is not zero in floating point, but the axis has to be a plane.

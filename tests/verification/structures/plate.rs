@@ -10,7 +10,7 @@ use crate::fem_meshes::prescribe;
 
 /// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate (NAFEMS 1990). E = 210 GPa, nu = 0.3, 1 MPa on its
 /// upper face, lengths in m. The outer face is fixed along x and y, and along z on its middle line. Tolerance: the catalogue's 2 %
-/// for the recovered stress at this corner, on 12 x 8 x 4 elements.
+/// for the recovered stress at this corner, on 8 x 12 x 4 elements.
 #[test]
 fn nafems_le10() {
     for kind in [Hex20, Hex27] {

@@ -38,8 +38,9 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
 }
 
 /// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). mu = 0 gives no
-/// tangential traction and the frictionless force to 1e-10, mu = 1e-12 that force to 1e-7. Cases are a sphere pressed in five
-/// increments (the case of Spence) and tilted fibres under a displacement, where coupling is strongest. Up to mu = 1 both converge.
+/// tangential traction and the frictionless force to 1e-10, mu = 1e-12 gives the same force to 1e-7. Cases are a sphere pressed in
+/// five increments (the case of Spence) and tilted fibres under a displacement, where coupling is strongest. Up to mu = 1 both
+/// cases converge.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();
@@ -54,7 +55,7 @@ fn any_coefficient_is_certified_or_refused() {
         assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
         if mu <= 1e-12 {
             let found = result.records[4].normal_force;
-            // mu = 0 is the same solve. The smallest mu uses another solver, with a residual of 1e-8.
+            // mu = 0 uses the frictionless solver. The smallest positive mu uses another solver, with a residual of 1e-8.
             let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
             assert!(relative(found, wanted) < tolerance, "mu {mu}: {found} {wanted}");
         }
@@ -93,8 +94,8 @@ fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
 }
 
 /// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres (12 mm, clamped at its base) under a steel
-/// sphere. It is pressed in two increments and sheared. The laws hold cell by cell in every converged state (1e-6). mu = 0 is the
-/// frictionless solution to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 it converges.
+/// sphere. The block is pressed in two increments and sheared. The laws hold cell by cell in every converged state (1e-6). mu = 0
+/// gives the frictionless force to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 all runs converge.
 #[test]
 fn any_coefficient_on_finite_elements() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.0).expect("a grid");

@@ -15,7 +15,8 @@ const MU: f64 = 0.3;
 /// Increments per quarter of a loop, as in the catalogue.
 const QUARTER: usize = 40;
 
-/// Contact radius, displacement D0 at full sliding and compliance S for two bodies with Poisson's ratio `nu`.
+/// Contact radius, displacement D0 at full sliding and tangential compliance S = 2 (2 - nu) / G of two bodies with Poisson's ratio
+/// `nu`.
 fn scales(nu: f64) -> (f64, f64, f64) {
     let reduced = 210e3 / (1.0 - nu * nu) / 2.0;
     let a = (3.0 * LOAD * 10.0 / (4.0 * reduced)).cbrt();
@@ -30,7 +31,7 @@ fn spheres(nu: f64) -> Model {
     model
 }
 
-/// Presses, goes to `+top` (one quarter), then `loops` times to `-top` and back.
+/// Presses, goes to `to(1)` in a quarter of a loop, then `loops` times to `to(-1)` and back.
 fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, Vec<FrameState>) {
     let mut steps = vec![press(LOAD), Step { increments: QUARTER, ..to(1.0) }];
     for _ in 0..loops {
@@ -62,7 +63,7 @@ fn dissipated(model: &Model, fields: &[FrameState], from: usize, to: usize) -> f
     (from..to).map(increment).sum()
 }
 
-/// Dissipated energy W of the catalogue for z = Q* / (mu P).
+/// Energy W of the catalogue, dissipated in a cycle of the tangential force ±Q* with z = Q* / (mu P).
 fn dissipation(nu: f64, z: f64) -> f64 {
     let (a, _, compliance) = scales(nu);
     9.0 * (MU * LOAD).powi(2) / (10.0 * a)
@@ -70,9 +71,9 @@ fn dissipation(nu: f64, z: f64) -> f64 {
         * (1.0 - (1.0 - z).powf(5.0 / 3.0) - 5.0 * z / 6.0 * (1.0 + (1.0 - z).powf(2.0 / 3.0)))
 }
 
-/// Truth: `mindlin-deresiewicz-loop`, exact for nu = 0, under a force up to 0.6 mu P. Dissipation of a cycle, largest displacement
-/// and that at Q = 0 on the way back to 1e-2. The second loop is the first one to 1e-6. The work of tractions on slip is the area
-/// of the loop to 1e-6.
+/// Truth: `mindlin-deresiewicz-loop`, exact for nu = 0, under a force up to 0.6 mu P. The dissipation of a cycle, the largest
+/// displacement and the displacement at Q = 0 on the way back agree to 1e-2. The second loop equals the first one to 1e-6. The work
+/// of tractions on slip is the area of the loop to 1e-6.
 #[test]
 fn loops_under_a_force() {
     let model = spheres(0.0);
@@ -92,12 +93,12 @@ fn loops_under_a_force() {
     for k in 0..=cycle {
         let (first, second) =
             (result.records[start + k].shift[0], result.records[start + cycle + k].shift[0]);
-        // The first loop starts from the virgin curve and closes when it returns to the end of it.
+        // The first loop starts at the end of the virgin curve and closes when it returns to this point.
         assert!((first - second).abs() < 1e-6 * largest, "{k}: {first} {second}");
     }
 }
 
-/// Truth: the same with a displacement between +-D0, at the onset of full sliding (z = 1). Dissipation to 1e-2.
+/// Truth: the same with a displacement between +-D0, at the onset of full sliding (z = 1). The dissipation agrees to 1e-2.
 #[test]
 fn loops_to_the_verge_of_sliding() {
     let model = spheres(0.0);
@@ -112,7 +113,8 @@ fn loops_to_the_verge_of_sliding() {
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 1e-2);
 }
 
-/// Truth: the values of the catalogue for nu = 0.3, to 3 %. The classical solution neglects slip across the force.
+/// Truth: dissipation and largest displacement equal the catalogue's values for nu = 0.3, to 3 %. The classical solution neglects
+/// slip across the force.
 #[test]
 fn loops_with_lateral_contraction() {
     let model = spheres(0.3);

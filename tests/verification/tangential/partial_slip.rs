@@ -8,10 +8,10 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::{press_and_pull, pull, radius};
 
-/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = 0.2 P grows with P from zero, such that the contact
-/// radius grows uniformly. Only the outermost ring of cells slips, whose gaps close in the increment. For nu = 0 the tractions are
-/// q0 p (2e-2 of the peak). With 100 increments, displacement over approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3. New cells are
-/// dragged in the increment of their closure. With 25 increments the error is therefore more than twice as large.
+/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = q0 P with q0 = 0.2 grows with P from zero, such that
+/// the contact radius grows uniformly. Only the outermost ring of cells slips, whose gaps close in the increment. For nu = 0 the
+/// tractions are q0 p (2e-2 of the peak). With 100 increments, displacement over approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3.
+/// New cells are dragged in the increment of their closure. With 25 increments the error is therefore more than twice as large.
 #[test]
 fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     for nu in [0.0, 0.3] {
@@ -44,14 +44,16 @@ fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     }
 }
 
-/// Truth: `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998). Equal bodies of nu = 0 with a conical gap of 5 degrees, Q = 0.5
-/// mu P. c / a = sqrt(1 - Q / mu P) within one cell, and shift G* / (mu delta E*) = 1 - c / a to 1e-2.
+/// Truth: `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998). Equal bodies of nu = 0 with a conical gap of 5 degrees carry Q =
+/// 0.5 mu P. Stick radius c and contact radius a obey c / a = sqrt(1 - Q / mu P) within one cell. With the approach delta the
+/// displacement D obeys D G* / (mu delta E*) = 1 - c / a to 1e-2.
 #[test]
 fn cone_in_partial_slip() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
     let (reduced, shear) = (105e3, 105e3);
     let slope = 5f64.to_radians().tan();
-    // Sneddon: P = (pi/2) E* a² tan, delta = (pi/2) a tan; 1/G* = 2 (2 - nu) / (4 G).
+    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope b. The reduced shear modulus is 1/G* = 2 (2 - nu) / (4
+    // G).
     let a = 1.0;
     let load = 0.5 * std::f64::consts::PI * reduced * a * a * slope;
     let (cells, half_width, mu) = (64, 1.15, 0.3);

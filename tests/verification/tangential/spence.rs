@@ -8,7 +8,8 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};
 use crate::observed::radius;
 
-/// nu, mu, c/a, kappa, DR of the catalogue (`spence-self-similar`).
+/// nu, mu, c/a (stick over contact radius), kappa (force over frictionless force of a flat punch), DR of the catalogue
+/// (`spence-self-similar`). A sphere of radius R at the approach delta has a² = R delta / DR.
 const CASES: [[f64; 5]; 4] = [
     [0.3, 0.2, 0.69828, 1.01927, 1.01487],
     [0.25, 0.2, 0.57556, 1.02328, 1.01782],
@@ -16,8 +17,8 @@ const CASES: [[f64; 5]; 4] = [
     [0.3, 0.3, 0.89596, 1.0243, 1.01948],
 ];
 
-/// Truth: a flat punch keeps its contact, and a single increment is the whole history. c / a agrees to one cell. kappa, the force
-/// relative to the frictionless one, agrees to 3e-3 (the edge error cancels on the same cells).
+/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. kappa, the
+/// force relative to the frictionless one, agrees to 3e-3 (the edge error cancels on the same cells).
 #[test]
 fn flat_punch() {
     for [nu, mu, ratio, kappa, _] in CASES {
@@ -41,8 +42,8 @@ fn flat_punch() {
     }
 }
 
-/// Truth: a sphere pressed in increments, where contact spreads over cells that have stuck at another place. c / a agrees to one
-/// cell of 36 along the contact. The force kappa DR (4/3) E* a³ / R, a² = R delta / DR, agrees to 3e-3. Half the approach has the
+/// Truth: a sphere pressed in increments. The contact spreads to new cells, which have moved before they stick. c / a agrees to one
+/// cell of 36 along the contact. The force is kappa DR (4/3) E* a³ / R with a² = R delta / DR, to 3e-3. Half the approach has the
 /// same c / a.
 #[test]
 fn sphere_in_increments() {

@@ -59,8 +59,8 @@ fn apart(
         .fold(0.0, f64::max)
 }
 
-/// Truth: `shear-reversal-symmetry`, Q = 0.6 mu P of unlike bodies. -Q mirrors the state, and Q along y turns it by 90 degrees.
-/// Tolerance 1e-6 of the peak pressure, that of the catalogue for iterative solvers.
+/// Truth: `shear-reversal-symmetry` for unlike bodies under Q = 0.6 mu P. -Q mirrors the state, and Q along y turns it by 90
+/// degrees. Tolerance: the catalogue's 1e-6 of the peak pressure for iterative solvers.
 #[test]
 fn forces_turned_and_reversed() {
     let model = pair(&steel(), &aluminium());
@@ -77,8 +77,8 @@ fn forces_turned_and_reversed() {
     assert!((last(&along).shift[0] - last(&across).shift[1]).abs() < 1e-6 * last(&along).shift[0]);
 }
 
-/// Truth: `shear-reversal-symmetry`, the same contact upside down with exchanged bodies and reversed force. A rotation by 180
-/// degrees about y changes the signs of x and the normal. Forces on body 1 become those on body 2, with mirrored tractions.
+/// Truth: `shear-reversal-symmetry`, the same contact upside down with exchanged bodies. A rotation by 180 degrees about y changes
+/// the signs of x and the normal. Forces on body 1 become forces on body 2, with mirrored tractions.
 #[test]
 fn bodies_exchanged() {
     let upright = run(&pair(&steel(), &aluminium()), [180.0, 0.0]);

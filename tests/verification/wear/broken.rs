@@ -44,8 +44,8 @@ impl Observer for Breaking {
     }
 }
 
-/// Truth: the uninterrupted run, bit by bit. The interruption comes after the last jump: in the fretting loop, also of the last
-/// step, or on the way back to the centre.
+/// Truth: a resumed run equals the uninterrupted run, bit by bit. The interruption comes after the last jump: in the fretting loop,
+/// also of the last step, or on the way back to the centre.
 #[test]
 fn runs_broken_off_after_the_last_jump() {
     let mut model = sphere_on_frp(30.0, 1.5, 16);
@@ -71,7 +71,7 @@ fn runs_broken_off_after_the_last_jump() {
         assert_eq!(end.records.len(), whole.records.len());
         assert_eq!(end.fretting_loops.len(), whole.fretting_loops.len());
         if steps.len() == 2 {
-            // There is no further entry and no state after it.
+            // After the last step there is no further entry and no state.
             continue;
         }
         let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
@@ -96,8 +96,8 @@ impl Observer for First {
     }
 }
 
-/// Truth: completed increments do not belong to a fretting step, and completed cycles not to a monotone step. Such a checkpoint is
-/// refused as invalid input.
+/// Truth: a checkpoint with completed increments is refused for a fretting step, one with completed cycles for a monotone step.
+/// Both are invalid input.
 #[test]
 fn checkpoints_within_a_step_of_another_kind_are_refused() {
     let mut model = sphere_on_frp(30.0, 1.5, 12);

@@ -22,9 +22,9 @@ fn reference_scene(tilt: f64, cells: usize, cycles: Step) -> RunResult {
     solve(&model, &[indent(0.02), cycles])
 }
 
-/// Truth: independent program with incremental slip and one increment per stroke. Volume, load and largest depth after 100 000
-/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves. The volume by the friction energy is that of the
-/// depth.
+/// Truth: an independent program with incremental slip and one increment per stroke. Volume, load and largest depth after 100 000
+/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves. The volume by the friction energy equals the
+/// volume by the wear depth.
 #[test]
 fn default_tolerance_meets_the_reference() {
     let data = reference();
@@ -53,7 +53,8 @@ fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
 }
 
-/// Truth: the wear depth of 96 jumps. The error is below the tolerance, and its estimate is within a factor of 5.
+/// Truth: the wear depth of a run with 96 jumps counts as exact. The error against it is below the tolerance, and its estimate is
+/// within a factor of 5.
 #[test]
 fn estimates_are_near_the_errors() {
     for tilt in [0.0, 90.0] {
@@ -101,8 +102,9 @@ fn tolerances_finer_than_contacts_are_solved() {
     }
 }
 
-/// Truth: docs/theory-wear.md. In the reference scene at tilt 0 with cells of 0.06 mm, 2 λ_min(S_nn) / D is 39 500 cycles for D =
-/// 1.6e-10 mm/MPa per cycle. (D is smaller by the elastic part of the stroke.) Longer jumps are refused.
+/// Truth: docs/theory-wear.md. Jumps longer than 2 λ_min(S_nn) / D are refused, with the normal flexibility S_nn and the wear D per
+/// pressure. The reference scene at tilt 0 with cells of 0.06 mm has 39 500 cycles for D = 1.6e-10 mm/MPa per cycle. (D is smaller
+/// by the elastic part of the stroke.)
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);
@@ -123,8 +125,8 @@ fn explicit_jumps_have_a_critical_length() {
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
 }
 
-/// Truth: strokes in 4 increments instead of 1 reduce the wear by less than 1e-4 at tilt 0 and by about 0.3 % at tilt 90. (An
-/// independent program, per cycle at the start.)
+/// Truth: an independent program. 4 increments per stroke instead of 1 reduce the initial wear rate by less than 1e-4 at tilt 0, by
+/// about 0.3 % at tilt 90.
 #[test]
 fn strokes_in_several_increments() {
     for (tilt, range) in [(0.0, -1e-4..1e-4), (90.0, -0.0045..-0.0020)] {

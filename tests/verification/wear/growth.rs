@@ -33,8 +33,9 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     (result, taken)
 }
 
-/// Truth: `wear-sphere-elastic` (contact radius, pressure and depth at the centre, approach at τ = 1, 10) on a frame whose initial
-/// half-width is 1.35 a0. The contact reaches its edge once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
+/// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre at the dimensionless distances
+/// τ = 1, 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches its edge once
+/// before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);
@@ -64,7 +65,8 @@ fn elastic_sphere() {
     }
 }
 
-/// The sphere on a fibre-reinforced half-space, fretting until the contact is wider, then displaced across.
+/// A sphere on a fibre-reinforced half-space, with a small and a larger frame. Steps indent, fret until the contact is wider, and
+/// displace along y.
 fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
         let mut model = sphere_on_frp(30.0, half_width, cells);
@@ -85,8 +87,9 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 /// Tolerance of the strokes that determine the stick zone. It limits the accuracy of fields in partial slip.
 const STROKES: f64 = 1e-6;
 
-/// Truth: the run on the large frame from the start, jump by jump. Cases are partial slip and gross slip, with a step after the
-/// cycles. Resultants and worn volume agree to 1e-7, fields to that or to the tolerance of strokes.
+/// Truth: a run continued on the large frame equals the run on this frame from the start, jump by jump. Cases are partial slip and
+/// gross slip, with a step after the cycles. Resultants and worn volume agree to 1e-7, fields to 1e-7 or to the tolerance of
+/// strokes.
 #[test]
 fn as_on_the_large_frame_from_the_start() {
     // In the last case the contact reaches the edge in the first jump.
@@ -145,9 +148,8 @@ fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Truth: in the cells of the smaller frame the fields are those before the transfer, bit by bit. New cells have no wear and no
-/// traction. Their tangential gap and elastic displacement are those of the run on the large frame, to the tolerance of the
-/// solutions.
+/// Truth: in the cells of the smaller frame the fields do not change in the transfer, bit by bit. New cells have no wear and no
+/// traction. Their tangential gap and elastic displacement are as in the run on the large frame, to the tolerance of the solutions.
 #[test]
 fn states_are_carried_over() {
     let (models, steps) = fretted(0.004, 10_000_000);
@@ -216,8 +218,8 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
         && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }
 
-/// Truth: the work of a discarded jump is added once to the next entry. Each repeated attempt on the small frame adds the same
-/// work, also if it is the first jump of the step.
+/// Truth: the computational work of a discarded jump (solves, iterations, operator applications) is added once to the next entry.
+/// Each repeated attempt on the small frame adds the same work, also if the discarded jump is the first of the step.
 #[test]
 fn each_jump_tried_again_adds_its_work_once() {
     let options = SolverOptions::default();

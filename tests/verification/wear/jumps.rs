@@ -1,4 +1,4 @@
-//! Jumps in unusual states: contact at zero approach, no contact, tolerances that cannot be met, own loads.
+//! Jumps in unusual states: contact at zero approach, no contact, tolerances that cannot be met, weight of a body.
 
 use orthowear::body::UnconstrainedModes;
 use orthowear::body::rigid_body_modes::RigidBodyMode;
@@ -108,8 +108,8 @@ fn steps_in_the_air_are_noted_once() {
     );
 }
 
-/// Truth: docs/theory-wear.md. Explicit jumps are stable up to 2 λ_min(S_nn) / D. With i = 1e-3 this is less than a cycle, and no
-/// number of jumps is sufficient.
+/// Truth: docs/theory-wear.md. Explicit jumps are stable up to 2 λ_min(S_nn) / D, with the normal flexibility S_nn and the wear D
+/// per pressure and cycle. With i = 1e-3 this is less than a cycle, and no number of jumps is sufficient.
 #[test]
 fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let run_with = |jumps: JumpPolicy| {
@@ -129,13 +129,13 @@ fn a_cycle_may_be_too_long_for_an_explicit_jump() {
 }
 
 /// Truth: docs/theory-wear.md. A jump is repeated with a shorter length while its error exceeds the tolerance. If the trials run
-/// out, a single warning gives the ratio. A tolerance of 1e-25 is below the rounding of the rates.
+/// out, a single warning gives the ratio of error and tolerance. A tolerance of 1e-25 is below the rounding of the rates.
 #[test]
 fn jumps_above_the_tolerance_are_warned_of() {
     let warned = |tolerance: f64| {
         let steps = [indent(0.005), controlled(1_000_000_000_000_000, 0.02, tolerance)];
         let mut kept = Kept { entries: 5, ..Kept::default() };
-        // The run ends with the error above or earlier.
+        // The run ends with the observer's error or earlier.
         let _ =
             run(&rubbed_sphere(1e-20, (0.6, 12), 20.0), &steps, &SolverOptions::default(), None, &mut kept);
         let jumps = kept.records.iter().filter_map(|record| record.jump);

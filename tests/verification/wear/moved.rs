@@ -77,8 +77,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
     (0..frame.n_cells()).map(at).collect()
 }
 
-/// Truth: the loss of volume is that of the cells, Σ A w, also where cells and faces do not match. Nodes keep their positions in
-/// the plane. Nodes of the base do not move.
+/// Truth: the mesh loses the volume Σ A w (cell areas A, wear depths w), also where cells and faces do not match. Nodes keep their
+/// x and y. Nodes of the base do not move.
 #[test]
 fn volumes_are_conserved() {
     let frame = frame(0.9, [7, 6]);
@@ -296,7 +296,7 @@ fn field(state: &Value, name: &str) -> Vec<f64> {
     values.iter().map(|value| value.as_f64().expect("a number")).collect()
 }
 
-/// Truth: body 2 is at rest, and no cell slips because body 1 is rebuilt. In sticking contact the slip reference changes by the
+/// Truth: while body 2 is at rest, rebuilding body 1 causes no slip. In sticking contact the slip reference changes by the
 /// difference of the elastic gaps under the same tractions. Tractions stay bit-identical, and a step without motion has no slip.
 #[test]
 fn no_cell_slips_by_a_move() {
@@ -342,7 +342,7 @@ fn no_cell_slips_by_a_move() {
     );
 }
 
-/// Truth: the kinds of faces of the blocks in the other tests.
+/// Truth: the blocks of the other tests have all five kinds of faces.
 #[test]
 fn all_kinds_of_faces_are_moved() {
     let kinds: Vec<ElementKind> =

@@ -11,8 +11,9 @@ use orthowear::output::plot::loops::LoopCurve;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
-/// Truth: around a circle much larger than all elastic displacements each cell slips along the sides of the polygon. V = i P 2K 2A
-/// sin(π/2K) for any starting point. The volume by the friction energy is the same.
+/// Truth: around a circle of radius A much larger than all elastic displacements, each cell slips along the 2K sides of the
+/// polygon. The load P and the specific wear rate i give V = i P 2K 2A sin(π/2K) per cycle for any starting point. The volume by
+/// the friction energy is the same.
 #[test]
 fn circles_in_gross_slip() {
     let (force, amplitude, intensity) = (100.0, 2.0, 1e-10);
@@ -34,7 +35,7 @@ fn circles_in_gross_slip() {
     }
 }
 
-/// Truth: on an isotropic body an ellipse with semi-axes a, b from angle 0 equals one with b, a from a quarter turn.
+/// Truth: on an isotropic body an ellipse with semi-axes a, b at angle 0 equals one with b, a at 90 degrees.
 #[test]
 fn ellipses_may_begin_anywhere() {
     let volume = |amplitude: [f64; 2], angle: f64| {
@@ -68,8 +69,8 @@ impl Observer for Loops {
 }
 
 /// Truth: Mindlin, Deresiewicz 1953. Energy of a cycle of equal spheres under ±Q is (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 +
-/// (1-x)^(2/3)]}, x = Q/(μP). The displacement is K [1 - (1-x)^(2/3)]. The loop is closed and symmetric, and its area is this
-/// energy.
+/// (1-x)^(2/3)]}, x = Q/(μP). K is the displacement at full sliding. The amplitude of the displacement is K [1 - (1-x)^(2/3)]. The
+/// loop is closed and symmetric, and its area is this energy.
 #[test]
 fn loops_dissipate_what_they_enclose() {
     let (radius, a, e_star, nu, mu, x) = (100.0, 1.0, 1e5, 0.0, 0.5, 0.6_f64);
@@ -107,8 +108,8 @@ fn loops_dissipate_what_they_enclose() {
     }
 }
 
-/// Truth: `fretting-limit-profile`. Under a constant amplitude of the tangential force the stick zone does not change. The rest
-/// wears to zero pressure. Compared are approach, volume and pressure at the centre in the limit.
+/// Truth: `fretting-limit-profile`. Under a constant amplitude of the tangential force the stick zone does not change. The contact
+/// outside it wears until its pressure is zero. Approach, volume and pressure at the centre are compared with their limits.
 #[test]
 fn limit_of_fretting_under_force() {
     let (radius, a0, e_star, cells) = (100.0, 1.0, 1e5, 40);
@@ -138,8 +139,8 @@ fn limit_of_fretting_under_force() {
 }
 
 /// Truth: method of dimensionality reduction (Popov 2014). Springs at x stick under ±u where G* u < μ E* (δ - x²/R). A shrinking
-/// stick zone in unworn cells thus has c² = R (δ - u G* / (μ E*)), independent of the wear outside. Cells that stick to the end do
-/// not wear.
+/// stick zone in unworn cells thus has the squared radius R (δ - u G* / (μ E*)), independent of the wear outside. Cells that stick
+/// to the end do not wear.
 #[test]
 fn stick_zone_that_moves() {
     let (radius, e_star, mu, amplitude, cells) = (100.0, 1e5, 0.5, 0.0018, 48);
@@ -167,7 +168,7 @@ fn stick_zone_that_moves() {
     let place = |k: usize| (k as f64 + 0.5) * side - 1.2;
     let distance = |i: usize| place(i / cells).hypot(place(i % cells));
     let deepest = worn.iter().copied().fold(0.0, f64::max);
-    // A twentieth of the approach, which unloads the annulus.
+    // At least a twentieth of the approach has worn, which unloads the annulus.
     assert!(deepest > 5e-4, "{deepest}");
     let inside =
         (0..cells * cells).filter(|&i| distance(i) < last - side).map(|i| worn[i]).fold(0.0, f64::max);

@@ -43,7 +43,7 @@ pub(super) fn last(run: &RunResult) -> &orthowear::evolution::records::Increment
     run.records.last().expect("records")
 }
 
-/// Truth: `archard-global-volume`. V = k P s for any profile.
+/// Truth: `archard-global-volume`. V = k P s for any profile, with the specific wear rate k, the load P and the sliding distance s.
 #[test]
 fn volume_is_that_of_archard() {
     let rough = |x: f64, y: f64| x * x / 40.0 + y * y / 30.0 + 1e-3 * ((17.0 * x).sin() + (23.0 * y).cos());
@@ -71,7 +71,7 @@ fn volume_is_that_of_archard() {
     }
 }
 
-/// Truth: V = k s (P0 + P1) / 2 under a linearly growing force. SDIRK2 integrates it exactly.
+/// Truth: V = k s (P0 + P1) / 2 for a force that grows linearly from P0 to P1. SDIRK2 integrates it exactly.
 #[test]
 fn forces_change_along_the_way() {
     let mut model = half_space(1e5, (1.5, 20), sphere(20.0));
@@ -89,7 +89,7 @@ fn forces_change_along_the_way() {
     assert!(relative(last(&run).worn_volume, wanted + 1e-8 * 100.0 * 1000.0) < 1e-9);
 }
 
-/// Truth: `wear-orthotropic-direction`. k(θ) = √((k1 cos θ)² + (k2 sin θ)²), V = k(θ) P s.
+/// Truth: `wear-orthotropic-direction`. Sliding at the angle θ has k(θ) = √((k1 cos θ)² + (k2 sin θ)²), V = k(θ) P s.
 #[test]
 fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
@@ -102,7 +102,7 @@ fn direction_of_sliding() {
     }
 }
 
-/// Truth: `wear-sphere-rigid-limit`. a = (4 R k P s / π)^¼, depth a² / (2R).
+/// Truth: `wear-sphere-rigid-limit`. A sphere of radius R wears to a flat of radius a = (4 R k P s / π)^¼ and depth a² / (2R).
 #[test]
 fn flat_of_a_sphere() {
     let mut model = half_spaces(&crate::common::steel(), None, (2.2, 64), sphere(10.0));
@@ -121,7 +121,8 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic`. Contact radius, pressure and depth at the centre, and approach at τ = k p0 s / δ0 = 1, 10.
+/// Truth: `wear-sphere-elastic`. Contact radius, pressure and depth at the centre, and approach are compared at τ = k p0 s / δ0 =
+/// 1, 10. p0 and δ0 are the peak pressure and the approach before wear.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -145,8 +146,8 @@ fn elastic_sphere() {
     }
 }
 
-/// Truth: `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k v E* t / a) after the faster modes
-/// have decayed. Finally they vanish.
+/// Truth: `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k s E* / a) after faster modes have
+/// decayed. k is the specific wear rate, s the distance, a the radius. Finally the deviations vanish.
 #[test]
 fn flat_punch_runs_in() {
     let cells = 42;
@@ -209,8 +210,8 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
-/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt), λ = 0.8. Integrators have their orders of convergence.
-/// Explicit jumps beyond 2 / λ are refused.
+/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Integrators have their
+/// orders of convergence. Explicit jumps beyond 2 / λ are refused.
 #[test]
 fn columns_run_in() {
     for (integrator, order) in
