@@ -1,8 +1,10 @@
-//! The order of modules: a module may use modules before it in `src/lib.rs`, never modules after it.
+//! Imports between modules and files: a module uses only modules before it in `src/lib.rs`, and no files import each other in circles.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use syn::visit::{self, Visit};
 
 const ORDER: [&str; 29] = [
     "error",
@@ -36,12 +38,6 @@ const ORDER: [&str; 29] = [
     "cli",
 ];
 
-/// Remaining imports against the order: file, module, reason. A line is removed with its import. No line may be added.
-const EXCEPTIONS: [(&str, &str, &str); 2] = [
-    ("output/output_dir.rs", "report", "a new run removes the report of the run before"),
-    ("sweep/run.rs", "report", "a new study removes the report of the study before"),
-];
-
 fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(dir).expect("a readable source folder") {
         let path = entry.expect("a readable entry").path();
@@ -53,15 +49,16 @@ fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-fn sources() -> Vec<(PathBuf, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+/// Sources below a folder of the repository, with their paths from there.
+fn sources(folder: &str) -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
     rust_files(&root, &mut files);
     files
         .into_iter()
         .map(|path| {
             let text = fs::read_to_string(&path).expect("a readable source file");
-            (path.strip_prefix(&root).expect("below src").to_path_buf(), text)
+            (path.strip_prefix(&root).expect("below the folder").to_path_buf(), text)
         })
         .collect()
 }
@@ -71,11 +68,11 @@ fn layer_of(path: &Path) -> Option<usize> {
     ORDER.iter().position(|name| *name == first.trim_end_matches(".rs"))
 }
 
-/// Truth: modules import only modules before them in `ORDER`, apart from `EXCEPTIONS`.
+/// Truth: modules import only modules before them in `ORDER`.
 #[test]
 fn imports_point_back_along_the_data_flow() {
-    let (mut wrong, mut unused) = (Vec::new(), BTreeSet::from(EXCEPTIONS));
-    for (path, text) in sources() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources("src") {
         let Some(layer) = layer_of(&path) else { continue };
         for (number, line) in text.lines().enumerate() {
             let code = line.split("//").next().unwrap_or("");
@@ -90,13 +87,6 @@ fn imports_point_back_along_the_data_flow() {
                     if let Some(used) = ORDER.iter().position(|n| *n == name)
                         && used > layer
                     {
-                        let listed = EXCEPTIONS
-                            .iter()
-                            .find(|(file, module, _)| path == Path::new(file) && name == *module);
-                        if let Some(exception) = listed {
-                            unused.remove(exception);
-                            continue;
-                        }
                         wrong.push(format!(
                             "{}:{}: {} uses {}",
                             path.display(),
@@ -110,7 +100,6 @@ fn imports_point_back_along_the_data_flow() {
         }
     }
     assert!(wrong.is_empty(), "imports against the data flow:\n{}", wrong.join("\n"));
-    assert!(unused.is_empty(), "exceptions that no import needs: {unused:?}");
 }
 
 /// Modules that a file declares (`mod name;`).
@@ -129,7 +118,7 @@ fn declared(text: &str) -> impl Iterator<Item = &str> {
 /// looks for it.
 #[test]
 fn every_file_is_declared() {
-    let files = sources();
+    let files = sources("src");
     let mut places = BTreeSet::new();
     for (path, text) in &files {
         let folder = path.parent().expect("a folder");
@@ -157,4 +146,151 @@ fn lib_lists_the_modules_in_order() {
         .filter_map(|l| l.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';'))
         .collect();
     assert_eq!(listed, ORDER);
+}
+
+/// Paths that a file imports or names, relative to the root of the crate, and its re-exports.
+#[derive(Default)]
+struct Imports {
+    /// Module of the file.
+    module: Vec<String>,
+    /// Modules that the file declares.
+    children: BTreeSet<String>,
+    paths: Vec<Vec<String>>,
+    /// Target of each re-exported name.
+    reexports: BTreeMap<String, Vec<String>>,
+}
+
+impl Imports {
+    fn of(path: &Path, text: &str) -> Self {
+        let mut module: Vec<String> =
+            path.with_extension("").iter().map(|part| part.to_str().expect("UTF-8").to_owned()).collect();
+        if module.last().is_some_and(|last| ["lib", "main", "mod"].contains(&last.as_str())) {
+            module.pop();
+        }
+        let children = declared(text).map(str::to_owned).collect();
+        let mut imports = Self { module, children, ..Self::default() };
+        imports.visit_file(&syn::parse_file(text).expect("Rust source"));
+        imports
+    }
+
+    /// Path from the root of the crate. `None` for other crates and local items.
+    fn from_root(&self, path: &[String]) -> Option<Vec<String>> {
+        let ups = path.iter().take_while(|part| *part == "super").count();
+        match path.first()?.as_str() {
+            "crate" => Some(path[1..].to_vec()),
+            "self" => Some([&self.module[..], &path[1..]].concat()),
+            "super" => Some([&self.module[..self.module.len() - ups], &path[ups..]].concat()),
+            child if self.children.contains(child) => Some([&self.module[..], path].concat()),
+            _ => None,
+        }
+    }
+}
+
+impl<'a> Visit<'a> for Imports {
+    fn visit_item_mod(&mut self, item: &'a syn::ItemMod) {
+        if item.content.is_none() || item.ident != "tests" {
+            visit::visit_item_mod(self, item);
+        }
+    }
+
+    fn visit_item_use(&mut self, item: &'a syn::ItemUse) {
+        let mut open = vec![(Vec::new(), &item.tree)];
+        while let Some((mut path, tree)) = open.pop() {
+            let name = match tree {
+                syn::UseTree::Path(part) => {
+                    path.push(part.ident.to_string());
+                    open.push((path, &part.tree));
+                    continue;
+                }
+                syn::UseTree::Group(group) => {
+                    open.extend(group.items.iter().map(|tree| (path.clone(), tree)));
+                    continue;
+                }
+                syn::UseTree::Name(leaf) if leaf.ident == "self" => path.last().cloned().unwrap_or_default(),
+                syn::UseTree::Name(leaf) => {
+                    path.push(leaf.ident.to_string());
+                    leaf.ident.to_string()
+                }
+                syn::UseTree::Rename(leaf) => {
+                    path.push(leaf.ident.to_string());
+                    leaf.rename.to_string()
+                }
+                syn::UseTree::Glob(_) => String::new(),
+            };
+            let Some(path) = self.from_root(&path) else { continue };
+            if matches!(item.vis, syn::Visibility::Inherited) {
+                self.paths.push(path);
+            } else {
+                self.reexports.insert(name, path);
+            }
+        }
+    }
+
+    fn visit_path(&mut self, path: &'a syn::Path) {
+        let names: Vec<String> = path.segments.iter().map(|part| part.ident.to_string()).collect();
+        if names.len() > 1 {
+            self.paths.extend(self.from_root(&names));
+        }
+        visit::visit_path(self, path);
+    }
+
+    fn visit_vis_restricted(&mut self, _: &'a syn::VisRestricted) {}
+}
+
+/// Index of the file that defines the item of a path from the root of the crate.
+fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
+    let mut path = path.to_vec();
+    // Each re-export leads to another file, so that their number bounds the length of the chain.
+    for _ in 0..files.len() {
+        let (file, length) = (0..=path.len())
+            .rev()
+            .find_map(|n| Some((files.iter().position(|file| file.module == path[..n])?, n)))?;
+        let Some(target) = path.get(length).and_then(|name| files[file].reexports.get(name)) else {
+            return Some(file);
+        };
+        path = [&target[..], &path[length + 1..]].concat();
+    }
+    None
+}
+
+/// Truth: no file imports itself, directly or through other files. Re-exports count as imports of the file that defines the item.
+#[test]
+fn files_do_not_import_each_other_in_circles() {
+    for root in ["src", "python/src"] {
+        let mut sources = sources(root);
+        // The binary imports the library as another crate.
+        sources.retain(|(path, _)| path != Path::new("main.rs"));
+        let files: Vec<Imports> = sources.iter().map(|(path, text)| Imports::of(path, text)).collect();
+        let edges: Vec<BTreeSet<usize>> = files
+            .iter()
+            .enumerate()
+            .map(|(own, file)| {
+                let used = file.paths.iter().filter_map(|path| definition(&files, path));
+                used.filter(|used| *used != own).collect()
+            })
+            .collect();
+        assert!(edges.iter().map(BTreeSet::len).sum::<usize>() > files.len(), "too few imports of {root}");
+        for start in 0..files.len() {
+            // Breadth-first search for the shortest way from the file back to itself.
+            let mut before: BTreeMap<usize, usize> = BTreeMap::new();
+            let mut queue = VecDeque::from([start]);
+            while let Some(file) = queue.pop_front() {
+                for &next in &edges[file] {
+                    if !before.contains_key(&next) {
+                        before.insert(next, file);
+                        queue.push_back(next);
+                    }
+                }
+            }
+            if before.contains_key(&start) {
+                let mut circle = vec![start, before[&start]];
+                while circle[circle.len() - 1] != start {
+                    circle.push(before[&circle[circle.len() - 1]]);
+                }
+                let names: Vec<String> =
+                    circle.iter().rev().map(|&file| sources[file].0.display().to_string()).collect();
+                panic!("{root}: files import each other in a circle: {}", names.join(" -> "));
+            }
+        }
+    }
 }

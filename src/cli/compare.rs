@@ -21,9 +21,9 @@ use crate::frame::ContactFrame;
 use crate::output::output_dir::{OutputDir, file_error, write_atomically};
 use crate::output::peak_memory::{peak_bytes, restart_peak};
 use crate::output::recorder::ProgressEvent;
+use crate::output::report_file::remove_stale_report;
 use crate::output::summary::{Status, Summary};
 use crate::output::vtu::pvd_collection;
-use crate::report::remove_stale_report;
 use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, run_simulation};
 

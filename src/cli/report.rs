@@ -8,7 +8,8 @@ use super::console::{print_error, to_stderr, to_stdout};
 use super::options::CommandResult;
 use crate::error::exit;
 use crate::error::{Error, Result};
-use crate::report::{REPORT, Report, is_report};
+use crate::output::report_file::{REPORT, is_report};
+use crate::report::Report;
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {

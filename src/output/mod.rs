@@ -24,6 +24,7 @@ pub mod peak_memory;
 pub mod plot;
 pub mod provenance;
 pub mod recorder;
+pub mod report_file;
 pub mod run_figures;
 pub mod summary;
 pub mod surface_properties;

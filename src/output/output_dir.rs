@@ -15,8 +15,8 @@ pub use crate::output::atomic_file::write_atomically;
 use crate::output::atomic_file::{HashingWriter, hexadecimal, sha256_of, sync_folder};
 pub(crate) use crate::output::atomic_file::{file_error, write_error};
 use crate::output::checkpoint;
+use crate::output::report_file::remove_stale_report;
 use crate::output::summary::{Status, Summary};
-use crate::report::remove_stale_report;
 
 /// Name of the summary file.
 pub const SUMMARY_FILE: &str = "summary.json";

@@ -1,0 +1,28 @@
+//! File of the report in a folder of results, which a new run removes.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+/// Name of the report file.
+pub const REPORT: &str = "report.html";
+
+/// Whether the file at `path` is a report of this program.
+pub fn is_report(path: &Path) -> bool {
+    // Reading from a pipe or device would block.
+    if !path.is_file() {
+        return false;
+    }
+    let mut head = [0; 512];
+    let read = File::open(path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+    String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#)
+}
+
+/// Removes an outdated report from `directory`. A file of that name that is not a report of this program stays.
+pub fn remove_stale_report(directory: &Path) {
+    let path = directory.join(REPORT);
+    if is_report(&path) {
+        // Best effort: a report that remains still shows the SHA-256 of its scene.
+        let _ = fs::remove_file(path);
+    }
+}
