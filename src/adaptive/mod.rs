@@ -13,7 +13,7 @@ mod values;
 use crate::adaptive::convergence::{Convergence, limit};
 pub use crate::adaptive::levels::Levels;
 use crate::adaptive::levels::RefinementLadder;
-pub use crate::adaptive::run::{ACCURACY_NOT_REACHED, run};
+pub use crate::adaptive::run::run;
 use crate::adaptive::values::{TargetValue, min_contact_cells, values};
 use crate::error::Error;
 use crate::evolution::records::IncrementRecord;

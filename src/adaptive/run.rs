@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::adaptive::{AccuracySearch, Levels, NextRun};
 use crate::error::exit;
+use crate::evolution::records::Divergence;
 use crate::evolution::records::IncrementRecord;
 use crate::output::output_dir::OutputDir;
 use crate::output::recorder::ProgressEvent;
@@ -13,9 +14,6 @@ use crate::scene::Plan;
 use crate::scene::spec::solver::Output;
 use crate::simulation::SceneError;
 use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
-
-/// Reason in the summary if the estimated errors stay above the requested accuracy.
-pub const ACCURACY_NOT_REACHED: &str = "accuracy";
 
 /// Runs the plan (once if it requests no accuracy) into `output`, if given, and completes `summary`. Returns the exit code.
 pub fn run(
@@ -77,7 +75,9 @@ impl AccuracyRun<'_, '_, '_> {
                     let go_on = match &ended {
                         Ok(exit::INTERRUPTED) => false,
                         _ if self.search.last() == Some(levels) => true,
-                        Ok(_) => self.search.stop_refining(self.summary.reason.clone().unwrap_or_default()),
+                        Ok(_) => self.search.stop_refining(
+                            self.summary.reason.map_or_else(String::new, |reason| reason.to_string()),
+                        ),
                         Err(failure) => self.search.stop_refining(failure.error.to_string()),
                     };
                     if !go_on {
@@ -120,7 +120,7 @@ impl AccuracyRun<'_, '_, '_> {
                 Ended::Converged
             }
             Ok(exit::INTERRUPTED) => Ended::Interrupted,
-            Ok(_) => Ended::Failed(own.reason.unwrap_or_default()),
+            Ok(_) => Ended::Failed(own.reason.map_or_else(String::new, |reason| reason.to_string())),
             Err(failure) => Ended::Failed(failure.error.to_string()),
         }
     }
@@ -155,8 +155,7 @@ impl AccuracyRun<'_, '_, '_> {
             }
             let record = search.record();
             if converged && !record.met {
-                (summary.status, summary.reason) =
-                    (Status::NotConverged, Some(ACCURACY_NOT_REACHED.to_owned()));
+                (summary.status, summary.reason) = (Status::NotConverged, Some(Divergence::Accuracy));
             }
             summary.accuracy = Some(record);
             written = converged && search.next_run() == NextRun::Done(levels);

@@ -161,7 +161,7 @@ impl VariantRunner<'_> {
             show_failure(self.plan, &failure)
         });
         result.status = Some(summary.status);
-        result.reason = summary.error.clone().or(summary.reason.clone());
+        result.reason = summary.error.clone().or(summary.reason.map(|reason| reason.to_string()));
         result.folder = Some(variant.folder());
         result.seconds = started.elapsed().as_secs_f64();
         result.peak_memory_bytes = peak_bytes();
@@ -216,11 +216,8 @@ fn describe(comparison: &Comparison) -> String {
         let unknown =
             if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
-        let words = if variant.status == Some(Status::NotConverged) {
-            explain_reason(Some(words))
-        } else {
-            words.to_owned()
-        };
+        let words =
+            if variant.status == Some(Status::NotConverged) { explain_reason(Some(words)) } else { words };
         text.push_str(&format!("\n{}: {words}\n", variant.name));
     }
     for warning in &comparison.warnings {

@@ -7,7 +7,7 @@ use clap::Args;
 use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
 use super::options::{CommandResult, SceneArgs};
 use super::progress::ProgressDisplay;
-use super::run::{explain_reason, show_failure};
+use super::run::{explain_divergence, show_failure};
 use super::signal;
 use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
@@ -120,7 +120,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     match outcome {
         Ok(Outcome::Converged) => {}
         Ok(Outcome::NotConverged(why)) => {
-            to_stderr(&format!("not converged: {}\n", explain_reason(Some(why))));
+            to_stderr(&format!("not converged: {}\n", explain_divergence(why)));
             return Err(exit::NOT_CONVERGED);
         }
         Ok(Outcome::Interrupted) => return Err(exit::INTERRUPTED),

@@ -12,6 +12,7 @@ use super::{resume, signal, table};
 use crate::adaptive;
 use crate::error::exit;
 use crate::error::{Error, Result};
+use crate::evolution::records::Divergence;
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
 use crate::output::recorder::ProgressEvent;
@@ -179,44 +180,53 @@ const ROUNDING_RESIDUAL: f64 = 1e-12;
 /// Explains why a run did not converge, with a remedy.
 fn explain_outcome(summary: &Summary) -> String {
     let residual = summary.steps.last().map(|record| record.certificate.natural_residual);
-    match (summary.reason.as_deref(), residual) {
-        (Some("iterations"), Some(residual)) if residual <= ROUNDING_RESIDUAL => format!(
+    match (summary.reason, residual) {
+        (Some(Divergence::Iterations), Some(residual)) if residual <= ROUNDING_RESIDUAL => format!(
             "the residual {residual:.1e} is rounding error and does not decrease further (iterations): increase solver.tolerance to at least {:.0e}",
             10.0 * residual
         ),
-        (reason, _) => explain_reason(reason),
+        (Some(reason), _) => explain_divergence(reason).to_owned(),
+        (None, _) => REASON_UNKNOWN.to_owned(),
     }
 }
 
 /// Explains a reason of non-convergence, with a remedy.
-pub(super) fn explain_reason(word: Option<&str>) -> String {
-    match word {
-        Some("iterations") => {
+pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
+    match reason {
+        Divergence::Iterations => {
             "the contact solver reached its iteration limit (iterations): increase solver.max_iterations or relax \
              solver.tolerance"
         }
-        Some("gross-sliding") => {
+        Divergence::GrossSliding => {
             "the tangential load exceeds the friction limit (gross-sliding): reduce it, or prescribe the displacement \
              `shift` or `twist` instead"
         }
-        Some("contact-lost") => "the bodies separated (contact-lost): check approach, forces and moments",
-        Some("frame-edge") => {
+        Divergence::ContactLost => "the bodies separated (contact-lost): check approach, forces and moments",
+        Divergence::FrameEdge => {
             "the worn contact reached the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells; \
              the notes above say why the frame did not grow"
-        },
-        Some("stick-zone") => {
+        }
+        Divergence::StickZone => {
             "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \
              more cells; more iterations do not help"
         }
-        Some(adaptive::ACCURACY_NOT_REACHED) => {
+        Divergence::Accuracy => {
             "the estimated error stays above the target (accuracy): request a larger error or other results \
              (accuracy.of); `accuracy` in summary.json has the error of each result"
         }
-        Some("linear-solver") => {
+        Divergence::LinearSolver => {
             "the linear equations of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
         }
-        Some(other) => other,
-        None => "reason unknown",
     }
-    .to_owned()
+}
+
+const REASON_UNKNOWN: &str = "reason unknown";
+
+/// Explains a reason that a file of results names. Other texts, such as error messages, stay.
+pub(super) fn explain_reason(word: Option<&str>) -> &str {
+    let Some(word) = word else { return REASON_UNKNOWN };
+    match Divergence::ALL.into_iter().find(|reason| reason.name() == word) {
+        Some(reason) => explain_divergence(reason),
+        None => word,
+    }
 }

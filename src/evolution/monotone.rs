@@ -12,7 +12,7 @@ use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::predictor::Predictor;
-use crate::evolution::records::{Certificate, IncrementRecord, Outcome, Resultants};
+use crate::evolution::records::{Certificate, Divergence, IncrementRecord, Outcome, Resultants};
 use crate::evolution::run::Run;
 use crate::evolution::state;
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
@@ -368,11 +368,11 @@ impl Run<'_> {
         }
         self.result.outcome = match report.stop {
             StopReason::Interrupted => Outcome::Interrupted,
-            StopReason::GrossSliding => Outcome::NotConverged("gross-sliding"),
-            StopReason::ContactLost => Outcome::NotConverged("contact-lost"),
-            StopReason::StickZoneNotConverged => Outcome::NotConverged("stick-zone"),
+            StopReason::GrossSliding => Outcome::NotConverged(Divergence::GrossSliding),
+            StopReason::ContactLost => Outcome::NotConverged(Divergence::ContactLost),
+            StopReason::StickZoneNotConverged => Outcome::NotConverged(Divergence::StickZone),
             _ if record.converged => Outcome::Converged,
-            _ => Outcome::NotConverged("iterations"),
+            _ => Outcome::NotConverged(Divergence::Iterations),
         };
         // A series of increments without contact gets one warning, not one per increment.
         let follows_same = self.result.records.last().is_some_and(|last| {

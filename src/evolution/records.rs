@@ -189,14 +189,65 @@ pub struct JumpRecord {
     pub resolved: Option<usize>,
 }
 
+/// Reason why a run did not converge. The summary has its name in kebab case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Divergence {
+    /// The contact solver reached its iteration limit.
+    Iterations,
+    /// The tangential load exceeds the friction limit.
+    GrossSliding,
+    /// The bodies separated under prescribed forces.
+    ContactLost,
+    /// The jump in which contact reaches the edge of the frame was not taken.
+    FrameEdge,
+    /// The stick zone of a cycle did not converge.
+    StickZone,
+    /// The linear equations of a body were not solved.
+    LinearSolver,
+    /// The requested accuracy was not reached.
+    Accuracy,
+}
+
+impl Divergence {
+    /// All reasons.
+    pub const ALL: [Self; 7] = [
+        Self::Iterations,
+        Self::GrossSliding,
+        Self::ContactLost,
+        Self::FrameEdge,
+        Self::StickZone,
+        Self::LinearSolver,
+        Self::Accuracy,
+    ];
+
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Iterations => "iterations",
+            Self::GrossSliding => "gross-sliding",
+            Self::ContactLost => "contact-lost",
+            Self::FrameEdge => "frame-edge",
+            Self::StickZone => "stick-zone",
+            Self::LinearSolver => "linear-solver",
+            Self::Accuracy => "accuracy",
+        }
+    }
+}
+
+impl std::fmt::Display for Divergence {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 /// Outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// All steps converged.
     Converged,
-    /// A step did not converge. Reasons: "iterations", "gross-sliding", "contact-lost", "frame-edge" (the jump in which contact
-    /// reaches the edge of the frame is not taken), "stick-zone".
-    NotConverged(&'static str),
+    /// A step did not converge.
+    NotConverged(Divergence),
     /// A signal stopped the run.
     Interrupted,
 }

@@ -6,13 +6,13 @@ use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
 use crate::evolution::controls::ActiveControls;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
-use crate::evolution::records::{FrameState, FrettingLoop, IncrementRecord, Outcome};
+use crate::evolution::records::{Divergence, FrameState, FrettingLoop, IncrementRecord, Outcome};
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Cycles, Step};
 use crate::omitted::OmittedWork;
 
 /// Outcome of a run that ends before a jump in which wear brings the contact to the edge of the frame.
-pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
+pub const FRAME_EDGE: Outcome = Outcome::NotConverged(Divergence::FrameEdge);
 
 /// Result of a run.
 #[derive(Debug, Clone)]

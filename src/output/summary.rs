@@ -6,7 +6,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::evolution::records::{FrettingLoop, IncrementRecord, Outcome};
+use crate::evolution::records::{Divergence, FrettingLoop, IncrementRecord, Outcome};
 use crate::frame::Grid;
 use crate::omitted::OmittedWork;
 use crate::output::accuracy::AccuracyRecord;
@@ -172,10 +172,9 @@ pub struct Summary {
     pub units: Units,
     /// Outcome of the run.
     pub status: Status,
-    /// Reason if not converged: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone", "linear-solver",
-    /// "accuracy".
+    /// Reason if not converged.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
+    pub reason: Option<Divergence>,
     /// Message of the error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -243,7 +242,7 @@ impl Summary {
             Ok(Outcome::Converged) => self.status = Status::Converged,
             Ok(Outcome::NotConverged(reason)) => {
                 self.status = Status::NotConverged;
-                self.reason = Some((*reason).to_owned());
+                self.reason = Some(*reason);
             }
             Ok(Outcome::Interrupted) => self.status = Status::Interrupted,
             Err(error) => self.set_failure(error),
@@ -258,7 +257,7 @@ impl Summary {
         }
         let not_converged = error.kind() == ErrorKind::NotConverged;
         self.status = if not_converged { Status::NotConverged } else { Status::Failed };
-        self.reason = not_converged.then(|| "linear-solver".to_owned());
+        self.reason = not_converged.then_some(Divergence::LinearSolver);
         (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
@@ -321,7 +320,7 @@ mod tests {
     #[test]
     fn json_has_the_documented_fields() {
         let mut summary = summary();
-        summary.set_outcome(&Ok(Outcome::NotConverged("gross-sliding")));
+        summary.set_outcome(&Ok(Outcome::NotConverged(Divergence::GrossSliding)));
         summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
         summary.mesh_moves = Some(1);
         summary.scene = Some(Value::Object(serde_json::Map::new()));
@@ -359,10 +358,7 @@ mod tests {
     fn a_linear_solver_that_does_not_converge() {
         let (mut summary, error) = (summary(), Error::not_converged("too slow"));
         summary.set_outcome(&Err(error.clone()));
-        assert_eq!(
-            (summary.status, summary.reason.as_deref()),
-            (Status::NotConverged, Some("linear-solver"))
-        );
+        assert_eq!((summary.status, summary.reason), (Status::NotConverged, Some(Divergence::LinearSolver)));
         assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
     }
 
@@ -370,9 +366,9 @@ mod tests {
     #[test]
     fn an_error_clears_the_reason() {
         let mut summary = summary();
-        summary.set_outcome(&Ok(Outcome::NotConverged("iterations")));
+        summary.set_outcome(&Ok(Outcome::NotConverged(Divergence::Iterations)));
         summary.set_outcome(&Err(Error::resources("disk full")));
-        assert_eq!((summary.status, summary.reason.as_deref()), (Status::Failed, None));
+        assert_eq!((summary.status, summary.reason), (Status::Failed, None));
         assert_eq!(summary.error.as_deref(), Some("disk full"));
     }
 }

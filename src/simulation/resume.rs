@@ -135,8 +135,8 @@ pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary
     };
     let Ok(warnings) = serde_json::from_value(found["warnings"].take()) else { return false };
     (summary.status, summary.steps, summary.warnings) = (status, steps, warnings);
-    let words = |key: &str| found[key].as_str().map(str::to_owned);
-    (summary.reason, summary.error) = (words("reason"), words("error"));
+    summary.reason = serde_json::from_value(found["reason"].take()).unwrap_or(None);
+    summary.error = found["error"].as_str().map(str::to_owned);
     summary.exit_code = found["exit_code"].as_u64().and_then(|code| u8::try_from(code).ok());
     for (stage, seconds) in found["timings"].as_object().into_iter().flatten() {
         summary.timings.add(stage, seconds.as_f64().unwrap_or(0.0));

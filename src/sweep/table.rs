@@ -113,7 +113,7 @@ impl StudyRun {
     /// Takes the results from the summary of the run.
     pub fn fill_from(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
         self.status = Some(summary.status);
-        self.reason = summary.error.clone().or(summary.reason.clone());
+        self.reason = summary.error.clone().or(summary.reason.map(|reason| reason.to_string()));
         self.scene_sha256.clone_from(&summary.scene_sha256);
         self.seconds = seconds;
         let residuals = summary.steps.iter().map(|record| record.certificate.natural_residual);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use orthowear::error::{Error, ErrorKind};
 use orthowear::evolution::observer::Observer;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
+use orthowear::evolution::records::{Divergence, FrameState, IncrementRecord, Outcome};
 use orthowear::output::output_dir::OutputDir;
 use orthowear::output::recorder::Recorder;
 use orthowear::output::summary::{Summary, Units};
@@ -71,7 +71,7 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     run_into(dir.path(), 3, "frame_0003.vtu", "good", Ok(Outcome::Converged));
     let before = fs::read(dir.path().join("summary.json")).expect("a summary");
 
-    run_into(dir.path(), 1, "frame_0001.vtu", "bad", Ok(Outcome::NotConverged("iterations")));
+    run_into(dir.path(), 1, "frame_0001.vtu", "bad", Ok(Outcome::NotConverged(Divergence::Iterations)));
     assert_eq!(json(&dir.path().join("summary.json"))["reason"], "iterations");
     assert_eq!(fs::read(dir.path().join("previous-1/summary.json")).expect("the earlier summary"), before);
     assert!(dir.path().join("previous-1/history.csv").exists());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::evolution::records::Outcome;
+use orthowear::evolution::records::{Divergence, Outcome};
 use orthowear::evolution::step::{Normal, Step, Tangential};
 use orthowear::flexibility::Flexibility;
 use orthowear::laws::friction::FrictionLaw;
@@ -243,7 +243,9 @@ fn gross_sliding_is_reported() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
     let mut model = half_spaces(&steel, Some(&steel), (0.5, 24), sphere(10.0));
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
-    for (share, outcome) in [(0.99, Outcome::Converged), (1.01, Outcome::NotConverged("gross-sliding"))] {
+    for (share, outcome) in
+        [(0.99, Outcome::Converged), (1.01, Outcome::NotConverged(Divergence::GrossSliding))]
+    {
         let pull = Step { tangential: Some(Tangential::Force([share * 300.0, 0.0])), ..step("pull") };
         let result = solve(&model, &[press(1000.0), pull]);
         assert_eq!(result.outcome, outcome);
@@ -264,7 +266,7 @@ fn a_wide_frame_does_not_slide_by_itself() {
         assert_eq!(held.outcome, Outcome::Converged, "half-width {half_width}");
         assert!(relative(held.records[0].tangential_force[0], 800.0) < 1e-8);
         let beyond = solve(&model, &[both(1100.0)]);
-        assert_eq!(beyond.outcome, Outcome::NotConverged("gross-sliding"));
+        assert_eq!(beyond.outcome, Outcome::NotConverged(Divergence::GrossSliding));
         // The reported state slides at the friction limit with the right pressures.
         let record = &beyond.records[0];
         assert!(relative(record.tangential_force[0], 0.3 * record.normal_force) < 1e-6);
@@ -277,7 +279,7 @@ fn a_lost_contact_is_reported() {
     let model = sphere_on_frp(30.0, 1.2, 12);
     let apart = Step { tangential: Some(Tangential::Force([300.0, 0.0])), ..indent(-0.01) };
     let result = solve(&model, &[apart]);
-    assert_eq!(result.outcome, Outcome::NotConverged("contact-lost"));
+    assert_eq!(result.outcome, Outcome::NotConverged(Divergence::ContactLost));
     assert_eq!(result.records[0].normal_force, 0.0);
 }
 
@@ -339,7 +341,7 @@ fn too_few_iterations_are_loud() {
     for max_iterations in [1, 2, 3] {
         let options = SolverOptions { max_iterations, ..SolverOptions::default() };
         let result = solve_with(&model, &[indent(0.02), shift(0.008, 0.0)], &options);
-        assert_eq!(result.outcome, Outcome::NotConverged("iterations"));
+        assert_eq!(result.outcome, Outcome::NotConverged(Divergence::Iterations));
         assert_eq!(result.records.len(), 1);
         assert!(!result.records[0].converged);
         assert!(result.records[0].certificate.natural_residual > 1e-8);

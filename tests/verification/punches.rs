@@ -8,7 +8,7 @@ use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::evolution::Model;
-use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::records::{Divergence, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Spin, Step, Tilt};
 use orthowear::flexibility::Flexibility;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Outline, Side};
@@ -177,7 +177,7 @@ fn a_tilting_punch() {
     let lifted = last(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 700.0])), ..press(force) }]);
     assert!(lifted.contact_area < 0.9 * PI * a * a, "{}", lifted.contact_area);
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 1050.0])), ..press(force) }]);
-    assert_eq!(off.outcome, Outcome::NotConverged("contact-lost"));
+    assert_eq!(off.outcome, Outcome::NotConverged(Divergence::ContactLost));
 }
 
 /// Truth: case `torsion-reissner-sagoci`. A bonded disc of radius a, twisted by theta, needs the torque T = (16/3) G a^3 theta. The

@@ -1,7 +1,7 @@
 //! Rotations of body 2 and moments on it.
 
 use orthowear::contact::SolverOptions;
-use orthowear::evolution::records::{IncrementRecord, Outcome};
+use orthowear::evolution::records::{Divergence, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Integrator, Spin, Step, Tangential, Tilt};
 use orthowear::evolution::{RunResult, run};
 use orthowear::laws::friction::FrictionLaw;
@@ -155,7 +155,7 @@ fn too_large_a_moment_is_reported() {
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
     let full = 3.0 * std::f64::consts::PI / 16.0 * 0.3 * 1000.0 * 0.319_125_2;
     let spun = solve(&model, &[press(1000.0), spin(1.02 * full)]);
-    assert_eq!(spun.outcome, Outcome::NotConverged("gross-sliding"));
+    assert_eq!(spun.outcome, Outcome::NotConverged(Divergence::GrossSliding));
     assert_eq!(spun.records.len(), 2);
     assert!(spun.warnings.iter().any(|note| note.contains("spins about n")), "{:?}", spun.warnings);
     assert!(relative(spun.records[1].moment[2], full) < 5e-3, "{}", spun.records[1].moment[2]);
@@ -165,7 +165,7 @@ fn too_large_a_moment_is_reported() {
     let held = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 80.0])), ..press(100.0) }]);
     assert_eq!(held.outcome, Outcome::Converged);
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 120.0])), ..press(100.0) }]);
-    assert_eq!(off.outcome, Outcome::NotConverged("contact-lost"));
+    assert_eq!(off.outcome, Outcome::NotConverged(Divergence::ContactLost));
     assert_eq!(off.records.len(), 1);
     assert!(off.warnings.iter().any(|note| note.contains("tips about y")), "{:?}", off.warnings);
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::Result;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
-use crate::evolution::records::{JumpRecord, Outcome, Resultants};
+use crate::evolution::records::{Divergence, JumpRecord, Outcome, Resultants};
 use crate::evolution::run::{FRAME_EDGE, Run};
 use crate::evolution::state;
 use crate::evolution::step::Spin;
@@ -140,7 +140,7 @@ impl Run<'_> {
     /// every stroke, so it cannot balance a constant moment.
     pub(super) fn warn_of_spin_moment(&mut self) {
         let Spin::Moment(moment) = self.controls.spin else { return };
-        if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
+        if moment != 0.0 && self.result.outcome == Outcome::NotConverged(Divergence::Iterations) {
             self.result.warnings.push(format!(
                 "step \"{}\": a spin moment of {moment} acts during the cycles. If the whole contact slides, the friction moment reverses in every stroke and cannot balance a constant moment. Prescribe `twist`, or a spin_moment of zero, in an earlier step, or use a smaller amplitude",
                 self.step().name

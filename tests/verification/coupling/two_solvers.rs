@@ -86,7 +86,7 @@ fn any_coefficient_by_newton() {
             assert!(!record.converged || energy < 1e-6, "mu {mu}");
         }
         match result.outcome {
-            Outcome::NotConverged(reason) => assert!(mu > 0.5 && !reason.is_empty(), "mu {mu}: {reason}"),
+            Outcome::NotConverged(reason) => assert!(mu > 0.5, "mu {mu}: {reason:?}"),
             outcome => assert_eq!(outcome, Outcome::Converged),
         }
         if mu <= 0.5 {

@@ -2,6 +2,7 @@
 
 use super::{End, Verdict, ended, iterations, of, runs, sweeps};
 use crate::common::{relative, usual_or_finest};
+use orthowear::evolution::records::Divergence;
 
 /// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4, on a half-space and on finite elements. All are certified, with less
 /// than five times the iterations of the ratio 1.
@@ -45,7 +46,7 @@ fn coefficients_of_friction() {
 fn aspect_ratios() {
     for case in sweeps::aspect_ratios() {
         if let Verdict::NotConverged(reason, _) = ended(&case) {
-            assert_eq!(reason, "iterations", "{}", case.name());
+            assert_eq!(reason, Divergence::Iterations, "{}", case.name());
         }
     }
 }
@@ -104,10 +105,17 @@ fn drawn_scenes() {
     let mut unsolved = 0;
     for case in &cases {
         if let Verdict::NotConverged(reason, run) = ended(case) {
-            assert!(["iterations", "gross-sliding", "contact-lost"].contains(&reason), "{reason}");
-            unsolved += usize::from(reason == "iterations");
+            assert!(
+                [Divergence::Iterations, Divergence::GrossSliding, Divergence::ContactLost].contains(&reason),
+                "{reason:?}"
+            );
+            unsolved += usize::from(reason == Divergence::Iterations);
             let last = run.records.last().expect("a record");
-            assert!(reason != "contact-lost" || last.normal_force == 0.0, "{}: {last:?}", case.name());
+            assert!(
+                reason != Divergence::ContactLost || last.normal_force == 0.0,
+                "{}: {last:?}",
+                case.name()
+            );
         }
     }
     assert!(10 * unsolved <= cases.len(), "{unsolved} of {} without an answer", cases.len());

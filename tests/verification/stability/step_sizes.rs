@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 use orthowear::contact::{Method, SolverOptions};
-use orthowear::evolution::records::Outcome;
+use orthowear::evolution::records::{Divergence, Outcome};
 use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::per_cell::PerCell;
 
@@ -83,7 +83,7 @@ fn step_sizes_a_thousand_times_off() {
                     assert!(apart < 1e-6 * peak, "{name}: {apart:e} of {peak}");
                     least = least.min(count(&result.records));
                 }
-                Outcome::NotConverged(reason) => assert_eq!(reason, "iterations", "{name}"),
+                Outcome::NotConverged(reason) => assert_eq!(reason, Divergence::Iterations, "{name}"),
                 Outcome::Interrupted => panic!("nobody interrupts"),
             }
             println!("{name}: {:?}, {} products", result.outcome, count(&result.records));

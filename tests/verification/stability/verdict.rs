@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use orthowear::error::Result;
 use orthowear::evolution::Model;
 use orthowear::evolution::observer::Observer;
-use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
+use orthowear::evolution::records::{Divergence, FrameState, IncrementRecord, Outcome};
 use orthowear::scene;
 use orthowear::simulation::build;
 
@@ -17,7 +17,7 @@ pub enum Verdict {
     /// All steps converged and passed the audit.
     Certified(Run),
     /// The run reports a reason for no convergence. Its converged steps passed the audit.
-    NotConverged(&'static str, Run),
+    NotConverged(Divergence, Run),
     /// The scene is refused, or the run failed with a message.
     Refused(String),
 }
@@ -82,7 +82,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
             Verdict::Certified(run)
         }
         Outcome::NotConverged(reason) => {
-            assert!(!converged && !reason.is_empty(), "{name}: {reason}");
+            assert!(!converged, "{name}: {reason:?}");
             Verdict::NotConverged(reason, run)
         }
         Outcome::Interrupted => panic!("{name}: nobody interrupts"),

@@ -31,7 +31,7 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     }
     match result.outcome {
         Outcome::Converged => assert!(result.records.iter().all(|r| r.converged)),
-        Outcome::NotConverged(reason) => assert!(!reason.is_empty()),
+        Outcome::NotConverged(_) => {}
         Outcome::Interrupted => panic!("nobody interrupts"),
     }
     result
