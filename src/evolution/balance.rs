@@ -9,6 +9,7 @@ use crate::contact::{
 };
 use crate::error::{Error, Result};
 use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::run::Run;
 use crate::evolution::step::Step;
@@ -44,16 +45,18 @@ impl Run<'_> {
         let areas = &prepared.model.frame.areas;
         let balance = Balance::for_frame(areas, friction.as_ref(), gap, &wanted)
             .map_err(|unresisted| prepared.unresisted_load_error(step, &unresisted))?;
-        for motion in &balance.unresisted_motions {
-            let note = format!(
-                "step \"{}\": nothing resists the {} of {} and no load drives it: this motion is kept fixed",
-                step.name,
-                prepared.motion_name(motion),
-                prepared.who()
-            );
-            if !self.result.warnings.contains(&note) {
-                self.result.warnings.push(note);
-            }
+        let motions = balance.unresisted_motions.iter().map(|motion| prepared.motion_name(motion));
+        let notes: Vec<String> = motions
+            .map(|motion| {
+                format!(
+                    "step \"{}\": nothing resists the {motion} of {} and no load drives it: this motion is kept fixed",
+                    step.name,
+                    prepared.who()
+                )
+            })
+            .collect();
+        if !notes.is_empty() && self.is_first_in_step(StepWarning::UnresistedMotion) {
+            self.result.warnings.extend(notes);
         }
         end.balance = Some(balance);
         Ok(end)

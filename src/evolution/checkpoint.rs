@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::evolution::controls::{ActiveControls, LoadPath};
 use crate::evolution::fretting::wear_step_state::WearStepState;
+use crate::evolution::given_warnings::GivenWarnings;
 use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
 use crate::evolution::state::RunState;
@@ -19,6 +20,8 @@ pub struct RunCheckpoint {
     pub(super) formed_cells: Vec<Vec<usize>>,
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
+    #[serde(default)]
+    pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
     /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.

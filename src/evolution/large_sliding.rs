@@ -9,17 +9,13 @@ use crate::geometry::{Point, bounds};
 /// surface points are not the pairs of the model. Their gaps differ from the model by the square of this ratio.
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
-/// Text by which an earlier warning about large sliding is found.
-const WHAT: &str = "of the half-width of the contact in this direction";
-
 /// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact, at a reversal point or after
 /// an increment. `None` for steady rolling, without contact, and if neither tangential force nor wear occurs. `None` also if the
-/// contact covers the whole frame along the motion (an infinite line), or if `earlier` contains this warning for the step.
+/// contact covers the whole frame along the motion (an infinite line).
 pub(super) fn large_sliding_warning(
     frame: &ContactFrame,
     record: &IncrementRecord,
     fields: &FrameState,
-    earlier: &[String],
 ) -> Option<String> {
     if record.rolling.is_some() || record.tangential_force == [0.0; 2] && record.worn_volume == 0.0 {
         return None;
@@ -42,16 +38,15 @@ pub(super) fn large_sliding_warning(
     }
     let cell = frame.mean_cell_side();
     let half_width = 0.5 * (contact[1] - contact[0] + cell);
-    let step = format!("step \"{}\" (", record.name);
-    let is_known = || earlier.iter().any(|text| text.contains(&step) && text.contains(WHAT));
     let (effect, remedy) = if record.worn_volume > 0.0 {
         ("the wear scar of the longer body becomes too deep and too short", ", or use wear volumes only")
     } else {
         ("the contact does not move with body 2", "")
     };
-    (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width && !is_known()).then(|| {
+    (distance > MAX_SLIDING_OVER_HALF_WIDTH * half_width).then(|| {
         warning(&format!(
-            "{step}{}): body 2 is displaced tangentially by {distance:.4}, {:.0} % {WHAT} ({half_width:.4}). The model neglects that the surfaces move past each other: {effect}. Keep the displacement below {:.0} %{remedy}",
+            "step \"{}\" ({}): body 2 is displaced tangentially by {distance:.4}, {:.0} % of the half-width of the contact in this direction ({half_width:.4}). The model neglects that the surfaces move past each other: {effect}. Keep the displacement below {:.0} %{remedy}",
+            record.name,
             record.increment,
             100.0 * distance / half_width,
             100.0 * MAX_SLIDING_OVER_HALF_WIDTH
@@ -80,11 +75,10 @@ mod tests {
             tangential_force: [1.0, 0.0],
             ..IncrementRecord::default()
         };
-        let warned = |record: &IncrementRecord| large_sliding_warning(&frame, record, &fields, &[]);
+        let warned = |record: &IncrementRecord| large_sliding_warning(&frame, record, &fields);
         assert!(warned(&record([0.19 * half_width, 0.0])).is_none());
         let text = warned(&record([-0.21 * half_width, 0.0])).expect("a warning");
         assert!(text.starts_with("WARNING: step \"press\"") && text.contains("21 % of"), "{text}");
-        assert!(large_sliding_warning(&frame, &record([1.0, 0.0]), &fields, &[text]).is_none());
         assert!(warned(&record([0.0, 5.0])).is_none());
         let end = |x: f64| Resultants { shift: [x, 0.0], ..Resultants::default() };
         let cycle = |x: f64| IncrementRecord { stroke_ends: Some([end(x), end(-x)]), ..record([0.0; 2]) };

@@ -9,6 +9,7 @@ mod checkpoint;
 mod controls;
 mod few_contact_cells;
 mod fretting;
+mod given_warnings;
 mod model;
 mod large_sliding;
 mod monotone;
@@ -34,6 +35,7 @@ pub use crate::evolution::checkpoint::RunCheckpoint;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::ActiveControls;
 use crate::evolution::few_contact_cells::few_contact_cells_warning;
+use crate::evolution::given_warnings::GivenWarnings;
 pub use crate::evolution::model::Model;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
@@ -102,6 +104,7 @@ fn run_on_this_thread(
         formed: 0,
         records: 0,
         warnings: result.warnings.len(),
+        given_warnings: 0,
         loops: 0,
     };
     let mut run = Run {
@@ -114,6 +117,7 @@ fn run_on_this_thread(
         state,
         controls,
         result,
+        given_warnings: GivenWarnings::default(),
         rollback_point,
         discarded_work: [0; 3],
         untaken_jump_work: [0; 3],

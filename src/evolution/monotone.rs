@@ -8,6 +8,7 @@ use crate::contact::{ContactState, Increment, PathPoint, Pressures, SlipReferenc
 use crate::error::{Error, Result, warning};
 use crate::evolution::checkpoint::{MonotoneProgress, StepProgress};
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
+use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
@@ -374,43 +375,33 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged(Divergence::Iterations),
         };
-        // A series of increments without contact gets one warning, not one per increment.
-        let follows_same = self.result.records.last().is_some_and(|last| {
-            last.name == record.name
-                && last.contact_area == 0.0
-                && (last.approach > 0.0) == (record.approach > 0.0)
-        });
-        if record.contact_area == 0.0
-            && record.converged
-            && !follows_same
-            && let Some(note) =
-                self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap)
-            // Strokes add no record, so `follows_same` does not find their warnings.
-            && !self.result.warnings.contains(&note)
-        {
-            self.result.warnings.push(note);
+        let no_contact = (record.contact_area == 0.0 && record.converged)
+            .then(|| self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap))
+            .flatten();
+        if let Some((kind, note)) = no_contact {
+            self.warn_once(kind, |_| note);
         }
-        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
-        if record.contact_touches_edge && !self.result.records.iter().any(told) {
-            let frame = &self.prepared.model.frame;
-            let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
-                "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
-            } else if frame.grid_indices.is_some() {
-                "enlarge frame.half_width beyond frame.outline"
-            } else if frame.grid.is_some() {
-                "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
-            } else {
-                "add more faces to the contact groups"
-            };
-            let note = warning(&format!(
-                "step \"{}\" ({}): the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
-                record.name, record.increment
-            ));
-            // Strokes add no record, so the search in the records does not find their warnings.
-            if !self.result.warnings.contains(&note) {
-                self.result.warnings.push(note);
-            }
+        if record.contact_touches_edge {
+            self.warn_once(StepWarning::FrameEdge, |run| run.frame_edge_warning(record));
         }
+    }
+
+    /// Warning that the contact of `record` reaches an edge of the frame beyond which the bodies continue.
+    fn frame_edge_warning(&self, record: &IncrementRecord) -> String {
+        let frame = &self.prepared.model.frame;
+        let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
+            "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
+        } else if frame.grid_indices.is_some() {
+            "enlarge frame.half_width beyond frame.outline"
+        } else if frame.grid.is_some() {
+            "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
+        } else {
+            "add more faces to the contact groups"
+        };
+        warning(&format!(
+            "step \"{}\" ({}): the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
+            record.name, record.increment
+        ))
     }
 
     /// Passes a record to the observer and stores it.
@@ -420,8 +411,9 @@ impl Run<'_> {
         fields: crate::evolution::FrameState,
     ) -> Result<()> {
         self.observer.increment_done(&record, &fields)?;
-        let frame = &self.prepared.model.frame;
-        self.result.warnings.extend(large_sliding_warning(frame, &record, &fields, &self.result.warnings));
+        if let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields) {
+            self.warn_once(StepWarning::LargeSliding, |_| note);
+        }
         self.result.records.push(record);
         self.result.state = fields;
         Ok(())

@@ -1,12 +1,13 @@
 //! Message about increments without contact.
 
 use crate::error::warning;
+use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 
 impl PreparedModel<'_> {
-    /// Message that nothing is in contact although `record` converged. `left`: smallest gap, in the length unit of the scene.
+    /// Warning and its text that nothing is in contact although `record` converged. `left`: smallest gap, in the length unit of the scene.
     ///
     /// A cell touches when its mean gap closes: the model does not resolve smaller overlaps of the surfaces. `None` under zero
     /// force, because no contact is then the correct solution.
@@ -15,23 +16,25 @@ impl PreparedModel<'_> {
         record: &IncrementRecord,
         held: Normal,
         left: f64,
-    ) -> Option<String> {
+    ) -> Option<(StepWarning, String)> {
         if held == Normal::Force(0.0) {
             return None;
         }
         let place = format!("step \"{}\" ({})", record.name, record.increment);
         if record.approach <= 0.0 || record.max_wear_depth > 0.0 {
-            return Some(format!(
+            let note = format!(
                 "{place}: the bodies are not in contact, so that all contact forces are 0. If contact is intended, check approach, gap and frame"
-            ));
+            );
+            return Some((StepWarning::NoContact, note));
         }
         let frame = &self.model.frame;
         let side = frame.mean_cell_side();
-        Some(warning(&format!(
+        let note = warning(&format!(
             "{place}: none of the {} cells is in contact, although body 2 was moved {:.4e} past the first touch; the smallest gap is {left:.4e}. If the cells (side {side:.3e}) are too coarse, use smaller ones or an approach above {:.4e}. Otherwise check frame.center, gap.offset and the meshes",
             frame.n_cells(),
             record.approach,
             record.approach + left
-        )))
+        ));
+        Some((StepWarning::NoContactPastFirstTouch, note))
     }
 }

@@ -4,6 +4,7 @@ use crate::contact::SolverOptions;
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
 use crate::evolution::controls::ActiveControls;
+use crate::evolution::given_warnings::{GivenWarnings, StepWarning};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::records::{Divergence, FrameState, FrettingLoop, IncrementRecord, Outcome};
@@ -49,6 +50,8 @@ pub(super) struct Run<'a> {
     pub(super) state: RunState,
     pub(super) controls: ActiveControls,
     pub(super) result: RunResult,
+    /// Warnings that are given once per step.
+    pub(super) given_warnings: GivenWarnings,
     /// Rollback point at the end of the last record.
     pub(super) rollback_point: RollbackPoint,
     /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.
@@ -66,6 +69,7 @@ pub(super) struct RollbackPoint {
     pub(super) formed: usize,
     pub(super) records: usize,
     pub(super) warnings: usize,
+    pub(super) given_warnings: usize,
     pub(super) loops: usize,
 }
 
@@ -77,6 +81,21 @@ impl<'a> Run<'a> {
     /// Cycles of the current step, which must be a wear step.
     pub(super) fn cycles(&self) -> &'a Cycles {
         self.step().cycles.as_ref().expect("a wear step has cycles")
+    }
+
+    /// Adds a warning unless the current step has one of this kind already.
+    pub(super) fn warn_once(&mut self, kind: StepWarning, text: impl FnOnce(&Self) -> String) {
+        if self.is_first_in_step(kind) {
+            let text = text(self);
+            self.result.warnings.push(text);
+        }
+    }
+
+    /// Records a warning of the current step, and returns whether it is the first one of its kind.
+    pub(super) fn is_first_in_step(&mut self, kind: StepWarning) -> bool {
+        let name = &self.step().name;
+        let step = self.steps.iter().position(|step| step.name == *name).unwrap_or(self.step_index);
+        self.given_warnings.is_first(step, kind)
     }
 
     /// Ends the run at a point where it can resume with other operators.
@@ -99,6 +118,7 @@ impl<'a> Run<'a> {
         self.rollback_point.formed = self.prepared.formed_cells().len();
         self.rollback_point.records = self.result.records.len();
         self.rollback_point.warnings = self.result.warnings.len();
+        self.rollback_point.given_warnings = self.given_warnings.len();
         self.rollback_point.loops = self.result.fretting_loops.len();
     }
 
@@ -126,6 +146,7 @@ impl<'a> Run<'a> {
             state: _,
             controls: _,
             result,
+            given_warnings,
             rollback_point,
             discarded_work,
             untaken_jump_work: _,
@@ -153,6 +174,7 @@ impl<'a> Run<'a> {
                 formed_cells,
                 records: records[..rollback_point.records].to_vec(),
                 warnings: warnings[..rollback_point.warnings].to_vec(),
+                given_warnings: given_warnings.first(rollback_point.given_warnings),
                 timings: timings.clone(),
                 fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
                 discarded_work: *discarded_work,
@@ -180,6 +202,7 @@ impl<'a> Run<'a> {
             formed_cells,
             records,
             warnings,
+            given_warnings,
             timings,
             fretting_loops,
             discarded_work,
@@ -202,6 +225,7 @@ impl<'a> Run<'a> {
         (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
         (self.result.fretting_loops, self.discarded_work) = (fretting_loops, discarded_work);
+        self.given_warnings = given_warnings;
         self.set_rollback_point();
         Ok(())
     }

@@ -6,6 +6,7 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
+use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::Run;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
@@ -139,13 +140,12 @@ impl Run<'_> {
     /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after [`MAX_TRIALS`] longer trials were
     /// rejected.
     fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
-        let begin =
-            format!("step \"{}\": after {MAX_TRIALS} rejected longer trials a jump", self.step().name);
-        if ratio <= 1.0 || self.result.warnings.iter().any(|note| note.contains(&begin)) {
+        if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
         }
         self.result.warnings.push(warning(&format!(
-            "{begin} of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
+            "step \"{}\": after {MAX_TRIALS} rejected longer trials a jump of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
+            self.step().name,
             format_short(length),
             cycling.length_unit(),
             format_short(ratio)
@@ -155,14 +155,13 @@ impl Run<'_> {
     /// Warns, once per step, that explicit jumps exceed the stability limit.
     fn warn_of_unstable(&mut self, cycling: &WearStepState, length: f64) {
         let Some(critical) = cycling.critical_length else { return };
-        let begin = format!("step \"{}\": an explicit jump", self.step().name);
-        if length <= critical * (1.0 + 1e-9) || self.result.warnings.iter().any(|note| note.contains(&begin))
-        {
+        if length <= critical * (1.0 + 1e-9) || !self.is_first_in_step(StepWarning::UnstableJump) {
             return;
         }
         self.result.warnings.push(warning(&format!(
-            "{begin} of {} {} is longer than the stability limit of {}. Pressures and wear depths oscillate from cell to cell and \
+            "step \"{}\": an explicit jump of {} {} is longer than the stability limit of {}. Pressures and wear depths oscillate from cell to cell and \
              are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
+            self.step().name,
             format_short(length),
             cycling.length_unit(),
             format_short(critical)

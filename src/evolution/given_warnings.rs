@@ -1,0 +1,63 @@
+//! Warnings that a run gives once per step.
+
+use serde::{Deserialize, Serialize};
+
+/// Warning that is given at most once per step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StepWarning {
+    /// The bodies are not in contact.
+    NoContact,
+    /// The bodies are not in contact, although body 2 has moved past the first touch.
+    NoContactPastFirstTouch,
+    /// Contact reaches an edge of the frame beyond which the bodies continue.
+    FrameEdge,
+    /// The tangential displacement is large beside the contact.
+    LargeSliding,
+    /// Nothing resists a motion of an unconstrained body, and no load drives it.
+    UnresistedMotion,
+    /// A jump exceeds the allowed error after the maximum number of trials.
+    JumpError,
+    /// An explicit jump exceeds the stability limit.
+    UnstableJump,
+}
+
+/// Warnings given so far, each with the index of its step. All entries of a load history count as one step.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct GivenWarnings(Vec<(usize, StepWarning)>);
+
+impl GivenWarnings {
+    /// Records the warning. Returns whether it is the first one of its kind in this step.
+    pub fn is_first(&mut self, step: usize, kind: StepWarning) -> bool {
+        let first = !self.0.contains(&(step, kind));
+        if first {
+            self.0.push((step, kind));
+        }
+        first
+    }
+
+    /// Number of warnings.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The first `n` warnings.
+    pub fn first(&self, n: usize) -> Self {
+        Self(self.0[..n].to_vec())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a warning is the first of its kind once per step. Warnings after a rollback point are first again.
+    #[test]
+    fn once_per_step_and_kind() {
+        let mut given = GivenWarnings::default();
+        assert!(given.is_first(0, StepWarning::FrameEdge) && !given.is_first(0, StepWarning::FrameEdge));
+        assert!(given.is_first(0, StepWarning::NoContact) && given.is_first(1, StepWarning::FrameEdge));
+        let mut before = given.first(2);
+        assert_eq!((given.len(), before.len()), (3, 2));
+        assert!(!before.is_first(0, StepWarning::NoContact) && before.is_first(1, StepWarning::FrameEdge));
+    }
+}
