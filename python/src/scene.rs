@@ -12,7 +12,7 @@ use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::{self, Plan};
-use orthowear::simulation::{self, SceneError};
+use orthowear::simulation::SceneError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
@@ -126,15 +126,15 @@ impl Scene {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
         let looked = run_in_background(py, settings.threads, move |_| {
-            let looked = (estimate(&shared)?, simulation::fit_warnings(&shared)?);
+            let forecast = estimate(&shared)?;
             AccuracySearch::new(&shared)?;
-            Ok::<_, SceneError>(looked)
+            Ok::<_, SceneError>(forecast)
         })?;
-        let (forecast, notes) = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
+        let forecast = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {
             json!({ "what": body.description, "memory_bytes": body.memory_bytes, "seconds": body.seconds, "note": body.warning })
         }).collect();
-        let notes: Vec<&String> = plan.notes.iter().chain(&notes).collect();
+        let notes: Vec<&String> = plan.notes.iter().chain(&forecast.warnings).collect();
         convert::to_python(
             py,
             &json!({

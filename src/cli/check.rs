@@ -20,15 +20,15 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
 use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
-use crate::simulation::{self, plan_bodies};
+use crate::simulation::plan_bodies;
 
 /// Checks a scene with its meshes and prints the estimate of a run. Returns the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     plan.flexibility_cache = flexibility_cache(false)?;
-    let looked = || Ok((estimate(&plan)?, simulation::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
-    let (forecast, notes, search) = looked().map_err(|failure| show_failure(&plan, &failure))?;
-    to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
+    let looked = || Ok((estimate(&plan)?, AccuracySearch::new(&plan)?));
+    let (forecast, search) = looked().map_err(|failure| show_failure(&plan, &failure))?;
+    to_stdout(&describe(&plan, &forecast, search.as_ref()));
     Ok(exit::DONE)
 }
 
@@ -37,7 +37,6 @@ fn describe(
     plan: &Plan,
     forecast: &RunEstimate,
     search: Option<&AccuracySearch>,
-    notes: &[String],
 ) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
@@ -68,7 +67,7 @@ fn describe(
         text.push_str(&format!("  {key}: {value}\n"));
     }
     let of_bodies = forecast.bodies.iter().filter_map(|body| body.warning.as_ref());
-    for note in plan.notes.iter().chain(of_bodies).chain(notes) {
+    for note in plan.notes.iter().chain(of_bodies).chain(&forecast.warnings) {
         text.push_str(&format!("\n{}\n", with_severity(note)));
     }
     text.push_str(&format!("\n{}: no errors found\n", plan.document.file));

@@ -19,7 +19,6 @@ use crate::simulation::build::meshed_gap::surface_distances;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
-use crate::simulation::validate::fit;
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
@@ -149,11 +148,7 @@ fn variant_plan(
         }
         changed.bodies[index] = body;
     }
-    let fits = || {
-        fit::check(&changed, frame, &choose_near_fields(&changed, frame)?)?;
-        estimate_on_frame(&changed, frame.clone())
-    };
-    if let Err(SceneError { error, .. }) = fits() {
+    if let Err(SceneError { error, .. }) = estimate_on_frame(&changed, frame.clone()) {
         return Err(Error::input(format!("{error}{hint}")));
     }
     Ok(changed)

@@ -21,13 +21,13 @@ use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, Plan, TruncatedHa
 use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::memory::{self, frame_bytes, half_space_bytes, is_compressed};
-use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::omitted::{
     expected_omitted_work, needs_factor_after_condensation, omitted_factorisation,
 };
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, configured_half_space, face_map};
-use crate::simulation::validate::controls::refuse_impossible_controls;
+use crate::simulation::validate::{ValidScene, validate};
 use crate::simulation::validate::flat_faces::max_curvature_correction;
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -118,21 +118,22 @@ pub struct RunEstimate {
     pub memory_bytes: f64,
     /// Run time, s; accurate within a factor of a few.
     pub seconds: f64,
+    /// Warnings about the fit of bodies and frame.
+    pub warnings: Vec<String>,
 }
 
-/// Estimates a run of `plan`. Builds finite-element models and the structure of their factors, but does not factorise.
+/// Checks `plan` and estimates its run. Builds finite-element models and the structure of their factors, but does not factorise.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong.
+/// If a mesh, support, material or frame of the plan is wrong, or bodies and frame do not fit together.
 pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
     estimate_on_frame(plan, contact_frame(plan)?)
 }
 
 /// As [`estimate`], on a frame that may belong to another plan.
 pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
-    refuse_impossible_controls(plan, &frame)?;
     memory::ensure_points_fit(plan, &frame).at("output.inside")?;
-    let near = choose_near_fields(plan, &frame)?;
+    let ValidScene { frame, near_fields: near, warnings } = validate(plan, frame)?;
     let frame = with_active_cells(plan, frame, &near)?;
     let first = estimate_body(plan, 0, (&frame, &near[0]), memory::remaining_limit(plan, &frame, 0))?;
     let left = memory::remaining_limit(plan, &frame, first.resident_bytes);
@@ -164,7 +165,16 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
     );
     let seconds = making + solving + time::inside(plan, n_contact_problems);
     let (n_cells, frame_axes) = (frame.n_cells(), frame.axes);
-    Ok(RunEstimate { n_cells, frame_axes, bodies, n_contact_problems, skipped, memory_bytes, seconds })
+    Ok(RunEstimate {
+        n_cells,
+        frame_axes,
+        bodies,
+        n_contact_problems,
+        skipped,
+        memory_bytes,
+        seconds,
+        warnings,
+    })
 }
 
 fn estimate_body(

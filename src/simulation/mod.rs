@@ -17,12 +17,3 @@ pub mod worn_meshes;
 
 pub use crate::simulation::build::{Simulation, build, build_with};
 pub use crate::simulation::failure::SceneError;
-
-/// Warnings about the fit of bodies and frame of a plan.
-///
-/// # Errors
-/// If they do not fit.
-pub fn fit_warnings(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, SceneError> {
-    let frame = build::contact_frame::contact_frame(plan)?;
-    validate::fit::check(plan, &frame, &build::near_field::choose_near_fields(plan, &frame)?)
-}
