@@ -33,11 +33,7 @@ pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
 }
 
 /// Report on the plan.
-fn describe(
-    plan: &Plan,
-    forecast: &RunEstimate,
-    search: Option<&AccuracySearch>,
-) -> String {
+fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
         let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.label()).collect();

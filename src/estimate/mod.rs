@@ -27,8 +27,8 @@ use crate::simulation::omitted::{
     expected_omitted_work, needs_factor_after_condensation, omitted_factorisation,
 };
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, configured_half_space, face_map};
-use crate::simulation::validate::{ValidScene, validate};
 use crate::simulation::validate::flat_faces::max_curvature_correction;
+use crate::simulation::validate::{ValidScene, validate};
 
 /// Floating-point operations per second that factorisations reach on one core.
 const FLOPS_PER_SECOND: f64 = 2.8e10;

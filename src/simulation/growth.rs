@@ -72,7 +72,7 @@ impl FrameGrowth {
     pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
         let model = study.model();
         for (index, key) in BODY_KEYS.into_iter().enumerate() {
-            let record = study.near_fields.iter().find(|record| record.body == index + 1);
+            let record = study.report.near_fields.iter().find(|record| record.body == index + 1);
             if study.has_half_space_near_field(index + 1) != self.half_spaces[index] {
                 let reason = record.and_then(|record| record.reason.as_deref());
                 let why = reason

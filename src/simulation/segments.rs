@@ -193,14 +193,14 @@ fn run_segments<'p>(
     let told = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         // The summary lists the warnings and omitted work of the last segment only, also after an interruption.
-        summary.warnings = told.0.iter().chain(&study.warnings).cloned().collect();
-        summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
-        summary.condensation.clone_from(&study.condensation);
-        summary.boundary_elements.clone_from(&study.boundary_elements);
-        summary.truncations.clone_from(&study.truncations);
-        summary.near_fields.clone_from(&study.near_fields);
+        summary.warnings = told.0.iter().chain(&study.report.warnings).cloned().collect();
+        summary.skipped = told.1.iter().chain(&study.report.skipped).cloned().collect();
+        summary.condensation.clone_from(&study.report.condensation);
+        summary.boundary_elements.clone_from(&study.report.boundary_elements);
+        summary.truncations.clone_from(&study.report.truncations);
+        summary.near_fields.clone_from(&study.report.near_fields);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
-        study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+        study.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
         let Segment { parts: RecorderParts { output, records, written, checkpoint_writer }, from, stage } =
             leg;
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);

@@ -9,6 +9,7 @@ pub(crate) mod meshed_gap;
 pub(crate) mod near_field;
 pub(super) mod settings;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
@@ -21,6 +22,8 @@ use crate::flexibility::operator_history::OperatorHistory;
 use crate::frame::ContactFrame;
 use crate::geometry::Side;
 use crate::laws::friction::FrictionLaw;
+use crate::linalg::memory::MemoryLimit;
+use crate::mesh::Mesh;
 use crate::omitted::OmittedWork;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
 use crate::output::boundary_elements::BoundaryElementRecord;
@@ -32,17 +35,16 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyPlan, Plan};
 use crate::scene::spec::body::NearField;
-use crate::simulation::build::bodies::{HybridRejected, build_body};
+use crate::simulation::build::bodies::{BuiltBody, HybridRejected, build_body};
 use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::frame_edges::with_body_ends;
-use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
+use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::build::settings::{operators, options};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::omitted::{needs_factor_after_condensation, omitted_by_plan, omitted_factorisation};
 use crate::simulation::plan_bodies::BODY_KEYS;
-use crate::simulation::validate::controls::refuse_impossible_controls;
-use crate::simulation::validate::flat_faces;
+use crate::simulation::validate::{ValidScene, fit, flat_faces, validate};
 use crate::simulation::worn_meshes::WornMeshes;
 
 /// Remedies for a half-space near field that is not accurate enough.
@@ -54,6 +56,13 @@ pub struct Simulation<'p> {
     model: Model,
     bodies: [Box<dyn ElasticBody>; 2],
     contact_nodes: [Vec<usize>; 2],
+    /// What was built, and how.
+    pub report: BuildReport,
+}
+
+/// Records, warnings and times of the construction of a simulation.
+#[derive(Default)]
+pub struct BuildReport {
     /// Warnings about the fit of bodies and frame.
     pub warnings: Vec<String>,
     /// Work omitted so far.
@@ -99,129 +108,188 @@ pub fn build_with<'p>(
     let frame = timings.measure("frame", || {
         given.map_or_else(|| contact_frame(plan), |given| with_body_ends(plan, given.clone()))
     })?;
-    refuse_impossible_controls(plan, &frame)?;
-    let mut near = choose_near_fields(plan, &frame)?;
-    let mut warnings = crate::simulation::validate::fit::check(plan, &frame, &near)?;
-    let mut frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
-    let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
-    let mut truncations = Vec::new();
-    for ((index, key), worn) in BODY_KEYS.into_iter().enumerate().zip(worn) {
-        if stop.load(Ordering::Relaxed) {
+    let ValidScene { frame, near_fields, warnings } = validate(plan, frame)?;
+    let frame = timings.measure("frame", || with_active_cells(plan, frame, &near_fields))?;
+    let mut builder = Builder {
+        plan,
+        frame,
+        near_fields,
+        report: BuildReport { warnings, timings, ..BuildReport::default() },
+        progress,
+        stop,
+    };
+    let bodies = builder.build_bodies(worn)?;
+    builder.couple(bodies)
+}
+
+/// Simulation under construction.
+struct Builder<'p, 's> {
+    plan: &'p Plan,
+    frame: ContactFrame,
+    near_fields: [NearFieldModel; 2],
+    report: BuildReport,
+    progress: &'s mut dyn FnMut(ProgressEvent),
+    stop: &'s AtomicBool,
+}
+
+impl<'p> Builder<'p, '_> {
+    /// Builds both bodies with their flexibility on the frame.
+    fn build_bodies(
+        &mut self,
+        worn: WornMeshes,
+    ) -> std::result::Result<[Box<dyn ElasticBody>; 2], SceneError> {
+        let mut held = 0;
+        let mut bodies = Vec::with_capacity(2);
+        for ((index, key), worn) in BODY_KEYS.into_iter().enumerate().zip(worn) {
+            self.start_stage(key)?;
+            let left = memory::remaining_limit(self.plan, &self.frame, held);
+            let mut made = match self.build_body(index, worn.clone(), left)? {
+                Ok(made) => made,
+                Err(rejected) => self.fall_back_to_mesh(index, worn, left, rejected)?,
+            };
+            held += made.resident_bytes;
+            if let Some(record) = made.near_field.take() {
+                self.report.warnings.extend(coarse_mesh_warning(key, &record));
+                self.report.near_fields.push(record);
+            }
+            if let Some(record) = made.truncation.take() {
+                self.report.warnings.extend(record.accuracy_warning());
+                self.report.truncations.push(record);
+            }
+            self.report.warnings.extend(made.warning.take());
+            bodies.push(made.body);
+        }
+        Ok(bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies")))
+    }
+
+    /// Reports the start of a stage.
+    ///
+    /// # Errors
+    /// If the run is stopped (kind `Interrupted`).
+    fn start_stage(&mut self, stage: &str) -> std::result::Result<(), SceneError> {
+        if self.stop.load(Ordering::Relaxed) {
             return Err(Error::interrupted().into());
         }
-        progress(ProgressEvent::Stage(key, 0.0, None));
-        let left = memory::remaining_limit(plan, &frame, held);
-        let half_space =
-            timings.measure(key, || build_body(plan, (index, worn.clone()), (&frame, &near[index]), left))?;
-        let mut made = match half_space {
-            Ok(made) => made,
-            Err(given_up) => {
-                if plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::HalfSpace) {
-                    return Err(half_space_rejected_error(key, &given_up));
-                }
-                let why = near_field_fallback_message(key, &given_up);
-                progress(ProgressEvent::Message(&warning(&why)));
-                near[index] = NearFieldModel::RejectedHalfSpace(given_up.reason.clone());
-                // The candidate cells can change only if no meshed body has been condensed to them yet.
-                if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
-                    frame = timings.measure("frame", || with_active_cells(plan, frame, &near))?;
-                }
-                let fits = crate::simulation::validate::fit::check(plan, &frame, &near);
-                let fits =
-                    fits.map_err(|failure| SceneError { error: failure.error.context(&why), ..failure })?;
-                warnings.extend(fits.into_iter().filter(|note| !warnings.contains(note)).collect::<Vec<_>>());
-                warnings.push(warning(&why));
-                let meshed =
-                    timings.measure(key, || build_body(plan, (index, worn), (&frame, &near[index]), left))?;
-                let mut made = meshed.unwrap_or_else(|_| unreachable!("a mesh is not given up"));
-                if let Some(record) = &mut made.near_field {
-                    record.indicators = Some(given_up.indicators);
-                }
-                made
-            }
-        };
-        held += made.resident_bytes;
-        if let Some(record) = made.near_field.take() {
-            warnings.extend(coarse_mesh_warning(key, &record));
-            near_fields.push(record);
+        (self.progress)(ProgressEvent::Stage(stage, 0.0, None));
+        Ok(())
+    }
+
+    /// Builds body `index` within the memory `left`. Returns the reason if its half-space near field is rejected.
+    fn build_body(
+        &mut self,
+        index: usize,
+        worn: Option<Arc<Mesh>>,
+        left: MemoryLimit,
+    ) -> std::result::Result<std::result::Result<BuiltBody, HybridRejected>, SceneError> {
+        let (plan, near) = (self.plan, (&self.frame, &self.near_fields[index]));
+        self.report.timings.measure(BODY_KEYS[index], || build_body(plan, (index, worn), near, left))
+    }
+
+    /// Builds body `index` with the near field of its mesh, because the half-space was rejected, and warns.
+    ///
+    /// # Errors
+    /// If the scene requires the half-space, or the mesh does not fit the frame.
+    fn fall_back_to_mesh(
+        &mut self,
+        index: usize,
+        worn: Option<Arc<Mesh>>,
+        left: MemoryLimit,
+        rejected: HybridRejected,
+    ) -> std::result::Result<BuiltBody, SceneError> {
+        let (plan, key) = (self.plan, BODY_KEYS[index]);
+        if plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::HalfSpace) {
+            return Err(half_space_rejected_error(key, &rejected));
         }
-        if let Some(record) = made.truncation.take() {
-            warnings.extend(record.accuracy_warning());
-            truncations.push(record);
+        let why = near_field_fallback_message(key, &rejected);
+        (self.progress)(ProgressEvent::Message(&warning(&why)));
+        self.near_fields[index] = NearFieldModel::RejectedHalfSpace(rejected.reason.clone());
+        // The candidate cells can change only if no meshed body has been condensed to them yet.
+        if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
+            let (frame, near) = (self.frame.clone(), &self.near_fields);
+            self.frame = self.report.timings.measure("frame", || with_active_cells(plan, frame, near))?;
         }
-        warnings.extend(made.warning.take());
-        bodies.push(made.body);
+        let fits = fit::check(plan, &self.frame, &self.near_fields)
+            .map_err(|failure| SceneError { error: failure.error.context(&why), ..failure })?;
+        let warnings = &mut self.report.warnings;
+        let new: Vec<String> = fits.into_iter().filter(|note| !warnings.contains(note)).collect();
+        warnings.extend(new);
+        warnings.push(warning(&why));
+        let meshed = self.build_body(index, worn, left)?;
+        let mut made = meshed.unwrap_or_else(|_| unreachable!("a near field of the mesh is not rejected"));
+        if let Some(record) = &mut made.near_field {
+            record.indicators = Some(rejected.indicators);
+        }
+        Ok(made)
     }
-    let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
-        bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
-    if stop.load(Ordering::Relaxed) {
-        return Err(Error::interrupted().into());
-    }
-    progress(ProgressEvent::Stage("flexibility", 0.0, None));
-    let coupled = timings
-        .measure("flexibility", || {
-            couple(body1.as_mut(), body2.as_mut(), &frame, plan.solver.coupling, operators(plan, &frame))
-        })
-        .at("frame")?;
-    let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
-    let initial_gap = coupled.initial_gap(&distance);
-    if let Some(approach) = plan.max_prescribed_approach() {
-        let gap = &initial_gap[2 * frame.n_cells()..];
-        let own = |record: &NearFieldRecord| {
-            let error = record.own_error.map(|error| error.mean);
-            flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+
+    /// Couples the bodies on the frame.
+    fn couple(
+        mut self,
+        [mut body1, mut body2]: [Box<dyn ElasticBody>; 2],
+    ) -> std::result::Result<Simulation<'p>, SceneError> {
+        self.start_stage("flexibility")?;
+        let Self { plan, frame, mut report, .. } = self;
+        let coupled = report
+            .timings
+            .measure("flexibility", || {
+                couple(body1.as_mut(), body2.as_mut(), &frame, plan.solver.coupling, operators(plan, &frame))
+            })
+            .at("frame")?;
+        let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
+        let initial_gap = coupled.initial_gap(&distance);
+        if let Some(approach) = plan.max_prescribed_approach() {
+            let gap = &initial_gap[2 * frame.n_cells()..];
+            let own = |record: &NearFieldRecord| {
+                let error = record.own_error.map(|error| error.mean);
+                flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+            };
+            report.warnings.extend(report.near_fields.iter().filter_map(own));
+        }
+        report.skipped = coupled.skipped;
+        report.skipped.extend(omitted_by_plan(plan, &frame));
+        let bodies = [body1, body2];
+        for (index, body) in bodies.iter().enumerate() {
+            report.add_body(plan, &frame, index, body.as_ref());
+        }
+        let model = Model {
+            frame,
+            flexibility: coupled.flexibility,
+            initial_gap,
+            floating: coupled.floating,
+            friction: plan.friction,
+            wear: plan.wear,
+            wear_share: plan.wear_share,
         };
-        warnings.extend(near_fields.iter().filter_map(own));
+        let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
+        Ok(Simulation { plan, model, bodies, contact_nodes, report })
     }
-    let mut skipped = coupled.skipped;
-    skipped.extend(omitted_by_plan(plan, &frame));
-    let mut condensation = Vec::new();
-    let mut boundary_elements = Vec::new();
-    for (index, body) in [&body1, &body2].into_iter().enumerate() {
-        let body = match body.equations() {
-            BodyEquations::FiniteElements(body) => body,
+}
+
+impl BuildReport {
+    /// Adds the records and warnings of a meshed body, and the work that its cache saved.
+    fn add_body(&mut self, plan: &Plan, frame: &ContactFrame, index: usize, body: &dyn ElasticBody) {
+        match body.equations() {
             BodyEquations::BoundaryElements(body) => {
                 let record = BoundaryElementRecord::new(index, body);
-                warnings.extend(record.accuracy_warning());
-                boundary_elements.push(record);
-                continue;
+                self.warnings.extend(record.accuracy_warning());
+                self.boundary_elements.push(record);
             }
-            _ => continue,
-        };
-        let origin = body.condensed().origin();
-        // Loads and fields need the factor even if the flexibility is cached.
-        let condensed = body.condensed();
-        let solves = condensed.model().has_own_loads() || needs_factor_after_condensation(plan, &frame);
-        let omitted = origin.cached && (!solves || condensed.factor_was_cached());
-        skipped.extend(omitted.then(|| omitted_factorisation(index, solves)));
-        warnings.extend(origin.cache_warning.clone());
-        let record = CondensationRecord::new(index, body.condensed());
-        warnings.extend(record.note());
-        condensation.push(record);
+            BodyEquations::FiniteElements(body) => {
+                let condensed = body.condensed();
+                let origin = condensed.origin();
+                // Loads and fields need the factor even if the flexibility is cached.
+                let solves =
+                    condensed.model().has_own_loads() || needs_factor_after_condensation(plan, frame);
+                let omitted = origin.cached && (!solves || condensed.factor_was_cached());
+                self.skipped.extend(omitted.then(|| omitted_factorisation(index, solves)));
+                self.warnings.extend(origin.cache_warning.clone());
+                let record = CondensationRecord::new(index, condensed);
+                self.warnings.extend(record.note());
+                self.condensation.push(record);
+            }
+            _ => {}
+        }
     }
-    let model = Model {
-        frame,
-        flexibility: coupled.flexibility,
-        initial_gap,
-        floating: coupled.floating,
-        friction: plan.friction,
-        wear: plan.wear,
-        wear_share: plan.wear_share,
-    };
-    let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
-    Ok(Simulation {
-        plan,
-        model,
-        bodies: [body1, body2],
-        contact_nodes,
-        skipped,
-        condensation,
-        boundary_elements,
-        truncations,
-        near_fields,
-        warnings,
-        timings,
-    })
 }
 
 /// Message that the half-space near field of body `key` was tried and rejected.
@@ -306,14 +374,14 @@ impl Simulation<'_> {
                 let error = record.own_error.map(|error| error.shape);
                 flat_faces::own_load_warning(self.plan, BODY_KEYS[record.body - 1], error, (gap, approach))
             };
-            result.warnings.extend(self.near_fields.iter().filter_map(own));
+            result.warnings.extend(self.report.near_fields.iter().filter_map(own));
         }
         Ok(result)
     }
 
     /// Whether meshed body 1 or 2 has a half-space near field.
     pub(super) fn has_half_space_near_field(&self, body: usize) -> bool {
-        self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
+        self.report.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
     }
 
     /// Largest gap magnitude caused by applied loads of bodies with half-space near fields, mm.
